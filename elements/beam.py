@@ -168,8 +168,8 @@ class Beam(BeamSectionLaw):
         shape = np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape)
         forces = np.zeros((*shape, 12))
         for i in BARS:
-            pull = self._bar(i, length) * (u[i + 6] - u[i])
-            forces[..., i], forces[..., i + 6] = -pull, pull
+            axial_force = self._bar(i, length) * (u[i + 6] - u[i])
+            forces[..., i], forces[..., i + 6] = -axial_force, axial_force
         for direction in DIRECTIONS:
             v1, r1, v2, r2 = direction.dofs
             acting = plane_forces(

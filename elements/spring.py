@@ -194,8 +194,8 @@ class Spring(LineElement):
         """
         stiffness, _ = self.springs(length)
         moved = np.asarray(displacement, dtype=np.float64)
-        pull = stiffness * (moved[..., 6:] - moved[..., :6])
-        return np.concatenate([-pull, pull], axis=-1)
+        force = stiffness * (moved[..., 6:] - moved[..., :6])
+        return np.concatenate([-force, force], axis=-1)
 
     def shape_functions(self, length: Array | float, x: Array | float) -> Array:
         """Displacement of a straight line between the ends, turned as it is.

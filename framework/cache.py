@@ -1,4 +1,4 @@
-"""All that the library keeps for later, in one place, so that nothing of it hangs on what a user describes or is given.
+"""All that the library keeps for later, in one place, so that nothing of it is in what a user describes or is given.
 
 What depends on structure alone, such as an order of elimination, is kept by its content, and the least recently used of
 it is dropped (`Bounded`). What holds numbers, such as a factor, is kept as long as the description lives that it was

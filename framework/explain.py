@@ -30,7 +30,7 @@ def explain(solution: LinearResults, clearances: Clearances | None) -> str:
     if isinstance(solver, BroadcastSolver):
         lines += [f"Method: {plan.method.reason}.", *_components(plan, solver)]
     elif isinstance(solver, StackedSolver):
-        lines += _stacked(plan, solver)
+        lines += _stacked(solver)
     else:
         lines.append(f"Solved: one large frame, {len(plan.unknowns)} unknowns: {solver.reason}.")
     lines += _mechanism_text(solution) + _clearances(solution.frame, clearances)
@@ -42,7 +42,7 @@ def _described(plan: Plan) -> list[str]:
     again = ["Nothing but loads has changed since the last solution: its plan is used again."] if plan.again else []
     stacks: dict[str, int] = {}
     for group in plan.topology.groups:
-        later = ", chunk by chunk" if plan.varies(group) else ""
+        later = ", chunk by chunk" if plan.unloaded.varies(group) else ""
         text = f"stiffness at batch shape {group.stiffness_shape}{later}"
         stacks[text] = stacks.get(text, 0) + len(group.pieces)
     interior = len(plan.topology.number) - len(frame.nodes)
@@ -95,7 +95,7 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
     return lines + _skipped(plan, plan.components - plan.excited, "no load, offset or support motion reaches them")
 
 
-def _stacked(plan: Plan, solver: StackedSolver) -> list[str]:
+def _stacked(solver: StackedSolver) -> list[str]:
     """Bands of middle-sized frames."""
     skipped = set(solver.unknown[~solver.loaded].tolist())
     units = " units of the right-hand-side parameters" if solver.by_units else ""
@@ -166,11 +166,11 @@ def _mechanism_text(solution: LinearResults) -> list[str]:
     ]
 
 
-def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
-    if resting is None:
+def _clearances(frame: Description, found: Clearances | None) -> list[str]:
+    if found is None:
         names = joints_with_clearance(frame)
         return [f"Clearances of {len(names)} joints are left out: {', '.join(names)}."] if names else []
-    equilibrium = not resting.rest.stiffness.any()
+    equilibrium = not found.contact_state.stiffness.any()
     lines = [
         "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
         "without clearances"
@@ -180,7 +180,7 @@ def _clearances(frame: Description, resting: Clearances | None) -> list[str]:
             else " and their answer to a unit offset in each joint, at the minimum of energy."
         )
     ]
-    for name, state in zip(resting.names, resting.state, strict=True):
+    for name, state in zip(found.names, found.state, strict=True):
         kinds, counts = np.unique(state, return_counts=True)
         text = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
         lines.append(f"  joint {name}: {text} of {state.size} entries.")

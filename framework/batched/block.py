@@ -23,14 +23,14 @@ from ..batch import Array, Shape
 from ..program.calculation import Calculation, empty, worth_compiling
 from ..program.direct import Arithmetic, Direct
 from ..program.recording import Recording, Term
-from ..structure.parts import Grid, Parts, Row, Value
+from ..structure.parts import Grid, Matrix, Parts, Row, Value
 from ..structure.varying import Varying
 from .chunks import large_masks, steps, storage
-from .order import Order
-from .partial_factorisation import Masks, PartialFactorisation, Springs, Wanted
+from .order import Masks, Order, Springs
+from .partial_factorisation import PartialFactorisation, Wanted
 from .replay import RecordedElimination
 from .schur_complement import TrailingSchurComplement
-from .stage import Forces, Matrix, Stage
+from .stage import Forces, Stage, mapped_forces, mapped_row
 
 # Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
 # time it is faster to work in the same memory, which the cache holds, over and over.
@@ -53,6 +53,8 @@ class Block:
         The batch.
     orders
         Elimination order of the interior unknowns and of the joint-relative ones.
+    masks
+        Batch axes over which `rows` and `springs` vary.
     matrix, scale, forces
         Stiffness, that whose rounding its diagonal carries, and load of the members in the nodes' axes.
     rows
@@ -67,6 +69,7 @@ class Block:
 
     grid: Grid
     orders: tuple[Order, Order]
+    masks: Masks
     matrix: Matrix
     scale: dict[int, Parts]
     forces: Forces
@@ -106,11 +109,10 @@ class BlockFactor:
         self.small: Wanted = [not large for large in self.large]
         self.axis, self.step = steps(block.grid, block.orders, chunk)
         self.compiled = compiled
-        self._masks = Masks.of(block.grid, block.rows, block.springs)
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        # What later reads and other loads take up: unknowns and right-hand-side parameters of a tail, factors of
-        # chunks.
+        # What later reads and other loads take up: the trailing unknowns with the right-hand-side parameters,
+        # factors of chunks.
         self._numbers: dict[int, Value] | None = None
         self._kept: dict[int, PartialFactorisation] = {}
         self._former: dict[int, PartialFactorisation] = {}
@@ -123,10 +125,10 @@ class BlockFactor:
         clone = object.__new__(type(self))
         clone.block, clone.workers, clone.large, clone.small = block, self.workers, self.large, self.small
         clone.compiled, clone.ran = self.compiled, ""
-        clone.axis, clone.step, clone._masks, clone._again = self.axis, self.step, self._masks, True
+        clone.axis, clone.step, clone._again = self.axis, self.step, True
         clone._numbers, clone._kept, clone._former, clone._least = None, {}, self._former | self._kept, self._least
-        stage = Stage(forces=block.forces).mapped(_same)
-        clone.shared = self.shared.loaded(stage.forces, {}, block.rhs_parameters)
+        forces = mapped_forces(block.forces, lambda value: value)
+        clone.shared = self.shared.loaded(forces, {}, block.rhs_parameters)
         with np.errstate(all="ignore"):
             clone.shared.load(self.small)
         whole = not any(self.large) or (len(clone._former) == self.chunks and not clone._only_trailing)
@@ -186,14 +188,10 @@ class BlockFactor:
         block = self.block
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
-            return RecordedElimination(block.orders, *given).carried_out(self._masks, block.rhs_parameters)
-        stage = Stage(block.matrix, block.forces, block.scale).mapped(_same)
-        progress = PartialFactorisation(
-            block.orders, stage, Stage(), block.rows, block.springs, block.rhs_parameters, self._masks
-        )
-        progress.factorise(self.small, given=True)
-        progress.load(self.small)
-        return progress
+            return RecordedElimination(block.orders, *given).carried_out(block.masks, block.rhs_parameters)
+        stage = Stage(block.matrix, block.forces, block.scale)
+        linked = block.rows, block.springs, block.rhs_parameters
+        return PartialFactorisation.begun(block.orders, stage, *linked, block.masks, self.small)
 
     # -- chunks -----------------------------------------------------------------------------------------------------
 
@@ -248,7 +246,7 @@ class BlockFactor:
         if known or not self._written(FEW):
             return self._one_by_one(rows)
         recording, progress = self._recorded()
-        results = progress.values([_mapped(row, recording.take) for row in rows])
+        results = progress.values([mapped_row(row, recording.take) for row in rows])
         least = [progress.least] if self._least is None else []
         found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
         if least:
@@ -265,7 +263,7 @@ class BlockFactor:
             cut = functools.partial(self._cut, part=part)
             progress = self._chunk(index, cut)
             least = [progress.least] if self._least is None else []
-            for k, value in enumerate([*progress.values([_mapped(row, cut) for row in rows]), *least]):
+            for k, value in enumerate([*progress.values([mapped_row(row, cut) for row in rows]), *least]):
                 if not isinstance(value, np.ndarray):
                     results[k] = value
                     continue
@@ -288,12 +286,8 @@ class BlockFactor:
             return self._kept[index]
         if index in self._former:
             shared = self.shared
-            inner, outer, rhs_parameters = (
-                shared.inner.mapped(cut),
-                shared.outer.mapped(cut),
-                [cut(v) for v in shared.rhs_parameters],
-            )
-            progress = self._former.pop(index).loaded(inner.forces, outer.forces, rhs_parameters)
+            inner, outer = (mapped_forces(stage.forces, cut) for stage in (shared.inner, shared.outer))
+            progress = self._former.pop(index).loaded(inner, outer, [cut(v) for v in shared.rhs_parameters])
             progress.load(self.large)
         else:
             indices, varying = slice(index * self.step, (index + 1) * self.step), self.block.varying
@@ -305,15 +299,10 @@ class BlockFactor:
 
     def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> PartialFactorisation:
         """The whole way once more for the terms that are large, with what stands for each number."""
-        shared = self.shared
-        inner, outer = shared.inner.mapped(take), shared.outer.mapped(take)
-        rows = {a: _mapped(row, take) for a, row in shared.rows.items()}
-        springs = [(_mapped(row, take), take(stiffness)) for row, stiffness in shared.springs]
-        rhs_parameters = [take(value) for value in shared.rhs_parameters]
-        progress = PartialFactorisation(self.block.orders, inner, outer, rows, springs, rhs_parameters, self._masks)
+        progress = self.shared.anew(take)
         if self.block.varying:
             for entry, value in self.block.varying.values(varying):
-                inner.put(*entry.at, entry.mask, value)
+                progress.inner.put(*entry.at, entry.mask, value)
         progress.factorise(self.large, given=False)
         progress.forget()
         progress.load(self.large)
@@ -402,14 +391,6 @@ class BlockFactor:
             return float(value)
         mine = value[part] if value.shape[self.axis] == self.block.grid.shape[self.axis] else value
         return mine.astype(np.float64, copy=False)
-
-
-def _same(value: Value) -> Value:
-    return value
-
-
-def _mapped(row: Row, change: Callable[[Value], Value]) -> Row:
-    return {k: change(value) for k, value in row.items()}
 
 
 def _numbered(value: Value, found: dict[int, Array]) -> Value:

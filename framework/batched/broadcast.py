@@ -13,11 +13,10 @@ from ..clock import timed
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
 from .block import BlockFactor
+from .condensation import retained
 from .plan import Plan
+from .stage import SUSPECT
 from .unloaded import Chained
-
-# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
-SUSPECT = 1e-11
 
 
 class BroadcastSolver:
@@ -65,7 +64,7 @@ class BroadcastSolver:
         """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
         if self.plan.entry is not None:
             return self.plan.entry.values(rows)
-        rows = [self.plan.retained(row) for row in rows]
+        rows = [retained(row, self.plan.condensed, self.plan.tree.rows) for row in rows]
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
             for k in unknowns(row):

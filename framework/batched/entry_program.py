@@ -22,9 +22,7 @@ from ..structure.parts import Extended, Row, Value, combine, unknowns
 from .entry_machine import EntryMachineCode
 from .entry_steps import EntryCode, Step, carried_out
 from .one_entry import EntryLoads, EntryNumbers
-
-# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
-SUSPECT = 1e-11
+from .stage import SUSPECT
 
 
 class Way(Enum):

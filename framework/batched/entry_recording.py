@@ -16,9 +16,8 @@ from ..cache import PROGRAMS
 from ..program.program import ProgramStep
 from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST, Compiled, choose
-from ..structure.assembly import enter
 from ..structure.edge import Edge
-from ..structure.parts import Extended, Row, Value, add, is_zero, product
+from ..structure.parts import Extended, Matrix, Row, Value, add, enter, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of, spanning
 from . import entry_machine
@@ -26,9 +25,8 @@ from .block import Block
 from .entry_program import EntryProgram, EntrySolution, Way, values_of
 from .entry_steps import OPERATIONS, Step, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
-from .partial_factorisation import Masks
 from .replay import MOST, RecordedElimination, operations
-from .stage import Forces, Matrix
+from .stage import Forces
 
 # Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
 _FEW = 3
@@ -340,8 +338,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
         least: dict[int, Value] = {}
         for name, block in blocks.items():
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
-            masks = Masks.of(block.grid, block.rows, block.springs)
-            done = RecordedElimination(block.orders, *given).plainly(masks, block.rhs_parameters)
+            done = RecordedElimination(block.orders, *given).plainly(block.masks, block.rhs_parameters)
             own = [k for k, other in written.component.items() if other == name]
             known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
             least[name] = done.least

@@ -17,6 +17,7 @@ from ..cache import STACKS
 from ..description import Description
 from ..protocol import is_proven
 from ..structure.assembly import component_loads, member_and_mass_loads
+from ..structure.disjoint_sets import DisjointSets
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Group, Topology
 
@@ -198,20 +199,9 @@ def _six(given: dict[int, Any]) -> list[float]:
 
 def forest(frame: Description) -> bool:
     """Whether joints, ties and supports close no loop: then they can contradict each other in nothing."""
-    leader: dict[str, str] = {}
-
-    def find(node: str) -> str:
-        while (above := leader.get(node, node)) != node:
-            node = above
-        return node
-
+    connected = DisjointSets[str]()
     pairs = [(link.first, link.second) for link in frame.joints.values()]
     pairs += [(tie.master, tie.slave) for tie in frame.ties]
     # no node has an empty name
     pairs += [("", node) for node in frame.supports]
-    for first, second in pairs:
-        a, b = find(first), find(second)
-        if a == b:
-            return False
-        leader[a] = b
-    return True
+    return all(connected.join(first, second) for first, second in pairs)

@@ -10,12 +10,14 @@ from __future__ import annotations
 import functools
 import heapq
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
-from ..structure.parts import Grid
+from ..cache import ORDERS
+from ..structure.parts import Grid, Matrix, Row, Value, mask_of
 
 Pattern = dict[int, dict[int, int]]
+Springs = list[tuple[Row, Value]]
 # Sorts unknowns, which are its last item: what to eliminate first.
 Key = Callable[[Pattern, int, Grid], tuple[int, int, int]]
 # Unknowns up to which two ways of ordering are compared.
@@ -48,10 +50,86 @@ class Order:
         )
 
 
+@dataclass(frozen=True)
+class Masks:
+    """Batch axes over which the substitution and the springs vary."""
+
+    rows: dict[int, dict[int, int]]
+    springs: list[tuple[dict[int, int], int]]
+
+    @classmethod
+    def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
+        """Those of these numbers."""
+        return cls(
+            {a: {i: mask_of(v) for i, v in row.items()} for a, row in rows.items()},
+            [({i: mask_of(v) for i, v in row.items()}, mask_of(k)) for row, k in springs],
+        )
+
+
 def link(pattern: Pattern, i: int, j: int, mask: int) -> None:
     """Note that entry (i, j) is there and varies over `mask`."""
     row = pattern.setdefault(i, {})
     row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | mask
+
+
+def pattern_of(matrix: Matrix, substituted: Container[int]) -> Pattern:
+    """Which entries of a matrix are there, and over what they vary: all diagonals but those of what is substituted."""
+    pattern: Pattern = {}
+    for i, row in matrix.items():
+        for j, parts in row.items():
+            if j >= i and (parts or (i == j and i not in substituted)):
+                link(pattern, i, j, functools.reduce(operator.or_, parts, 0))
+    return pattern
+
+
+def two_stages(grid: Grid, pattern: Pattern, inner: list[int], left: list[int], masks: Masks) -> tuple[Order, Order]:
+    """Orders of both stages of an elimination; frames of one topology have them in common.
+
+    Parameters
+    ----------
+    grid
+        The batch.
+    pattern
+        That of the stiffness of members, in the nodes' axes.
+    inner, left
+        Unknowns of the first and of the second stage.
+    masks
+        Over what the substitution and the springs vary, which make the second stage of the first.
+    """
+    ends = {a: _unknown(row) for a, row in masks.rows.items()}
+    springs = [(_unknown(row), over) for row, over in masks.springs]
+    key = (
+        grid.shape,
+        tuple((a, tuple(row.items())) for a, row in pattern.items()),
+        tuple(inner),
+        tuple(left),
+        tuple((a, tuple(row.items())) for a, row in ends.items()),
+        tuple((tuple(row.items()), over) for row, over in springs),
+    )
+
+    def ordered() -> tuple[Order, Order]:
+        first = order(pattern, inner, grid)
+        reduced: Pattern = {k: {k: 0} for k in left}
+        for a, coupled in pattern.items():
+            for b, over in coupled.items():
+                if b >= a:
+                    _link_rows(reduced, ends[a], ends[b], over)
+        for spring, over in springs:
+            _link_rows(reduced, spring, spring, over)
+        return first, order(reduced, list(reduced), grid)
+
+    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
+    return found
+
+
+def _unknown(masks: dict[int, int]) -> dict[int, int]:
+    return {k: mask for k, mask in masks.items() if k >= 0}
+
+
+def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
+    for i, first in left.items():
+        for j, second in right.items():
+            link(pattern, i, j, over | first | second)
 
 
 def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:

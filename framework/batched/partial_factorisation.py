@@ -11,28 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..program.recording import Term
-from ..structure.parts import Grid, Row, Value, add, add_row, combine, product, unknowns
-from .order import Order
-from .stage import Forces, Stage, backward, carried, closure, subtract
+from ..structure.parts import Row, Value, add, add_row, combine, enter, product, unknowns
+from .order import Masks, Order, Springs
+from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row, subtract
 
 Wanted = Sequence[bool]
-Springs = list[tuple[Row, Value]]
-
-
-@dataclass(frozen=True)
-class Masks:
-    """Batch axes over which the substitution and the springs vary."""
-
-    rows: dict[int, dict[int, int]]
-    springs: list[tuple[dict[int, int], int]]
-
-    @classmethod
-    def of(cls, grid: Grid, rows: dict[int, Row], springs: Springs) -> Masks:
-        """Those of these numbers."""
-        return cls(
-            {a: {i: grid.mask(v) for i, v in row.items()} for a, row in rows.items()},
-            [({i: grid.mask(v) for i, v in row.items()}, grid.mask(k)) for row, k in springs],
-        )
 
 
 @dataclass
@@ -64,6 +47,24 @@ class PartialFactorisation:
     masks: Masks
     imposed: Forces = field(default_factory=dict)
     complete: tuple[bool, bool] = (True, True)
+
+    @classmethod
+    def begun(
+        cls,
+        orders: tuple[Order, Order],
+        assembled: Stage,
+        rows: dict[int, Row],
+        springs: Springs,
+        rhs_parameters: list[Value],
+        masks: Masks,
+        wanted: Wanted,
+    ) -> PartialFactorisation:
+        """Both stages of what is `assembled`, eliminated and loaded as far as what varies so is `wanted`."""
+        stage = assembled.mapped(lambda value: value)
+        out = cls(orders, stage, Stage(), rows, springs, rhs_parameters, masks)
+        out.factorise(wanted, given=True)
+        out.load(wanted)
+        return out
 
     # -- results ----------------------------------------------------------------------------------------------------
 
@@ -111,14 +112,19 @@ class PartialFactorisation:
             self,
             inner=self.inner.mapped(change),
             outer=self.outer.mapped(change),
-            rows={a: {k: change(value) for k, value in row.items()} for a, row in self.rows.items()},
+            rows={a: mapped_row(row, change) for a, row in self.rows.items()},
             springs=[],
             rhs_parameters=[change(value) for value in self.rhs_parameters],
-            imposed={
-                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-                for i, by_source in self.imposed.items()
-            },
+            imposed=mapped_forces(self.imposed, change),
         )
+
+    def anew(self, take: Callable[[Value], Value]) -> PartialFactorisation:
+        """What is done so far, with what stands for each number, to go on from."""
+        inner, outer = self.inner.mapped(take), self.outer.mapped(take)
+        rows = {a: mapped_row(row, take) for a, row in self.rows.items()}
+        springs = [(mapped_row(row, take), take(stiffness)) for row, stiffness in self.springs]
+        rhs_parameters = [take(value) for value in self.rhs_parameters]
+        return PartialFactorisation(self.orders, inner, outer, rows, springs, rhs_parameters, self.masks)
 
     @property
     def terms(self) -> list[Term]:
@@ -200,7 +206,7 @@ class PartialFactorisation:
     def _put(self, i: int, j: int, mask: int, term: Value, twice: bool) -> None:
         """Add a term of the stiffness to the matrix or, where it meets a right-hand-side parameter, to the load."""
         if i >= 0 and j >= 0:
-            add(self.outer.entry(i, j), mask, 2.0 * term if twice and i == j else term)
+            enter(self.outer.matrix, i, j, mask, 2.0 * term if twice and i == j else term)
         elif i >= 0 or j >= 0:
             subtract(self.imposed.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), mask, term)
 

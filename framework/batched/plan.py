@@ -18,8 +18,8 @@ from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
 from ..solvers.method import Method, choose
 from ..structure.assembly import force_entries
-from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, unknowns
-from ..structure.topology import Group, Index
+from ..structure.parts import Grid, Matrix, RightHandSideParameters, Value, unknowns
+from ..structure.topology import Index
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
@@ -27,7 +27,7 @@ from .condensation import Chain, Condensation, chains, loaded
 from .entry_program import EntrySolution
 from .entry_recording import solved
 from .one_entry import EntryLoads
-from .stage import Forces, Matrix
+from .stage import Forces
 from .unloaded import Chained, Former, Unloaded
 
 # Sets of chains, which differ by the nodes that loads are on, of which plans of one frame share the stiffness.
@@ -193,10 +193,6 @@ class Plan:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
         return self.unloaded.connected_components
 
-    def varies(self, group: Group) -> bool:
-        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
-        return self.unloaded.varies(group)
-
     @cached_property
     def varying(self) -> Varying:
         """Members whose stiffness is left to the chunks."""
@@ -228,14 +224,6 @@ class Plan:
         self.varying  # noqa: B018  # which has a time of its own
         with timed(self.times, "assembly"):
             return self.chained.matrix
-
-    def scale(self, dof: int) -> Parts:
-        """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
-        return self.chained.scale(dof)
-
-    def retained(self, row: Row) -> Row:
-        """`row` without the unknowns inside chains: over those of their ends."""
-        return self.chained.retained(row)
 
     @property
     def component(self) -> dict[int, int]:

@@ -17,10 +17,10 @@ import numpy as np
 from ..cache import PROGRAMS
 from ..program.program import Operation
 from ..program.recording import Recording, Term
-from ..structure.parts import Parts, Row, Value, is_zero
-from .order import Order
-from .partial_factorisation import Masks, PartialFactorisation, Springs
-from .stage import Forces, Matrix, Pivot, Stage
+from ..structure.parts import Matrix, Parts, Row, Value, is_zero
+from .order import Masks, Order, Springs
+from .partial_factorisation import PartialFactorisation
+from .stage import Forces, Stage, mapped_forces
 
 # What is done, and the places of the two numbers that it is done with.
 Operations = tuple[Callable[[Any, Any], Any], int, int]
@@ -77,11 +77,8 @@ class RecordedElimination:
 
     def plainly(self, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
         """Both stages, operation by operation."""
-        stage = Stage(self.matrix, self.forces, self.scale).mapped(_same)
-        progress = PartialFactorisation(self.orders, stage, Stage(), self.rows, self.springs, rhs_parameters, masks)
-        progress.factorise([True], given=True)
-        progress.load([True])
-        return progress
+        stage = Stage(self.matrix, self.forces, self.scale)
+        return PartialFactorisation.begun(self.orders, stage, self.rows, self.springs, rhs_parameters, masks, [True])
 
     def _key(self) -> tuple[object, ...]:
         """What is where, without the numbers but those that are one in all frames."""
@@ -119,9 +116,7 @@ class RecordedElimination:
             for j, parts in row.items():
                 if j >= i:
                     matrix[i][j] = matrix[j][i] = {mask: change(value) for mask, value in parts.items()}
-        forces = {
-            i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in self.forces.items()
-        }
+        forces = mapped_forces(self.forces, change)
         scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
         rows = {a: _row(row, change) for a, row in self.rows.items()}
         springs = [(_row(row, change), change(stiffness)) for row, stiffness in self.springs]
@@ -152,8 +147,8 @@ class _Recorded:
         def number(value: Value) -> Value:
             return values[value.number] if isinstance(value, Term) else value
 
-        inner, outer = (_stage(stage, number) for stage in (template.inner, template.outer))
-        imposed = _forces(template.imposed, number)
+        inner, outer = (stage.mapped_steps(number) for stage in (template.inner, template.outer))
+        imposed = mapped_forces(template.imposed, number)
         return replace(
             template,
             inner=inner,
@@ -173,9 +168,9 @@ class _Recorded:
         progress.forget()
         found: list[Term] = []
         note = _noting(found)
-        _stage(progress.inner, note)
-        _stage(progress.outer, note)
-        _forces(progress.imposed, note)
+        progress.inner.mapped_steps(note)
+        progress.outer.mapped_steps(note)
+        mapped_forces(progress.imposed, note)
         program, places = recording.program(found)
         # values are numbered anew: what is given, as given, then constants, then steps
         count = len(recording.given)
@@ -191,9 +186,9 @@ class _Recorded:
 
         template = replace(
             progress,
-            inner=_stage(progress.inner, renumbered),
-            outer=_stage(progress.outer, renumbered),
-            imposed=_forces(progress.imposed, renumbered),
+            inner=progress.inner.mapped_steps(renumbered),
+            outer=progress.outer.mapped_steps(renumbered),
+            imposed=mapped_forces(progress.imposed, renumbered),
         )
         return steps, constants, template
 
@@ -207,19 +202,6 @@ def _noting(found: list[Term]) -> Callable[[Value], Value]:
     return note
 
 
-def _stage(stage: Stage, change: Callable[[Value], Value]) -> Stage:
-    """Steps, loads and pivot ratios with `change` applied to every number."""
-    pivots = {
-        k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()}) for k, p in stage.pivots.items()
-    }
-    pivot_ratio = {mask: change(value) for mask, value in stage.pivot_ratio.items()}
-    return Stage(forces=_forces(stage.forces, change), pivots=pivots, pivot_ratio=pivot_ratio, complete=stage.complete)
-
-
-def _forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
-    return {i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in forces.items()}
-
-
 def _row(row: Row, change: Callable[[Value], Value]) -> Row:
     return {k: value if _unit(value) else change(value) for k, value in row.items()}
 
@@ -231,10 +213,6 @@ def _unit(value: Value) -> float:
 
 def _scalar(value: Value) -> Value:
     return np.float64(value) if isinstance(value, float) else value
-
-
-def _same(value: Value) -> Value:
-    return value
 
 
 def _divided(a: Any, b: Any) -> Any:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..program.direct import Arithmetic
-from ..structure.parts import Grid, Parts, Row, Value, is_zero, total
+from ..structure.parts import Grid, Parts, Row, Value, entry, is_zero, total
 from .order import Order
 from .stage import Stage, backward
 
@@ -80,7 +80,7 @@ class TrailingSchurComplement:
         stage = Stage(forces={k: {0: {every: load}} for k, load in enumerate(loads) if not is_zero(load)})
         for k, row in enumerate(self.matrix):
             for j, parts in row.items():
-                stage.entry(k, j).update(_whole(recording, every, parts))
+                entry(stage.matrix, k, j).update(_whole(recording, every, parts))
             if not self.pivot_ratio:
                 stage.scale[k] = _whole(recording, every, self.scale[k])
         below = {k: sorted(row.keys() - {k}) for k, row in enumerate(self.matrix)}

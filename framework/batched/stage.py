@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..structure.parts import Parts, Row, Value, add, add_row, combine, is_zero, total
+from ..structure.parts import Matrix, Parts, Row, Value, add, add_row, combine, enter, is_zero, total
 from .order import Order
 
-Matrix = dict[int, dict[int, Parts]]
+# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
+SUSPECT = 1e-11
+
 Sources = dict[int, Parts]
 Forces = dict[int, Sources]
 
@@ -31,7 +33,7 @@ class Stage:
     Attributes
     ----------
     matrix
-        Parts of entry (i, j); (j, i) is the same object.
+        Parts of its entries.
     forces
         By unknown and source: parts of the load for a unit of that source. That of an eliminated unknown waits there
         for the back substitution.
@@ -52,19 +54,9 @@ class Stage:
     pivot_ratio: Parts = field(default_factory=dict)
     complete: bool = True
 
-    def entry(self, i: int, j: int) -> Parts:
-        """Parts of entry (i, j), made where there are none."""
-        row = self.matrix.get(i)
-        if row is None:
-            row = self.matrix[i] = {}
-        found = row.get(j)
-        if found is None:
-            found = row[j] = self.matrix.setdefault(j, {})[i] = {}
-        return found
-
     def put(self, i: int, j: int, mask: int, value: Value) -> None:
         """Add a term of the stiffness, whose rounding the diagonal carries."""
-        add(self.entry(i, j), mask, value)
+        enter(self.matrix, i, j, mask, value)
         if i == j:
             add(self.scale.setdefault(i, {}), mask, value)
 
@@ -72,8 +64,8 @@ class Stage:
         """Parts of the load on i for a unit of a source, made where there are none."""
         return self.forces.setdefault(i, {}).setdefault(source, {})
 
-    def mapped(self, change: Callable[[Value], Value], *, steps: bool = True) -> Stage:
-        """A copy with `change` applied to every number; without the steps done and their loads where not `steps`."""
+    def mapped(self, change: Callable[[Value], Value]) -> Stage:
+        """A copy with `change` applied to every number, in which no pivot ratio has been noted."""
         copy = Stage()
         for i, row in self.matrix.items():
             for j, parts in row.items():
@@ -82,16 +74,20 @@ class Stage:
                     copy.matrix.setdefault(i, {})[j] = new
                     copy.matrix.setdefault(j, {})[i] = new
         copy.scale = {i: {m: change(v) for m, v in parts.items()} for i, parts in self.scale.items()}
-        if steps:
-            copy.forces = {
-                i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by_source.items()}
-                for i, by_source in self.forces.items()
-            }
-            copy.pivots = {
-                k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
-                for k, p in self.pivots.items()
-            }
+        copy.forces, copy.pivots = mapped_forces(self.forces, change), self._mapped_pivots(change)
         return copy
+
+    def mapped_steps(self, change: Callable[[Value], Value]) -> Stage:
+        """Steps, loads and pivot ratios alone, with `change` applied to every number."""
+        pivot_ratio = {mask: change(value) for mask, value in self.pivot_ratio.items()}
+        forces, pivots = mapped_forces(self.forces, change), self._mapped_pivots(change)
+        return Stage(forces=forces, pivots=pivots, pivot_ratio=pivot_ratio, complete=self.complete)
+
+    def _mapped_pivots(self, change: Callable[[Value], Value]) -> dict[int, Pivot]:
+        return {
+            k: Pivot(p.mask, change(p.inverse), {j: change(v) for j, v in p.lower.items()})
+            for k, p in self.pivots.items()
+        }
 
     def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
         """Do the steps of `order` whose mask is `wanted`."""
@@ -140,6 +136,16 @@ class Stage:
                         continue
                     for j, low in step.lower.items():
                         subtract(self.force(j, source), mask | step.mask, low * value)
+
+
+def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
+    """Loads with `change` applied to every number."""
+    return {i: {s: {m: change(v) for m, v in parts.items()} for s, parts in by.items()} for i, by in forces.items()}
+
+
+def mapped_row(row: Row, change: Callable[[Value], Value]) -> Row:
+    """A combination with `change` applied to every factor."""
+    return {k: change(value) for k, value in row.items()}
 
 
 def closure(order: Order, wanted: set[int]) -> set[int]:
@@ -194,5 +200,5 @@ def subtract(parts: Parts, mask: int, value: Value) -> None:
 
 
 def reciprocal(value: Value) -> Value:
-    """1 / value; of an exact zero inf, which the margin reports."""
+    """1 / value; of an exact zero inf, which the pivot ratio reports."""
     return np.inf if is_zero(value) else 1.0 / value

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import operator
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -12,24 +9,22 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..cache import ORDERS
 from ..description import Description
 from ..solvers.graph import Graph
 from ..solvers.method import BROADCAST, LARGE
 from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
+from ..structure.disjoint_sets import least_of_sets
 from ..structure.edge import GROUND
-from ..structure.parts import Grid, Parts, RightHandSideParameters, Row, Value, add, unknowns
+from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
 from .block import Block
 from .chunks import large_masks
-from .condensation import Chain, Condensation, retained
+from .condensation import Chain, Condensation
 from .one_entry import EntryLinks, EntryNumbers, forest
-from .order import Order, Pattern, link, order
-from .partial_factorisation import Springs
-from .stage import Matrix
+from .order import Masks, link, pattern_of, two_stages
 
 # Unknowns up to which connected components are found without matrices.
 _FEW = 200
@@ -143,8 +138,7 @@ class Unloaded:
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
-        shape = group.stiffness_shape
-        return large_masks(self.grid)[sum(1 << axis for axis, n in enumerate(shape) if n > 1)]
+        return large_masks(self.grid)[mask_of_shape(group.stiffness_shape)]
 
 
 class Former(NamedTuple):
@@ -199,10 +193,6 @@ class Chained:
             add(out, 0, self.condensed.excess[dof])
         return out
 
-    def retained(self, row: Row) -> Row:
-        """`row` without the unknowns inside chains: over those of their ends."""
-        return retained(row, self.condensed, self.unloaded.tree.rows)
-
     @cached_property
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by the first of its unknowns."""
@@ -227,35 +217,22 @@ class Chained:
     def _joined_one_by_one(self) -> dict[int, int]:
         """`component` of a small frame, without matrices."""
         tree = self.unloaded.tree
-        leader = {k: k for k in self.unloaded.unknowns}
-
-        def find(k: int) -> int:
-            while leader[k] != k:
-                leader[k] = leader[leader[k]]
-                k = leader[k]
-            return k
-
-        def join(one: int, other: int) -> None:
-            a, b = find(one), find(other)
-            leader[max(a, b)] = min(a, b)
-
+        joined: list[tuple[int, int]] = []
         first: dict[int, int | None] = {}
         for node, rows in tree.rows.items():
             for k, row in enumerate(rows):
                 met = [key for key in row if key >= 0]
                 first[6 * node + k] = met[0] if met else None
-                for other in met[1:]:
-                    join(met[0], other)
+                joined += [(met[0], other) for other in met[1:]]
         for spring in tree.springs:
             met = [key for key in spring.row if key >= 0]
-            for other in met[1:]:
-                join(met[0], other)
+            joined += [(met[0], other) for other in met[1:]]
         pairs = [(a, b) for a, row in self.matrix.items() for b in row if b > a]
         for a, b in pairs + self.condensed.coupled.tolist():
             start, end = first.get(a, a), first.get(b, b)
             if start is not None and end is not None:
-                join(start, end)
-        return {k: find(k) for k in leader}
+                joined.append((start, end))
+        return least_of_sets(self.unloaded.unknowns, joined)
 
     @cached_property
     def members(self) -> dict[int, list[int]]:
@@ -297,16 +274,14 @@ class Chained:
             if any(self.component[k] == component for k in unknowns(s.row)[:1])
         ]
         varying = self.unloaded.varying.within(own, coupled)
-        pattern: Pattern = {}
-        for a, row in matrix.items():
-            for b, parts in row.items():
-                if b >= a and (parts or (a == b and a not in ends)):
-                    link(pattern, a, b, _union(parts))
+        pattern = pattern_of(matrix, ends)
         for entry in varying.entries if varying else ():
             link(pattern, *entry.at, entry.mask)
-        orders = _orders(self.unloaded.grid, pattern, inner, ends, springs, unknown)
+        grid = self.unloaded.grid
+        masks = Masks.of(ends, springs)
+        orders = two_stages(grid, pattern, inner, sorted(unknown.difference(inner)), masks)
         scale = {a: self.scale(a) if a in own else {} for a in matrix}
-        return Block(self.unloaded.grid, orders, matrix, scale, {}, ends, springs, [], varying), own
+        return Block(grid, orders, masks, matrix, scale, {}, ends, springs, [], varying), own
 
 
 def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topology:
@@ -317,52 +292,6 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
     return known.moved(frame) if former.moved else known.loaded(frame)
 
 
-def _orders(
-    grid: Grid, pattern: Pattern, inner: list[int], rows: dict[int, Row], springs: Springs, unknown: set[int]
-) -> tuple[Order, Order]:
-    """Orders of both stages of an elimination; frames of one topology have them in common."""
-    mask = grid.mask
-    left = sorted(unknown.difference(inner))
-    ends = {a: _masks(row, mask) for a, row in rows.items()}
-    spring_parts = [(_masks(row, mask), mask(stiffness)) for row, stiffness in springs]
-    key = (
-        grid.shape,
-        tuple((a, tuple(row.items())) for a, row in pattern.items()),
-        tuple(inner),
-        tuple(left),
-        tuple((a, tuple(row.items())) for a, row in ends.items()),
-        tuple((tuple(row.items()), over) for row, over in spring_parts),
-    )
-
-    def ordered() -> tuple[Order, Order]:
-        first = order(pattern, inner, grid)
-        reduced: Pattern = {k: {k: 0} for k in left}
-        for a, coupled in pattern.items():
-            for b, over in coupled.items():
-                if b >= a:
-                    _link_rows(reduced, ends[a], ends[b], over)
-        for spring, over in spring_parts:
-            _link_rows(reduced, spring, spring, over)
-        return first, order(reduced, list(reduced), grid)
-
-    found: tuple[Order, Order] = ORDERS.found(key, ordered, sum(map(len, pattern.values())))
-    return found
-
-
-def _masks(row: Row, mask: Callable[[Value], int]) -> dict[int, int]:
-    return {k: mask(row[k]) for k in unknowns(row)}
-
-
-def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
-    for i, first in left.items():
-        for j, second in right.items():
-            link(pattern, i, j, over | first | second)
-
-
-def _union(parts: Parts) -> int:
-    return functools.reduce(operator.or_, parts, 0)
-
-
 def _geometry(frame: Description) -> int:
     """Mask of the axes over which positions vary."""
     if not frame.shape:
@@ -371,5 +300,4 @@ def _geometry(frame: Description) -> int:
     shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
     shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
     joint = np.broadcast_shapes(*shapes)
-    sizes = (1,) * (len(frame.shape) - len(joint)) + joint
-    return sum(1 << axis for axis, n in enumerate(sizes) if n > 1)
+    return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)

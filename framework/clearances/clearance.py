@@ -52,8 +52,8 @@ class Clearances:
     ----------
     names
         The joints with clearance.
-    rest
-        Where their journals rest.
+    contact_state
+        Where their journals are in contact.
     """
 
     def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve) -> None:
@@ -70,13 +70,15 @@ class Clearances:
         self._resistance = against_offsets(frame, components, loaded, solve)
         radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
         force = np.nan_to_num(force) if self._singular.any() else force
-        resistance = self._resistance.stiffness, self._resistance.members
-        self.rest = ContactState(components, *resistance, force, radius, _load(without_clearance.plan), frame.size)
+        resistance, load = self._resistance, _load(without_clearance.plan)
+        self.contact_state = ContactState(
+            components, resistance.stiffness, resistance.members, force, radius, load, frame.size
+        )
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
         """Number of the state of each joint, see `Contact`, (joints, ...)."""
-        state = self.rest.state
+        state = self.contact_state.state
         for lost, why in (
             (self._resistance.unknown, UNRESOLVED),
             (self._singular, MECHANISM),
@@ -89,7 +91,7 @@ class Clearances:
     def offsets(self) -> Description:
         """The frame with each journal where it rests, as offsets of its joints."""
         out = self.frame.copy()
-        for (name, k), offset in zip(self.rest.components.pairs, self.rest.offset, strict=True):
+        for (name, k), offset in zip(self.contact_state.components.pairs, self.contact_state.offset, strict=True):
             imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
             out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
         return out
@@ -97,9 +99,9 @@ class Clearances:
     def contact(self, name: str) -> Contact:
         """Contact in a joint."""
         j = self.names.index(name)
-        state, radius = np.asarray(self.state[j]), self.rest.radius[j]
+        state, radius = np.asarray(self.state[j]), self.contact_state.radius[j]
         closed = np.asarray(state == CLOSED)
-        offset, force = self._vector(j, self.rest.offset), self._vector(j, self.rest.force)
+        offset, force = self._vector(j, self.contact_state.offset), self._vector(j, self.contact_state.force)
         along = np.where((radius > 0.0)[..., None], offset, force)
         normal = along / np.where(closed, np.hypot.reduce(along, axis=-1), 1.0)[..., None]
         axes = self.frame.joints[name].element.axes
@@ -109,7 +111,7 @@ class Clearances:
             joint=name,
             state=STATES[state],
             normal=np.where(closed[..., None], normal, unknown[..., None]),
-            force=np.where(closed, self.rest.size[j], unknown),
+            force=np.where(closed, self.contact_state.size[j], unknown),
             gap=np.where(closed, 0.0, radius - np.hypot.reduce(offset, axis=-1) + unknown),
             offset=offset,
         )
@@ -117,8 +119,8 @@ class Clearances:
     def _vector(self, j: int, values: Array) -> Array:
         """Values by component, (n, ...), as vectors in the axes of joint j, (..., 3)."""
         out = np.zeros((*self.frame.shape, 3))
-        for index in np.flatnonzero(self.rest.components.own == j):
-            out[..., self.rest.components.component[index] % 3] = values[index]
+        for index in np.flatnonzero(self.contact_state.components.own == j):
+            out[..., self.contact_state.components.component[index] % 3] = values[index]
         return out
 
 

@@ -19,7 +19,7 @@ UNLOADED = 1e-12
 _SOFT = 1e-12
 # A joint's share of a free motion below which it does not take part.
 _STILL = 1e-6
-# Entries whose matrices are held at a time.
+# Entries whose matrices are in memory at a time.
 _MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
 _BALANCED = 1e-6
@@ -57,7 +57,7 @@ class ClearanceComponents:
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Resting places of all journals.
+    """Where all journals are in contact.
 
     Attributes
     ----------

@@ -156,6 +156,6 @@ def _members(plan: Plan, components: ClearanceComponents) -> Array:
     """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
     largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
     for a in plan.matrix:
-        value = np.asarray(total(plan.scale(a))[1], dtype=np.float64)
+        value = np.asarray(total(plan.chained.scale(a))[1], dtype=np.float64)
         largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
     return np.stack([largest[k // 3][0] for k in components.component])

@@ -150,12 +150,12 @@ class EquilibriumResidual:
     @cached_property
     def double(self) -> FrameKinematics:
         """The kinematics in double precision."""
-        return self.kinematics.mapped(_rounded)
+        return self.kinematics.mapped(rounded)
 
     @cached_property
     def double_springs(self) -> list[Springs]:
         """The members in double precision."""
-        return [each.mapped(_rounded) for each in self.springs]
+        return [each.mapped(rounded) for each in self.springs]
 
     @cached_property
     def sizes(self) -> Array:
@@ -218,7 +218,8 @@ class EquilibriumResidual:
         raise KeyError(piece)
 
 
-def _rounded(array: Real, trailing: int) -> Real:
+def rounded(array: Real, trailing: int) -> Real:
+    """An array in double precision, whatever its trailing axes: for `mapped`."""
     return array.astype(np.float64)
 
 

@@ -87,7 +87,7 @@ class Configuration:
         return new
 
     def follow(self, state: DisplacedState) -> None:
-        """Place the nodes that hang on others."""
+        """Place the nodes below others in the joint tree."""
         for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
             place, turn = self.at(state, joint.parent)
             own = state.own[:, number]

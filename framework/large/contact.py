@@ -14,7 +14,7 @@ from .results import LargeResults
 from .start import TOUCHING
 from .state import DisplacedState
 
-# Largest unbalanced force over the largest force of an equilibrium that is beyond doubt.
+# Largest unbalanced force over the largest force of an equilibrium that counts as certain.
 _BALANCED = 1e-6
 
 

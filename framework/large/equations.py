@@ -124,7 +124,7 @@ class EquilibriumEquations(Configuration):
         return out
 
     def _jacobians(self, state: DisplacedState) -> dict[int, Array]:
-        """For nodes that hang on others, displacement and spin by the coordinates of their chain (6, chain, m)."""
+        """Displacement and spin of nodes below others in the tree, by the coordinates of their chain (6, chain, m)."""
         out: dict[int, Array] = {}
         self._now = self._changes(state)
         for joint, change in zip(self.model.joints, self._now, strict=True):

@@ -1,4 +1,4 @@
-"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order in which nodes hang."""
+"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order of the joint tree."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class TreeJoint:
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:
-        """Components that are held, whatever the load."""
+        """Components that are constrained, whatever the load."""
         return tuple(k for k in self.edge.ideal if k not in self.clearance_directions)
 
     @cached_property

@@ -5,8 +5,8 @@ A joint's displacement (t, p) is measured in axes that follow its first node, wi
     x2 = x1 + R1 (arm + A t),    R2 = R1 A E(p) A^T
 
 so that an ideal component is absent, and a stiff spring stands alone on its own coordinate, however far the joint has
-moved. The rotation E(p) = exp(held part of p) exp(loose part of p) is that of the rotation vector p where all three
-springs are alike; otherwise the loosest springs turn first, so that a pin keeps its axis through any number of turns.
+moved. The rotation E(p) = exp(stiff part of p) exp(soft part of p) is that of the rotation vector p where all three
+springs are alike; otherwise the softest springs turn first, so that a pin keeps its axis through any number of turns.
 Of a screw the coordinate along z is what its advance leaves, ``t_z - lead p_z``.
 
 Vectors are (3, m), matrices (3, 3, m), m batch entries. Variations of rotation are spins in space.
@@ -121,10 +121,10 @@ class LinkChange:
         movable = link.movable
         self.constrained, self.free = np.where(movable[:, None], 0.0, own[3:]), np.where(movable[:, None], own[3:], 0.0)
         self.constrained_rotation = rotation.matrix(rotation.exponential(self.constrained))
-        self.held_tangent = rotation.tangent(self.constrained)
+        self.constrained_tangent = rotation.tangent(self.constrained)
         self.free_tangent = rotation.tangent(self.free)
         self.tangent = np.where(
-            movable[:, None], times(self.constrained_rotation, self.free_tangent), self.held_tangent
+            movable[:, None], times(self.constrained_rotation, self.free_tangent), self.constrained_tangent
         )
         self.turns = times(self.axes, self.tangent)
 
@@ -197,7 +197,8 @@ class LinkChange:
         seen = times(transposed(self.constrained_rotation), moment)
         free = rotation.tangent_slope(self.free, seen)
         mixed = times(
-            transposed(times(self.constrained_rotation, self.free_tangent)), times(spin(moment), self.held_tangent)
+            transposed(times(self.constrained_rotation, self.free_tangent)),
+            times(spin(moment), self.constrained_tangent),
         )
         rows = np.where(movable[:, None, None], np.where(movable[None, :, None], free, mixed), constrained)
         keep = movable[:, None, None] | ~movable[None, :, None]

@@ -49,7 +49,7 @@ class LoadStepping:
         self.model, self.steps = model, steps
         self.newton = Newton(model)
         self.search = Search(self.newton)
-        self.pressing = AugmentedLagrangian(self.search)
+        self.with_contact = AugmentedLagrangian(self.search)
         self.count = int(np.prod(model.frame.shape, dtype=np.int64))
         pieces = sum(len(stack.ends) for stack in model.stacks)
         each = 144 if self.newton.planar_model is None else 36  # a member's stiffness in space, in the plane
@@ -101,7 +101,7 @@ class LoadStepping:
         return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
     def _step(self, where: Where, begin: FoundEquilibria, low: float, high: float) -> FoundEquilibria:
-        search = self.pressing if self.model.contacts else self.search
+        search = self.with_contact if self.model.contacts else self.search
         found = search.solve(where, begin.state, low, high)
         found.iterations += begin.iterations
         found.left |= begin.left

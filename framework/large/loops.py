@@ -39,7 +39,7 @@ def _angles(q: Array, movable: np.ndarray) -> Array:
     twist[0], twist[1 + single] = q[0], q[1 + single]
     twist = rotation.normalised(twist)
     back = rotation.conjugate(twist)
-    # the loose part turns first, and stands on the right
+    # the soft part turns first, and stands on the right
     rest = rotation.product(q, back) if movable[single] else rotation.product(back, q)
     return rotation.logarithm(rest) + rotation.logarithm(twist)
 

@@ -21,15 +21,15 @@ from .loading import Loads, Stack
 from .numbers import Numbers, Where
 from .plane import WHOLE, plane
 
-HELD = -1
+CONSTRAINED = -1
 
 
 class Model:
     """Coordinates of a frame at finite displacement.
 
-    Nodes that are free, or held in a way that leaves all rotation or none, have displacements and spins of their own;
-    every other node is attached to its parent in the tree of joints, rigid links, ties and supports by the edge's own
-    six coordinates. Columns number the unknowns; those from `free` on are prescribed: known, but not zero.
+    Nodes that are free, or constrained in a way that leaves all rotation or none, have displacements and spins of their
+    own; every other node is attached to its parent in the tree of joints, rigid links, ties and supports by the edge's
+    own six coordinates. Columns number the unknowns; those from `free` on are prescribed: known, but not zero.
 
     Parameters
     ----------
@@ -45,11 +45,11 @@ class Model:
     components
         Global displacement components in which nodes move.
     columns
-        Number of each coordinate (6, nodes), `HELD` where it stays zero.
+        Number of each coordinate (6, nodes), `CONSTRAINED` where it stays zero.
     plain
         Nodes that have displacements and spins of their own (nodes,).
     joints
-        Edges by which nodes hang, parents first.
+        Edges of the joint tree, parents first.
     loops
         Edges that close loops, from first to second node.
     multipliers
@@ -74,7 +74,7 @@ class Model:
         self.plain = np.ones(self.count, dtype=bool)
         self.joints: list[TreeJoint] = []
         self.prescribed_values: dict[tuple[int, int], Numbers] = {}
-        columns = np.full((6, self.count), HELD)
+        columns = np.full((6, self.count), CONSTRAINED)
         columns[list(self.components)] = 0
         for branch in branches:
             self._attach(TreeJoint.of(plan.topology, branch, clearance), columns)
@@ -92,7 +92,7 @@ class Model:
         kept = joint.within(self.components)
         rotations = {k for k in joint.ideal if k >= 3 and k in kept}
         whole = rotations == {k for k in kept if k >= 3} and not rotations & set(given)
-        columns[:, child] = [0 if k in kept and k not in joint.ideal else HELD for k in range(6)]
+        columns[:, child] = [0 if k in kept and k not in joint.ideal else CONSTRAINED for k in range(6)]
         for k in set(joint.ideal) & set(given):
             self.prescribed_values[child, k] = Numbers.of(given[k], self.ndim, 0)
         if edge.kind != "support" or not (whole or not rotations):
@@ -104,11 +104,11 @@ class Model:
         touched |= {node for joint in self.joints + self.loops for node in (joint.parent, joint.child)}
         loads = self.loads.nodal.array
         touched |= set(np.flatnonzero(loads.any(axis=(0, *range(2, loads.ndim)))).tolist())
-        columns[:, [node for node in range(self.count) if node not in touched]] = HELD
+        columns[:, [node for node in range(self.count) if node not in touched]] = CONSTRAINED
         order = columns.T.reshape(-1)
         unknown = np.flatnonzero(order == 0)
         order[unknown] = np.arange(len(unknown))
-        self.multipliers = np.full((6, len(self.loops)), HELD)
+        self.multipliers = np.full((6, len(self.loops)), CONSTRAINED)
         constrained = [
             (k, n) for n, loop in enumerate(self.loops) for k in loop.ideal if k in loop.within(self.components)
         ]
@@ -199,7 +199,7 @@ class Model:
             rows.append(pair[0].reshape(-1))
             columns.append(pair[1].reshape(-1))
         row, column = np.concatenate(rows), np.concatenate(columns)
-        used = np.flatnonzero((row != HELD) & (column != HELD))
+        used = np.flatnonzero((row != CONSTRAINED) & (column != CONSTRAINED))
         keys, place = np.unique(row[used] * self.size + column[used], return_inverse=True)
         total = scipy.sparse.csr_matrix((np.ones(len(used)), (place, used)), shape=(len(keys), len(row)))
         return total, keys // self.size, keys % self.size

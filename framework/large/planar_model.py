@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..structure.edge import GROUND
-from .model import HELD, Model
+from .model import CONSTRAINED, Model
 from .numbers import Numbers
 from .planar_links import PlanarJoint
 from .planar_pieces import AXES, ENDS, TERMS, PlanarStack
@@ -124,7 +124,7 @@ class PlanarModel:
             total += width
         i, j, k = (np.concatenate(part) for part in (row, column, source))
         signs: Array = np.concatenate(sign)
-        used = np.flatnonzero((i != HELD) & (j != HELD) & (i >= j))
+        used = np.flatnonzero((i != CONSTRAINED) & (j != CONSTRAINED) & (i >= j))
         keys, place = np.unique(i[used] * self.model.size + j[used], return_inverse=True)
         matrix = scipy.sparse.csr_matrix((signs[used], (place, k[used])), shape=(len(keys), total))
         return matrix, keys // self.model.size, keys % self.model.size
@@ -133,8 +133,8 @@ class PlanarModel:
         """Rows, columns and signs (10 n, 8) of the places of the different entries of plain pieces."""
         six = np.concatenate([self.columns[:, ends[:, 0]], self.columns[:, ends[:, 1]]])
         n = len(ends)
-        rows = np.full((10, n, 8), HELD)
-        columns, signs = np.full((10, n, 8), HELD), np.zeros((10, n, 8))
+        rows = np.full((10, n, 8), CONSTRAINED)
+        columns, signs = np.full((10, n, 8), CONSTRAINED), np.zeros((10, n, 8))
         for term, (p, q) in enumerate(TERMS):
             pairs = [(i, j, si * sj) for i, si in ENDS[p] for j, sj in ENDS[q]]
             if p != q:

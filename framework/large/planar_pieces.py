@@ -112,7 +112,7 @@ def bent(stiffness: Array, deformation: Array) -> Bow:
 
 
 def stress(stiffness: Array, deformation: Array, bow: Bow) -> Array:
-    """Pull and both end moments (3, n, m)."""
+    """Axial force and both end moments (3, n, m)."""
     k0, k11, k12, k22, *_ = stiffness
     axis, one, two = bow
     _, first, second = deformation

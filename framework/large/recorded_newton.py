@@ -17,7 +17,7 @@ from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
 from .elimination import SymbolicFactorisation
 from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
-from .model import HELD, Model
+from .model import CONSTRAINED, Model
 from .planar import PlanarEquations
 from .planar_state import PlanarState
 from .recorded_numbers import GivenNumbers
@@ -49,7 +49,7 @@ def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
     out = []
     links = {joint.child: number for number, joint in enumerate(model.joints)}
     for node in range(model.count):
-        free = [k for k in range(len(columns)) if columns[k, node] != HELD]
+        free = [k for k in range(len(columns)) if columns[k, node] != CONSTRAINED]
         if node in links:
             out += [StateNumber("own", (k, links[node])) for k in free]
             continue

@@ -26,8 +26,8 @@ _SMALL = 1e-9
 def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     """The state in which a search at a share `factor` of the loads had better begin."""
     model = newton.model
-    loose = [number for number, joint in enumerate(model.edges) if joint.clearance_directions]
-    if not loose:
+    with_clearance = [number for number, joint in enumerate(model.edges) if joint.clearance_directions]
+    if not with_clearance:
         return newton.start(count)
     without_clearance = Newton(Model(model.plan, clearance=False))
     found = Search(without_clearance).solve(where, without_clearance.start(count), 0.0, factor)
@@ -35,10 +35,10 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     own = EquilibriumEquations(without_clearance.model, where, count, factor).linearised(state).own
     known = found.converged & np.isfinite(own).all(axis=(0, 1))
     forces = np.where(known, -own, 0.0)
-    # what held these loops in the components that now have clearance
+    # what constrained these loops in the components that now have clearance
     state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
     state.contact_multipliers = DisplacedState.start(model, count).contact_multipliers
-    for number in loose:
+    for number in with_clearance:
         if number < len(model.joints):
             _place(state, number, model.joints[number], forces, model.joints[number].clearance.at(where))
     equations = EquilibriumEquations(model, where, count, factor)
@@ -81,7 +81,7 @@ def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedStat
 
 
 def _met(model: Model, values: Array) -> Array:
-    """Stiffness against each coordinate alone, and zero for those that are held (size + 1, m)."""
+    """Stiffness against each coordinate alone, and zero for those that are constrained (size + 1, m)."""
     _, rows, columns = model.pattern
     out = np.zeros((model.size + 1, values.shape[-1]))
     own = np.flatnonzero(rows == columns)

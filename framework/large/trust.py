@@ -93,7 +93,7 @@ class Trust:
         return out[:-1]
 
     def _arms(self) -> Array:
-        """Size of what displacements of nodes that hang on others are the sum of (nodes, m); zero for the others."""
+        """Size of what displacements of nodes below others in the tree are the sum of (nodes, m); zero for others."""
         state, out = self.state, np.zeros((self.model.count, self.equations.count))
         for number, joint in enumerate(self.model.joints):
             out[joint.child] = np.abs(state.own[:3, number]).sum(axis=0)

@@ -283,7 +283,7 @@ def drawing(
     loads = {node: force for node in frame.loads if np.any(force := _force(solution, node))}
     rest = by_member(part.points)
     joints = list(frame.joints.values())
-    loose = bearings(solution, index, plane_of(rest + shift))
+    shown_bearings = bearings(solution, index, plane_of(rest + shift))
     return Drawing(
         rest=rest,
         shift=shift,
@@ -304,8 +304,8 @@ def drawing(
         nodes=_nodes(solution, index, list(frame.nodes)),
         names=_names(solution, index) if names else (),
         status=tuple(np.broadcast_to(solution.status, solution.shape)[index].tolist()),
-        bearings=loose,
-        bearings_at=_nodes(solution, index, [joints[each.joint].second for each in loose]),
+        bearings=shown_bearings,
+        bearings_at=_nodes(solution, index, [joints[each.joint].second for each in shown_bearings]),
     )
 
 

@@ -66,14 +66,14 @@ def prism(corners: Array, start: Array, end: Array, axes: Array) -> Surface:
         Unit vectors as rows: along, and the two axes of the outline, (3, 3).
     """
     k = len(corners)
-    rim = corners @ axes[1:]
-    after, middle = np.roll(rim, -1, axis=0), np.broadcast_to(rim.mean(axis=0), rim.shape)
+    outline = corners @ axes[1:]
+    after, middle = np.roll(outline, -1, axis=0), np.broadcast_to(outline.mean(axis=0), outline.shape)
     edge = np.roll(corners, -1, axis=0) - corners
     out = np.stack([edge[:, 1], -edge[:, 0]], axis=-1) @ axes[1:]
     out /= np.linalg.norm(out, axis=-1, keepdims=True)
-    sides = np.stack([start + rim, start + after, end + after, end + rim], axis=1)
-    first = np.stack([start + middle, start + after, start + rim, start + middle], axis=1)
-    last = np.stack([end + middle, end + rim, end + after, end + middle], axis=1)
+    sides = np.stack([start + outline, start + after, end + after, end + outline], axis=1)
+    first = np.stack([start + middle, start + after, start + outline, start + middle], axis=1)
+    last = np.stack([end + middle, end + outline, end + after, end + middle], axis=1)
     points = np.concatenate([sides, first, last]).reshape(-1, 3)
     ends = np.broadcast_to(axes[0], (4 * k, 3))
     normals = np.concatenate([np.repeat(out, 4, axis=0), -ends, ends])

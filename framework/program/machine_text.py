@@ -118,14 +118,14 @@ class Text:
             if not late.isdisjoint(program.steps[k - program.first].operands):
                 late.add(k)
         yield from self._all(k for k in made if k not in late)
-        yield from self._rounds(carried, [k for k in made if k in program.again and k not in carried])
+        yield from self._rounds([k for k in made if k in program.again and k not in carried])
         yield from self._all(k for k in made if k in late and k not in program.again and k not in carried)
 
     def _all(self, those: Iterator[int] | Sequence[int]) -> Iterator[str]:
         for k in those:
             yield from self._step(k)
 
-    def _rounds(self, carried: set[int], those: Sequence[int]) -> Iterator[str]:
+    def _rounds(self, those: Sequence[int]) -> Iterator[str]:
         rounds, before = self.program.rounds, self.label
         assert rounds is not None
         body = []

@@ -13,8 +13,9 @@ from typing import Any, cast
 import numpy as np
 
 from ..batch import Same
-from ..structure.parts import Value
-from .program import NONE, Operation, Products, Program, ProgramStep, Rounds
+from ..structure.parts import Value, mask_of
+from .program import NONE, Operation, Products, Program, Rounds
+from .selection import Made, selected
 
 _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
@@ -36,8 +37,6 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
 
 # Operations whose operands may change their signs with that of the result.
 _SIGNED = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE, Operation.NEGATE})
-# A step as it is written down: the operation and its operands.
-Made = tuple[Operation, int, int, int]
 
 
 class Term:
@@ -206,7 +205,7 @@ class Recording:
         self.given: list[Value | None] = []
         self.masks: list[int] = []
         # By value: the step that makes it; of one that is given its place, of a constant its number.
-        self._made: list[Made | int | float] = []
+        self._made: list[Made] = []
         self._known: dict[object, int] = {}
         self._products: list[Products] = []
         self._rounds: Rounds | None = None
@@ -369,86 +368,11 @@ class Recording:
             self._known[key] = self._new(float(value), 0)
         return self._known[key]
 
-    def _new(self, made: Made | int | float, mask: int) -> int:
+    def _new(self, made: Made, mask: int) -> int:
         self._made.append(made)
         self.masks.append(mask)
         return len(self._made) - 1
 
-    # -- the program -------------------------------------------------------------------------------------------------
-
     def program(self, outputs: Sequence[Term]) -> tuple[Program, list[int]]:
         """What makes `outputs`, and the places in `given` of the values that it takes."""
-        asked = [output.number for output in outputs]
-        given, constants, steps = self._needed(asked)
-        # That of none, at the end, is none.
-        new = [NONE] * (len(self._made) + 1)
-        for number, old in enumerate([*given, *constants, *steps]):
-            new[old] = number
-        made = cast(list[Made], self._made)
-        program = Program(
-            given=len(given),
-            constants=tuple(cast(float, self._made[k]) for k in constants),
-            steps=tuple(ProgramStep(o, new[a], new[b], new[c]) for o, a, b, c in map(made.__getitem__, steps)),
-            masks=tuple(map(self.masks.__getitem__, [*given, *constants, *steps])),
-            outputs=tuple(new[k] for k in asked),
-            products=tuple(self._renumbered(new, len(given) + len(constants))),
-            rounds=self._rounds_of(new),
-        )
-        return program, [cast(int, self._made[k]) for k in given]
-
-    def _needed(self, asked: list[int]) -> tuple[list[int], list[int], list[int]]:
-        """Values that lead to those asked for, in order: given, constants, and those that steps make."""
-        needed = bytearray(len(self._made) + 1)
-        found: tuple[list[int], list[int], list[int]] = [], [], []
-        for k in asked:
-            needed[k] = 1
-        if self._rounds is not None:
-            for k in (self._rounds.again, *(after for _, after in self._rounds.carried)):
-                needed[k] = 1
-        for k in range(len(self._made) - 1, -1, -1):
-            if not needed[k]:
-                continue
-            made = self._made[k]
-            if isinstance(made, tuple):
-                _, a, b, c = made
-                needed[a] = needed[b] = needed[c] = 1
-            found[0 if isinstance(made, int) else 1 if isinstance(made, float) else 2].append(k)
-        for each in found:
-            each.reverse()
-        return found
-
-    def _rounds_of(self, new: Sequence[int]) -> Rounds | None:
-        if self._rounds is None:
-            return None
-        carried = tuple((new[k], new[after]) for k, after in self._rounds.carried if new[k] != NONE)
-        return Rounds(carried, new[self._rounds.again], self._rounds.most)
-
-    def _renumbered(self, new: Sequence[int], first: int) -> list[Products]:
-        out = []
-        for each in self._products:
-            kept = [new[k] - first for k in range(*each.steps) if new[k] != NONE and isinstance(self._made[k], tuple)]
-            rows = [(new[k], row) for k, row in zip(each.outputs, each.factors, strict=True) if new[k] != NONE]
-            if not rows:
-                continue
-            used = sorted({place for _, row in rows for place in row})
-            places = {place: index for index, place in enumerate(used)}
-            out.append(
-                Products(
-                    (kept[0], kept[-1] + 1),
-                    tuple(k for k, _ in rows),
-                    tuple(_new(each.numbers[place], new) for place in used),
-                    tuple({places[p]: _new(v, new) for p, v in row.items()} for _, row in rows),
-                )
-            )
-        return out
-
-
-def _new(number: int | float, new: Sequence[int]) -> int | float:
-    return new[number] if isinstance(number, int) else number
-
-
-def mask_of(value: object) -> int:
-    """The batch axes over which a number varies, as bits."""
-    if not isinstance(value, np.ndarray):
-        return 0
-    return sum(1 << axis for axis, n in enumerate(value.shape) if n > 1)
+        return selected([output.number for output in outputs], self._made, self.masks, self._products, self._rounds)

@@ -10,10 +10,9 @@ import numpy as np
 
 from ..batch import Shape
 from ..cache import KERNELS
-from ..structure.parts import Value
+from ..structure.parts import Value, mask_of
 from .calculation import Calculation, worth_compiling
 from .program import Operation, Program
-from .recording import mask_of
 
 Function = Callable[..., Any]
 # Of each given value the group of arguments in which it comes, and its place there.

@@ -28,7 +28,7 @@ _STILL = 1e-10
 def consistent_mechanisms(
     plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]
 ) -> ConsistentMechanisms | None:
-    """The idle ones among entries that can move, None for none.
+    """The statically consistent ones among entries that can move, None for none.
 
     Parameters
     ----------
@@ -80,12 +80,12 @@ class ConsistentMechanisms:
             self._motions[(slice(len(each.motions)), *each.where)] = each.motions
 
     def values(self, rows: Sequence[Row]) -> Real:
-        """Values of `rows` over the unknowns and the right-hand-side parameters at the idle entries, (m, rows)."""
+        """Values of `rows` over the unknowns and the right-hand-side parameters at these entries, (m, rows)."""
         found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
         return found
 
     def motions(self, rows: Sequence[Row]) -> Array:
-        """Values of `rows` in each free motion of the idle entries, (motions, m, rows)."""
+        """Values of `rows` in each free motion of these entries, (motions, m, rows)."""
         at = {k: number for number, k in enumerate(self.unknowns)}
         motions = self._motions[:, self.mask]
         out = np.zeros((*motions.shape[:-1], len(rows)))
@@ -104,7 +104,7 @@ class ConsistentMechanisms:
         found
             ``ux uy uz rx ry rz`` of the whole batch, (..., 6) or (..., k, 6).
         moved
-            The same in each free motion of the idle entries, (motions, m, 6) or (motions, m, k, 6).
+            The same in each free motion of these entries, (motions, m, 6) or (motions, m, k, 6).
         """
         length_scale = self.length_scale[self.mask].reshape(-1, *(1,) * (moved.ndim - 2))
         weights = np.concatenate([np.ones((*length_scale.shape[:-1], 3)), np.repeat(length_scale, 3, axis=-1)], axis=-1)

@@ -49,7 +49,7 @@ class Recovery(AlongMembers):
         return rotated(np.swapaxes(group.local_axes[position], -1, -2), local)
 
     def moved_along(self, member: str, at: Array) -> Array:
-        """Displacement at stations in each free motion of the idle entries, global, (motions, m, k, 6)."""
+        """Displacement at stations in each free motion of consistent mechanisms, global, (motions, m, k, 6)."""
         mechanisms = self.solution.consistent_mechanisms
         assert mechanisms is not None
         count = len(mechanisms.motions([]))

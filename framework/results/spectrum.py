@@ -8,8 +8,7 @@ import scipy
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
-from ..error_bounds.equilibrium import Statics
-from ..error_bounds.kinematic_edge import Real
+from ..error_bounds.equilibrium import Statics, rounded
 
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400
@@ -23,7 +22,7 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     is NaN where they push the frame over.
     """
     statics = Statics(plan)
-    kinematics, springs = statics.kinematics.mapped(_rounded), [each.mapped(_rounded) for each in statics.springs]
+    kinematics, springs = statics.kinematics.mapped(rounded), [each.mapped(rounded) for each in statics.springs]
     with np.errstate(invalid="ignore"):
         found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
         weighted, size = found.scaled, len(plan.unknowns)
@@ -73,7 +72,3 @@ def extremes(matrix: scipy.sparse.csr_matrix) -> tuple[Array, Array]:
     except RuntimeError:  # SuperLU's word for an exactly zero pivot
         least = np.zeros(1)
     return np.asarray(least[0]), np.asarray(greatest[0])
-
-
-def _rounded(array: Real, trailing: int) -> Real:
-    return array.astype(np.float64)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..batched.stage import Forces
 from ..structure.group import Group
-from ..structure.parts import Grid, RightHandSideParameters, Value
+from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mask_of_shape
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
@@ -151,7 +151,7 @@ class Coupling:
         found.append(self._of_springs(dofs, [spring.stiffness for spring in tree.springs]))
         found.append(self._of_loads(dofs + len(tree.springs), forces))
         self.terms = Terms(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
-        stiff = [block.mask for block in self.blocks[:-1]] + [grid.mask(value) for value in self.factors]
+        stiff = [block.mask for block in self.blocks[:-1]] + [mask_of(value) for value in self.factors]
         self.mask = int(np.bitwise_or.reduce(np.array([0, *stiff])))
         self.imposed = any(k < 0 for rows in tree.rows.values() for row in rows for k in row) or any(
             k < 0 for spring in tree.springs for k in spring.row
@@ -176,7 +176,7 @@ class Coupling:
         by_block = np.zeros(len(self.terms.source), dtype=np.int64)
         for block in self.blocks[:-1]:
             by_block[(self.terms.source >= block.first) & (self.terms.source < block.first + block.count)] = block.mask
-        own = np.array([*map(self.grid.mask, self.factors), 0], dtype=np.int64)
+        own = np.array([*map(mask_of, self.factors), 0], dtype=np.int64)
         masks = by_block | own[self.terms.first] | own[self.terms.second]
         stiff = self.terms.high < self.size
         out = np.zeros(self.size, dtype=np.int64)
@@ -208,7 +208,7 @@ class Coupling:
 
     def _of_group(self, group: Group) -> tuple[Index, ...]:
         count, (a, b) = len(group.pieces), _TWELVE
-        mask = _mask(group.stiffness_shape)
+        mask = mask_of_shape(group.stiffness_shape)
         rows = _deformed(group)
         if rows is None:
             self.exact = self.exact and self._everywhere
@@ -240,7 +240,7 @@ class Coupling:
         return found
 
     def _of_springs(self, first: int, stiffness: Sequence[Value]) -> tuple[Index, ...]:
-        mask = int(np.bitwise_or.reduce(np.array([0, *map(self.grid.mask, stiffness)])))
+        mask = int(np.bitwise_or.reduce(np.array([0, *map(mask_of, stiffness)])))
         block = self._block(len(stiffness), None, None, stiffness, mask)
         rows = first + np.arange(len(stiffness))
         return self._expanded(block.first + np.arange(len(stiffness)), rows, rows, np.ones(len(rows)), -1.0)
@@ -253,7 +253,7 @@ class Coupling:
             for value in parts.values()
         ]
         values = [value for _, _, value in given]
-        mask = int(np.bitwise_or.reduce(np.array([0, *map(self.grid.mask, values)])))
+        mask = int(np.bitwise_or.reduce(np.array([0, *map(mask_of, values)])))
         block = self._block(len(given), None, None, values, mask)
         where = np.array([(dof, source) for dof, source, _ in given], dtype=np.int64).reshape(-1, 2)
         source = block.first + np.arange(len(given))
@@ -265,10 +265,6 @@ class Coupling:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
         return self.blocks[-1]
-
-
-def _mask(shape: tuple[int, ...]) -> int:
-    return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
 
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..description import Description
 from ..stacking import changed
-from ..structure.parts import Grid, RightHandSideParameters, Value
+from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
 
 
 class Loaded(Protocol):
@@ -44,7 +44,7 @@ def varying(plan: Loaded) -> list[Value]:
     if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return []
     given = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
-    return [*plan.imposed, *(value for value in given if grid.mask(value))]
+    return [*plan.imposed, *(value for value in given if mask_of(value))]
 
 
 def count(plan: Loaded) -> int:
@@ -77,7 +77,7 @@ def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -
     one, more = np.asarray(units[0]), iter(units[first:])
 
     def load(value: Array) -> Array:
-        varies = grid.mask(grid.value(value))
+        varies = mask_of(grid.value(value))
         return np.asarray(next(more)) if varies else one * value.reshape(-1)[0]
 
     def alone(array: Array, trailing: int) -> Array:

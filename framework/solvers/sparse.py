@@ -286,7 +286,7 @@ class SparseSolver:
 
     @cached_property
     def _numbers(self) -> Array:
-        """Unknowns and right-hand-side parameters, (n + knowns, load cases)."""
+        """Unknowns and right-hand-side parameters, (n + parameters, load cases)."""
         shape = self.plan.frame.shape
         rhs_parameters = [np.broadcast_to(value, shape).reshape(-1) for value in self.plan.rhs_parameters.values]
         return np.concatenate([self.unknowns, np.stack(rhs_parameters)])

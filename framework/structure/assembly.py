@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
-from ..batched.stage import Forces, Matrix
+from ..batched.stage import Forces
 from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from .parts import Grid, RightHandSideParameters, Value, add, is_zero, product
+from .parts import Grid, Matrix, RightHandSideParameters, Value, add, enter, is_zero, mask_of, product
 from .topology import Group, Index, Topology
 from .varying import Varying
 
@@ -45,16 +45,8 @@ def stiffness_entries(
         values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
         first, second = (numbers[piece, end].tolist() for end in (a, b))
         for i, j, value in zip(first, second, values, strict=True):
-            enter(matrix, i, j, 0 if shared else grid.mask(value), value)
+            enter(matrix, i, j, 0 if shared else mask_of(value), value)
     return matrix
-
-
-def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
-    """Add a term, which varies over `mask`, to the entries (i, j) and (j, i), which are one."""
-    row = matrix.setdefault(i, {})
-    if j not in row:
-        row[j] = matrix.setdefault(j, {})[i] = {}
-    add(row[j], mask, value)
 
 
 def _stacks(
@@ -81,7 +73,7 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
 
     def put(dof: int, source: int, value: Value) -> None:
         if not is_zero(value):
-            add(forces.setdefault(dof, {}).setdefault(source, {}), grid.mask(value), value)
+            add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
         global_axes = topology.axes(node) is None

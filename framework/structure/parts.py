@@ -24,6 +24,8 @@ from ..batch import Array, Shape, aligned
 Extended = np.longdouble
 Value = float | np.floating[Any] | NDArray[np.floating[Any]]
 Parts = dict[int, Value]
+# Parts of the entries of a symmetric matrix: (i, j) and (j, i) are one object.
+Matrix = dict[int, dict[int, Parts]]
 # A combination of numbers: factors by unknown (0, 1, ...) and by right-hand-side parameter (-1, -2, ...).
 Row = dict[int, Value]
 # The right-hand-side parameter one.
@@ -52,12 +54,6 @@ class Grid:
         bounds = [k * length // count for k in range(count + 1)]
         return axis, [slice(a, b) for a, b in pairwise(bounds)]
 
-    def mask(self, value: Value) -> int:
-        """The axes over which `value` varies, as bits."""
-        if not isinstance(value, np.ndarray):
-            return 0
-        return sum(1 << axis for axis, n in enumerate(value.shape) if n > 1)
-
     def value(self, array: NDArray[Any]) -> Value:
         """`array` (...) as a scalar where it holds one number, else contiguous with all batch axes."""
         if array.size == 1:
@@ -73,6 +69,16 @@ class Grid:
         return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
 
 
+def mask_of(value: object) -> int:
+    """The batch axes over which a number with all of them varies, as bits."""
+    return mask_of_shape(value.shape) if isinstance(value, np.ndarray) else 0
+
+
+def mask_of_shape(shape: Shape) -> int:
+    """The axes over which what has this shape varies, as bits."""
+    return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
+
+
 def is_zero(value: Value) -> bool:
     """Whether `value` is the exact constant zero."""
     return not isinstance(value, np.ndarray) and value == 0.0
@@ -81,6 +87,22 @@ def is_zero(value: Value) -> bool:
 def add(parts: Parts, mask: int, value: Value) -> None:
     """Add `value`, which varies over `mask`, to a sum of parts."""
     parts[mask] = parts[mask] + value if mask in parts else value
+
+
+def entry(matrix: Matrix, i: int, j: int) -> Parts:
+    """Parts of the entries (i, j) and (j, i), made where there are none."""
+    row = matrix.get(i)
+    if row is None:
+        row = matrix[i] = {}
+    found = row.get(j)
+    if found is None:
+        found = row[j] = matrix.setdefault(j, {})[i] = {}
+    return found
+
+
+def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
+    """Add a term, which varies over `mask`, to the entries (i, j) and (j, i)."""
+    add(entry(matrix, i, j), mask, value)
 
 
 def total(parts: Parts) -> tuple[int, Value]:
@@ -160,7 +182,7 @@ class RightHandSideParameters:
         """`value` as a combination of right-hand-side parameters."""
         if not np.any(value):
             return {}
-        if not self.grid.mask(value) & ~self.geometry:
+        if not mask_of(value) & ~self.geometry:
             return {ONE: value}
         self.values.append(value)
         return {-len(self.values): 1.0}

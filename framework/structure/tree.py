@@ -18,6 +18,7 @@ from ..batch import Array, aligned
 from ..described.parts import Tie
 from ..description import Description
 from .constraints import Constraint, Elimination, eliminate
+from .disjoint_sets import DisjointSets
 from .edge import ABOUT, ALONG, GROUND, Edge
 from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
 from .topology import Topology
@@ -238,22 +239,11 @@ def spanning(edges: list[Edge], *, ordered: bool = False) -> tuple[list[Edge], l
 
     Where `ordered` they come so.
     """
-    leader: dict[int, int] = {}
-
-    def find(node: int) -> int:
-        while leader.setdefault(node, node) != node:
-            leader[node] = leader[leader[node]]
-            node = leader[node]
-        return node
-
-    chosen, closing = [], []
+    connected = DisjointSets[int]()
+    chosen: list[Edge] = []
+    closing: list[Edge] = []
     for edge in edges if ordered else sorted(edges, key=lambda e: e.strength, reverse=True):
-        a, b = find(edge.first), find(edge.second)
-        if a == b:
-            closing.append(edge)
-        else:
-            leader[a] = b
-            chosen.append(edge)
+        (chosen if connected.join(edge.first, edge.second) else closing).append(edge)
     return chosen, closing
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from .group import Group
-from .parts import Grid, Value, combine, product
+from .parts import Grid, Value, combine, mask_of, product
 
 # Entries looked at together in the first pass.
 _CHUNK = 2**14
@@ -211,7 +211,7 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
 
 def _codes(number: Array, grid: Grid) -> NDArray[np.int64]:
     """Code of a number (n, ...) for each of n pieces, (n,)."""
-    mask = grid.mask(aligned(number[0], len(grid.shape)))
+    mask = mask_of(aligned(number[0], len(grid.shape)))
     # Most are not zero from the first entry on, or all over.
     used = [bool(each.flat[0] != 0.0 or each.any()) for each in number]
     return np.where(used, 1 + 2 * mask, 0)

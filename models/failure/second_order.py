@@ -76,11 +76,3 @@ def beyond_paraboloid(beta: Array, curvature: Array) -> Array:
         logarithm = logarithm - 0.5 * np.log(1.0 + each[:, None] * s)
     found = (np.exp(logarithm) / s).sum(axis=-1).real * steps / (2.0 * np.pi)
     return np.where(nearest, found, np.nan)
-
-
-def breitung(beta: Array, curvature: Array) -> Array:
-    """The asymptotic value, (n,): Φ(-β) Π (1 + β κᵢ)^(-1/2) (Breitung, J. Eng. Mech. 110, 1984)."""
-    from scipy.special import ndtr
-
-    with np.errstate(invalid="ignore"):
-        return np.asarray(ndtr(-beta) * np.prod(1.0 + beta[:, None] * curvature, axis=-1) ** -0.5)

@@ -195,7 +195,7 @@ def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
     stencil = _stencil(low.shape[1])
     values = _asked(found, tasks, first, last, stencil)
     best = np.argmin(values, axis=1)
-    step, model = _least_of_model(values, stencil, stencil[best])
+    step, model = _least_of_model(values, stencil[best])
     tried = _placed(first, last, step[:, None])[:, 0]
     reached = _own(found, tasks, tried[:, None])[:, 0]
     nearby = np.min(values, axis=1)
@@ -245,7 +245,7 @@ def _own(found: Extremes, tasks: _Tasks, points: Array) -> Array:
     return out
 
 
-def _least_of_model(values: Array, stencil: Array, start: Array) -> tuple[Array, Array]:
+def _least_of_model(values: Array, start: Array) -> tuple[Array, Array]:
     """Where the quadratic through values (n, s) at a stencil is least in (-1, 1)^k, (n, k), and its value (n,)."""
     n, k = start.shape
     some = np.where(np.isfinite(values), values, np.nan)

@@ -17,12 +17,12 @@ from ...framework.renamed import RenamedAttribute
 from .graphics.drawn_motion import DrawnMotion
 from .graphics.dxf import save_motion
 from .graphics.units import SI, Units
+from .measured_motion import MeasuredMotion
 from .page.page import PageText, framed, framed_point, write_page
 from .page.widget import widget
 from .poses.coordinates import coordinate_of, rates_of_coordinate
 from .poses.states import PoseState, closure_states
 from .statics.transmission import transmission_angle
-from .uncertain_motion import UncertainMotion
 from .worst_case.worst_case import WorstCase
 
 # Poses up to which what is printed of a motion tells singular ones; beyond, whether they are assembled.
@@ -30,7 +30,7 @@ COUNTED = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(DrawnMotion, UncertainMotion):
+class Motion(DrawnMotion, MeasuredMotion):
     """Motion of a linkage over a batch of poses; made by `Linkage.move`.
 
     Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN throughout, as have those in another

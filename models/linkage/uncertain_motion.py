@@ -1,4 +1,4 @@
-"""What dimensions, clearances and tolerances do to a moving linkage, and what was measured of it."""
+"""What dimensions, clearances and tolerances do to a moving linkage."""
 
 from __future__ import annotations
 
@@ -11,12 +11,8 @@ from numpy.typing import ArrayLike
 from ..distributions import Uncertain
 from ..failure.adapters import OpenTURNSProblem, PystraProblem, to_openturns, to_pystra
 from ..failure.reliability import Reliability
-from ..measured.calibration import Calibration
-from ..measured.comparison import Comparison
-from ..measured.table import Measured
 from .derivatives.position_sensitivity import PositionSensitivity, position_sensitivity
 from .loaded_motion import LoadedMotion
-from .measured import calibration_of, comparison_of
 from .worst_case.allocation import FITS, Costs, FitAllocation, allocate_fits
 from .worst_case.fuzzy import FuzzyReach, fuzzy_reach
 from .worst_case.limits import Given, given_of
@@ -26,7 +22,7 @@ from .zone import Build, reliability_of, share_left
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UncertainMotion(LoadedMotion):
-    """Derivatives, worst cases, probabilities and measurements of a motion; see `Motion`."""
+    """Derivatives, worst cases and probabilities of a motion; see `Motion`."""
 
     def sensitivity(self, point: str, link: str | None = None) -> PositionSensitivity:
         """How the position of a point depends on dimensions, drives and displacements in the joints, to first order.
@@ -378,84 +374,3 @@ class UncertainMotion(LoadedMotion):
         left, slopes = share_left(self, point, limit, build, distributions, compliance)
         own = {"gradient": slopes, **options}
         return to_pystra(left, distributions, poses=self.shape[0] if self.shape else None, **own)
-
-    def compare(self, point: str, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
-        """Compare where a point is with where it was measured.
-
-        Parameters
-        ----------
-        point
-            Name of the point.
-        measured
-            Its measured positions at the poses of this motion, with their uncertainty; see `read_measured`.
-        deviation
-            Standard deviation of the prediction, (poses, 3) or what broadcasts to it, a length, such as that of the
-            tolerances.
-        level
-            Probability with which a pose should lie within its band.
-
-        Returns
-        -------
-        Comparison
-            Residuals, their sum of squares, and the poses outside.
-
-        Raises
-        ------
-        FrameError
-            If the motion is at other poses than the measurement, or neither has an uncertainty.
-        """
-        return comparison_of(self, point, measured, deviation, level)
-
-    def calibrate(
-        self,
-        point: str,
-        measured: Measured,
-        build: Build,
-        start: Mapping[str, float],
-        *,
-        scales: Mapping[str, float] | None = None,
-    ) -> Calibration:
-        """Find the dimensions with which a point goes where it was measured.
-
-        Parameters
-        ----------
-        point
-            Name of the point.
-        measured
-            Its measured positions at the poses of this motion.
-        build
-            Called with dimensions by name, (m, 1) or (m,) each, as keywords; returns the linkage with them. Derivatives
-            come from `sensitivity`, so that each step of the search takes two motions, however many dimensions.
-        start
-            Where to begin, by name: the dimensions of this motion.
-        scales
-            Sizes by which they may change; see `calibrate`.
-
-        Returns
-        -------
-        Calibration
-            Dimensions with their covariance, and the combinations of them that the data cannot tell.
-
-        Raises
-        ------
-        FrameError
-            If the motion is at other poses than the measurement, or as `calibrate`.
-
-        Examples
-        --------
-        The length of a crank, from two places that its end was seen at.
-
-        >>> import numpy as np
-        >>> from linkframe.models import Linkage, Measured
-        >>> def crank(length):
-        ...     places = np.stack(np.broadcast_arrays(length, 0.0, 0.0), axis=-1)
-        ...     linkage = Linkage(A=(0, 0), P=places)
-        ...     linkage.link("crank", "A", "P")
-        ...     linkage.revolute("A", "ground", "crank", drive=True)
-        ...     return linkage
-        >>> seen = Measured([[0.2001, 0.0, np.nan], [0.0, 0.2003, np.nan]], 1e-4, {"A": np.radians([0.0, 90.0])})
-        >>> found = crank(0.2).move(seen.drives).calibrate("P", seen, crank, {"length": 0.2})
-        >>> round(found.values["length"], 9)
-        0.2002
-        """
-        return calibration_of(self, point, measured, build, start, scales)

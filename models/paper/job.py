@@ -18,7 +18,8 @@ from .drawing import draw_linkage
 from .passages import passages
 from .remarks import beforehand, remarks
 from .report import report
-from .result import Result, begin, finish, work
+from .result import Result, begin, finish
+from .study import work
 from .table import about_errors, as_csv, as_text
 
 if TYPE_CHECKING:

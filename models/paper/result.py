@@ -11,22 +11,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...elements import Beam, Material, Rectangle
+from ...elements import Beam
 from ...framework.errors import FrameError, MechanismWarning
-from ..four_bar.description import JOINTS, LINKS
-from ..four_bar.four_bar import FourBar, FourBarMotion
+from ..four_bar.four_bar import FourBarMotion
 from ..four_bar.kinetostatics import Kinetostatics, Link
-from ..four_bar.study import Study, monte_carlo
+from ..four_bar.study import Study
 from ..job.measured import MEASURED_WAY, MeasuredOutcome
 from ..job.memory import check
-from ..job.outcome import LargeSpread, Outcome, magnification, taken
+from ..job.outcome import LargeSpread, Outcome, magnification
 from ..job.parts import Parts
 from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
-from ..sampling import Distribution, Normal
-from .given_tolerances import given_tolerances
-from .inputs import DRIVE, LENGTHS, Inputs
+from .inputs import DRIVE, Inputs
 from .large import large_parts, large_samples
+from .study import LARGE_WAY, LINEAR_WAY, check_reach, four_bar, study_of
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
@@ -42,8 +40,6 @@ DRAWN_SPREAD = 0.12
 SPECTRA = 200
 # Memory that a sample takes for its inputs, and at a pose: its results, and what statistics and figures make of them.
 BYTES_ALONE, BYTES = 8 * 40, 8 * 50
-# What is counted.
-LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +239,7 @@ class Result(Outcome):
                 f"leave a gap of {gap:.3g} m or more: check the drive angles, column '{DRIVE} [deg]'"
             )
         try:
-            return _study(inputs, linkage, theta[closes])
+            return study_of(inputs, linkage, theta[closes])
         except FrameError as error:
             raise FrameError(f"{inputs.measured.name}: {error}") from error
 
@@ -394,11 +390,11 @@ def begin(inputs: Inputs) -> Result:
     poses = inputs.degrees.size + (0 if inputs.measured_drive is None else inputs.measured_drive.values.size)
     check(BYTES_ALONE + BYTES * poses, inputs.samples, "--samples")
     linkage = four_bar(inputs)
-    _check_reach(linkage, inputs)
+    check_reach(linkage, inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
-        return Result(inputs, _study(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
+        return Result(inputs, study_of(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
 
 
 def finish(result: Result, advance: Advance | None = None, *, large: bool = True, shared: Sharing = ALONE) -> Result:
@@ -410,82 +406,3 @@ def finish(result: Result, advance: Advance | None = None, *, large: bool = True
         if large:
             _ = result.kappa, result.kappa_scaled, result.large.std, result.measured
     return result
-
-
-def _study(inputs: Inputs, linkage: FourBar, theta: Array) -> Study:
-    """The samples at drive angles at which the linkage can be assembled, radians, (poses,)."""
-    scale = inputs.to_radius
-    return monte_carlo(
-        linkage,
-        theta,
-        distributions(inputs, scale),
-        load=(0.0, inputs.load, 0.0),
-        clearance=scale * inputs.clearance,
-        contact=inputs.contact if isinstance(inputs.contact, str) else np.radians(inputs.contact),
-        n=inputs.samples,
-        rng=inputs.rng,
-        sampler=inputs.sampler,
-        exact=inputs.closure == "exact",
-        nan_policy=inputs.nan_policy,
-    )
-
-
-def work(inputs: Inputs) -> dict[str, int]:
-    """Poses times samples to be computed: by linear mechanics, at large displacement, and at measured poses."""
-    linkage = four_bar(inputs)
-    closes = linkage.assembles(inputs.theta)
-    found = {
-        LINEAR_WAY: _regular(linkage, inputs.theta) * inputs.samples,
-        LARGE_WAY: int(closes.sum()) * taken(inputs.samples),
-    }
-    if inputs.measured_drive is not None:
-        found[MEASURED_WAY] = _regular(linkage, np.radians(inputs.measured_drive.values)) * inputs.samples
-    return found
-
-
-def _regular(linkage: FourBar, theta: Array) -> int:
-    """How many of the poses can be assembled and are not singular."""
-    return int((linkage.assembles(theta) & ~linkage.singular(theta)).sum())
-
-
-def _check_reach(linkage: FourBar, inputs: Inputs) -> None:
-    """Refuse lengths with which no pose can be assembled."""
-    gap = linkage.gap(inputs.theta)
-    if (gap > 0.0).all():
-        nearest = int(np.argmin(gap))
-        lengths = ", ".join(f"--{name} {getattr(inputs, name):g}" for name in LENGTHS)
-        raise FrameError(
-            f"no pose can be assembled with {lengths}: coupler and rocker leave a gap of {gap[nearest]:.3g} m or more"
-            f" (the least at {inputs.degrees[nearest]:g}°); change a length, or give other --poses"
-        )
-
-
-def four_bar(inputs: Inputs) -> FourBar:
-    """The linkage at the mean inputs."""
-    long, short = max(inputs.section), min(inputs.section)
-    section = Rectangle(y=long, z=short) if inputs.in_plane == "long" else Rectangle(y=short, z=long)
-    return FourBar(
-        crank=inputs.crank,
-        coupler=inputs.coupler,
-        rocker=inputs.rocker,
-        ground=inputs.ground,
-        point=inputs.point,
-        branch=inputs.branch,
-        beam=Beam(section, Material(E=inputs.young, nu=inputs.poisson)),
-        stiffness=(inputs.stiffness,) * 5 + (0.0,),
-    )
-
-
-def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
-    """Normal distributions (12) of what is uncertain, or those given in words; what has no deviation is left out."""
-    each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
-    spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
-    spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
-    spread |= {f"stiffness{joint}": (inputs.stiffness, inputs.stiffness_sd) for joint in each}
-    spread |= {f"clearance{joint}": (scale * inputs.clearance, scale * inputs.clearance_sd) for joint in each}
-    if not isinstance(inputs.contact, str):
-        angle = float(np.radians(inputs.contact)), float(np.radians(inputs.contact_sd))
-        spread |= {f"contact{joint}": angle for joint in each}
-    spread["fy"] = inputs.load, inputs.load_sd
-    normal = {name: Normal(mean, deviation) for name, (mean, deviation) in spread.items() if deviation > 0.0}
-    return normal | given_tolerances(inputs)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,12 +23,7 @@ from .comoments import Comoments
 from .failures import MOST_NAMED, Failures
 from .histogram import BinnedSamples, Bins, Histogram
 
-if TYPE_CHECKING:
-    pass
-
 Array = NDArray[np.float64]
-
-BinnedQuantiles = Callable[[BinnedSamples, Array], tuple[Array, ...]]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

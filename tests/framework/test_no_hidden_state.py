@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched import unloaded
+from linkframe.framework.batched import order as ordering
 from linkframe.framework.cache import COMPILED, ORDERS, PROGRAMS, SOLVED, Bounded, LimitedCache, alike
 from linkframe.models import Linkage
 
@@ -153,13 +153,13 @@ def test_threads_find_what_one_alone_finds(kind: str) -> None:
 def test_another_frame_of_the_topology_orders_nothing_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     """Other lengths, other stiffness, other sections, another load: the orders are those of the first."""
     made: list[object] = []
-    ordered = unloaded.order
+    ordered = ordering.order
 
     def counting(*given: object) -> object:
         made.append(given)
         return ordered(*given)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(unloaded, "order", counting)
+    monkeypatch.setattr(ordering, "order", counting)
     ORDERS.clear()
     PROGRAMS.clear()
     first = bent().solve().displacement("D")

@@ -17,7 +17,7 @@ from linkframe.models.linkage.job.table import as_text
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.result import Result as FourBarResult
 from linkframe.models.paper.result import compute as compute_four_bar
-from linkframe.models.paper.result import distributions, four_bar
+from linkframe.models.paper.study import distributions, four_bar
 from numpy.testing import assert_allclose, assert_array_equal
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "four_bar.toml"

@@ -18,7 +18,8 @@ from linkframe.models.linkage.job.result import compute as compute_file
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.job import FourBarJob
 from linkframe.models.paper.page import write_job_page
-from linkframe.models.paper.result import Result, compute, work
+from linkframe.models.paper.result import Result, compute
+from linkframe.models.paper.study import work
 from numpy.testing import assert_allclose, assert_array_equal
 
 ANGLES = np.array([25.0, 60.0, 95.0, 140.0, 320.0])

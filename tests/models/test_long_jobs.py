@@ -27,7 +27,8 @@ from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.paper import against_paper
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks
-from linkframe.models.paper.result import BYTES, LARGE_WAY, LINEAR_WAY, Result, compute, work
+from linkframe.models.paper.result import BYTES, Result, compute
+from linkframe.models.paper.study import LARGE_WAY, LINEAR_WAY, work
 from numpy.typing import NDArray
 
 COMMAND = [sys.executable, "-c", "from linkframe.models.command_line import main; raise SystemExit(main())", "four-bar"]

@@ -16,7 +16,8 @@ from linkframe.models.linkage.job.result import compute as compute_file
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.page import _limits
 from linkframe.models.paper.report import _inputs, _summary
-from linkframe.models.paper.result import compute, distributions
+from linkframe.models.paper.result import compute
+from linkframe.models.paper.study import distributions
 from numpy.testing import assert_allclose, assert_array_equal
 
 FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"

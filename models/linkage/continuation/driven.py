@@ -84,8 +84,8 @@ def _speeds(loops: Loops, parameters: Sequence[float], start: Pose, member: int)
         at = {}
         for point in link.points:
             own = mechanism.place(name, point) - body.place
-            drawn = np.einsum("...ji,...j->...i", body.reference_axes, own) / mechanism.size
-            arm = np.broadcast_to(drawn, (*linkage.shape, 3)).reshape(-1, 3)[member] @ pose[1:]
+            along = np.einsum("...ji,...j->...i", body.reference_axes, own) / mechanism.size
+            arm = np.broadcast_to(along, (*linkage.shape, 3)).reshape(-1, 3)[member] @ pose[1:]
             at[point] = (velocity + np.cross(omega, arm)).T
         out[name] = omega.T, at
     return out

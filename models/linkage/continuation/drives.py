@@ -57,7 +57,7 @@ def given_drives(
                     f"{what} of joint {name!r} is given, but nothing drives it (driven: {driven}): "
                     f"make it a drive with drive({name!r})"
                 )
-    shapes: dict[str, Shape] = {"the drawing": linkage.shape}
+    shapes: dict[str, Shape] = {"the points": linkage.shape}
     states: list[Array] = []
     first: list[Array] = []
     second: list[Array] = []

@@ -54,7 +54,7 @@ class Guide:
 
     @classmethod
     def of(cls, path: RayPath, back: RayPath | None = None) -> Guide:
-        """Guide along a track; `back` goes the other way from the same start, to negative lengths."""
+        """Guide along a path; `back` goes the other way from the same start, to negative lengths."""
         nodes = [(node.s, 1.0, node) for node in path.nodes]
         crossings = list(path.crossings)
         low = 0.0

@@ -148,7 +148,7 @@ def read_off(
 ) -> Read:
     """Follow long paths from `states` (n, paths) in `direction` (f, paths), and read off the lengths s (asked,).
 
-    `path` tells the path of each. The nodes of a path are those of `March`, whatever is asked for.
+    `path` tells the path of each. The nodes of a path are those of `PredictorCorrector`, whatever is asked for.
     """
     count = states.shape[1]
     need = np.zeros(count)
@@ -302,7 +302,7 @@ class ManyPaths:
             self.crossing[paths] |= near & self._changes_sign(paths, determinants)
 
     def _predicted(self, active: NDArray[np.intp], step: Array) -> list[Value]:
-        """Guesses a step further: by the second derivative at first, then as `March.predict`."""
+        """Guesses a step further: by the second derivative at first, then as `PredictorCorrector.predict`."""
         state, rate, before = self.state[:, active], self.rate[:, active], self.before[:, active]
         width, old = self.width[active], self.before_rate[:, active]
         safe = np.where(width > 0.0, width, 1.0)

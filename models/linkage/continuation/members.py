@@ -25,7 +25,7 @@ SHARE = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Reference configurations of all members, each closed for itself from the drawing.
+    """Reference configurations of all members, each closed for itself from the points as described.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class Starts:
 
 
 def own_starts(loops: Loops, parameters: Sequence[Value], shape: Shape) -> Starts:
-    """Close each member of the batch at the reference values of the drives, from the drawing."""
+    """Close each member of the batch at the reference values of the drives, from the points as described."""
     reference_state: list[Value] = [np.full(shape, x) for x in loops.reference_state]
     found = loops.close_all(reference_state, parameters)
     state, closed = [np.broadcast_to(x, shape).copy() for x in found.state], np.array(found.trusted)

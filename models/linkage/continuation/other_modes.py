@@ -59,7 +59,7 @@ def _best(loops: Loops, parameters: Sequence[Value], begin: Array, enough: float
 
 
 def _trials(loops: Loops, begin: Array) -> list[Array]:
-    """States from which to begin: the last on the path, the drawing, and some around it; all with the drives given."""
+    """States to begin from, with the drives given: the last on the path, the reference configuration, some near it."""
     reference_state: list[Value] = [np.full(begin.shape[1], x) for x in loops.reference_state]
     steps = FAR * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIES, loops.columns))
     steps[0] = 0.0

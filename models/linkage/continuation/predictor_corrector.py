@@ -114,7 +114,7 @@ class PredictorCorrector:
         return ContinuationPoint(s, pose, rate)
 
     def begin(self, start: Pose) -> RayPath:
-        """The track at the beginning of the ray."""
+        """The path at the beginning of the ray."""
         return RayPath([self.node(0.0, start)], FIRST)
 
     def extend(self, path: RayPath, until: float, switch: bool | None = None) -> RayPath:

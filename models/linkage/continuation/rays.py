@@ -81,7 +81,7 @@ def begins(loops: Loops, parameters: Sequence[float], start: Pose) -> Derivative
 
 
 def at_once(loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, target: Array) -> Pose | None:
-    """The pose at driven states (f,) where one step leads to it, as the first one of `Lanes`; else None."""
+    """The pose at driven states (f,) where one step leads to it, as the first step of `ManyPaths`; else None."""
     begin = np.array(start.state)
     change = target - begin[loops.driven_states]
     if not np.linalg.norm(change) <= FAR:
@@ -145,7 +145,7 @@ def _continue(loops: Loops, parameters: Sequence[float], start: Pose, direction:
 
 
 def _end(continuation: PredictorCorrector, path: RayPath, s: float) -> list[float] | None:
-    """The state at `s` on a track that leads so far."""
+    """The state at `s` on a path that leads so far."""
     if path.end < s:
         return None
     guide, loops = Guide.of(path), continuation.loops
@@ -157,7 +157,7 @@ def _end(continuation: PredictorCorrector, path: RayPath, s: float) -> list[floa
 
 
 def _alone(continuation: PredictorCorrector, path: RayPath, where: float) -> bool:
-    """Whether paths that pass a change point on either side lead to the pose behind it to which the track leads."""
+    """Whether paths that pass a change point on either side lead to the pose behind it to which the path leads."""
     before = [node for node in path.nodes if node.s < where][-1]
     after = next(node for node in path.nodes if node.s > where)
     direction = np.array(continuation.ray.direction)

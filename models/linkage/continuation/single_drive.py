@@ -107,9 +107,9 @@ class SingleDrive:
         within = s
         if self.loops.is_rotation(self.drive):
             if not ahead.complete:
-                back = self._other_way_round(s, ahead, back, 1.0)
+                back = self._other_way_round(s, ahead, 1.0)
             if not back.complete:
-                ahead = self._other_way_round(s, back, ahead, -1.0)
+                ahead = self._other_way_round(s, back, -1.0)
             for sign, path in ((1.0, ahead), (-1.0, back)):
                 turns = np.ceil((sign * within - path.end - SHORT) / TURN)
                 within = np.where(turns > 0.0, within - sign * TURN * turns, within)
@@ -140,14 +140,14 @@ class SingleDrive:
             self.loops.kept[sign > 0.0] = key, continuation.begin(self.start)
         return continuation.extend(self.loops.kept[sign > 0.0][1], until)
 
-    def _other_way_round(self, s: Array, ended: RayPath, other: RayPath, sign: float) -> RayPath:
-        """The track `other`, as far as it takes to come to all that lies beyond the one that `ended`."""
+    def _other_way_round(self, s: Array, ended: RayPath, sign: float) -> RayPath:
+        """The path the other way, as far as it takes to come to all that lies beyond the one that `ended`."""
         beyond = sign * s[sign * s > ended.end]
         around = beyond - TURN * np.ceil((beyond - ended.end) / TURN)
         return self._path(-sign, float(np.max(-around, initial=0.0)) + BEYOND)
 
 
 def _sides(path: RayPath) -> Iterator[tuple[float, RayPath]]:
-    """Change points of a track, and what leads through each of them smoothly."""
+    """Change points of a path, and what leads through each of them smoothly."""
     sides = path.sides or [path] * len(path.crossings)
     return zip(path.crossings, sides, strict=False)

@@ -1,4 +1,4 @@
-"""Where the motion starts: the drawing, closed."""
+"""Where the motion starts: the reference configuration, closed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..kinematics.nearest import nearest, open_by
 
 # The equations have as many independent ones as singular values above this share of the largest.
 INDEPENDENT = 1e-8
-# A drawing is closed where its loops are open by less than this share of the size.
+# A reference configuration is closed where its loops are open by less than this share of the size.
 CLOSED = 1e-12
 # How many members of a batch are tried for one that leads the others.
 LEADERS = 64
@@ -59,12 +59,12 @@ def leader(mechanism: Mechanism, tolerance: float) -> tuple[int, list[float], Lo
 
 
 def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0) -> tuple[Loops, Pose]:
-    """The loops with the rank of their equations, and the closed drawing.
+    """The loops with the rank of their equations, and the closed reference configuration.
 
     Raises
     ------
     FrameError
-        If the drawing cannot be closed, or is singular so that nothing says which way it goes.
+        If the reference configuration cannot be closed, or is singular so that nothing says which way it goes.
     """
     loops = Loops(mechanism, None, tolerance)
     state = _closed_reference(loops, nominal)
@@ -102,7 +102,7 @@ def _closed_reference(loops: Loops, nominal: Sequence[float]) -> list[float]:
 
 
 def not_assembled(joint: str, gap: float) -> FrameError:
-    """What to say of a drawing with a gap, a length, at a joint."""
+    """What to say of a reference configuration with a gap, a length, at a joint."""
     return FrameError(
         f"the reference configuration cannot be assembled: a gap of {gap:.3g} remains at joint {joint!r}: "
         "align the joint's axes, change the lengths, or accept the gap with tolerance="

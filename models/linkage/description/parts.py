@@ -159,7 +159,7 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
     else:
         tensor = np.zeros((*given.shape, 3, 3))
         tensor[..., 2, 2] = given
-    # One that was turned into drawn axes, R I R^T, is symmetric but for rounding.
+    # One that was rotated into the axes of the link, R I R^T, is symmetric but for rounding.
     skew, size = np.abs(tensor - np.swapaxes(tensor, -1, -2)), np.abs(tensor).max(axis=(-2, -1), keepdims=True)
     if np.any(np.diagonal(tensor, axis1=-2, axis2=-1) < 0.0) or np.any(skew > ROUNDING * size):
         raise FrameError(

@@ -1,4 +1,4 @@
-"""What is drawn of a linkage: its points and links."""
+"""Points and links of a linkage."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ class MotionBodies:
         """Factor on the regions."""
         if self.looks.magnify is not None:
             return self.looks.magnify
-        return magnified(self.motion, self.regions, self.poses, self.scene(0).size)
+        return magnified(self.regions, self.poses, self.scene(0).size)
 
     @cached_property
     def clearance_scale(self) -> float:

@@ -191,7 +191,7 @@ def _add_regions(
 ) -> str:
     """Add regions about points, in space as three outlines, and tell the factor on them."""
     regions = drawn_regions(motion, given, level)
-    factor = magnified(motion, regions, (pose,), scene.size) if magnify is None else magnify
+    factor = magnified(regions, (pose,), scene.size) if magnify is None else magnify
     for number, region in enumerate(regions):
         for flat in [scene.flat] if scene.flat else [(0, 1), (1, 2), (0, 2)]:
             corners = outline_of(motion, region, pose, flat, factor)

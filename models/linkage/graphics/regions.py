@@ -125,7 +125,7 @@ def _check_shape(motion: DrawnPoses, shape: tuple[int, ...], what: str) -> None:
         raise FrameError(f"{what} has batch shape {shape}, the motion {motion.shape}: give one of the same poses")
 
 
-def magnified(motion: DrawnPoses, regions: list[DrawnRegion], poses: tuple[int, ...], size: float) -> float:
+def magnified(regions: list[DrawnRegion], poses: tuple[int, ...], size: float) -> float:
     """A round factor with which all regions are seen at some poses, and none is larger than its share of the size."""
     ways = np.concatenate([np.eye(3), -np.eye(3)])
     every = [region.outermost(pose, ways) for region in regions for pose in poses]

@@ -10,7 +10,7 @@ from .terms import Vector
 
 @dataclass(frozen=True, eq=False)
 class MovingLink:
-    """A link as it is written down: its reference point and the axes that were `reference_axes` in the drawing.
+    """A link as it is written down: its reference point and its axes, `reference_axes` before it moves.
 
     `place` is the reference point in the reference configuration. Vectors are in the axes of the ground.
     """

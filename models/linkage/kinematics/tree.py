@@ -70,11 +70,11 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
             branches.append(Branch(pair, parent, child, is_reversed=child == pair.first))
             depth[child] = depth[parent] + 1
             visit(child)
-    loose = [name for name in linkage.links if name not in depth]
-    if loose:
-        links, are, them = ("links", "are", "them") if len(loose) > 1 else ("link", "is", "it")
+    unsupported = [name for name in linkage.links if name not in depth]
+    if unsupported:
+        links, are, them = ("links", "are", "them") if len(unsupported) > 1 else ("link", "is", "it")
         raise FrameError(
-            f"{links} {', '.join(map(repr, loose))} {are} not connected to ground: connect {them} by a chain of "
+            f"{links} {', '.join(map(repr, unsupported))} {are} not connected to ground: connect {them} by a chain of "
             f"joints, or leave {them} out"
         )
     return _with_twins(linkage, branches, counted)

@@ -48,7 +48,7 @@ class Configurations:
     dependent
         Singular values below this share of the largest count as zero.
     row_units, units
-        What equations and joint coordinates are counted in: lengths in extents of the drawing.
+        What equations and joint coordinates are counted in: lengths in extents of the linkage.
     """
 
     def __init__(self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> None:

@@ -98,7 +98,7 @@ def dead_points(
     ------
     FrameError
         If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
-        linkage is overconstrained and drawn with too few digits to go on.
+        linkage is overconstrained and described with too few digits to go on.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
     found: list[DeadPoint] = []
@@ -177,7 +177,7 @@ def _singular_places(curve: MotionPath) -> list[PathPoint]:
 
 
 def _end(curve: MotionPath, sign: float) -> tuple[DeadPoint | None, bool]:
-    """The dead point at which the drive turns back, begun from the drawing in one direction; None if it does not.
+    """The dead point at which the drive turns back, one way from the reference configuration; None if it does not.
 
     And whether the way has come round to the reference configuration without one, so that there is none in the other
     direction either.
@@ -186,7 +186,7 @@ def _end(curve: MotionPath, sign: float) -> tuple[DeadPoint | None, bool]:
     traced = curve.trace(start.reversed(sign), until=lambda place: bool(sign * place.tangent[curve.drive] < 0.0))
     forwards = np.array([sign * place.tangent[curve.drive] for place in traced.places])
     if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
-        # Drawn in a dead point: the drive goes one way only, by either motion.
+        # The reference configuration is a dead point: the drive goes one way only, by either motion.
         return _dead_point(curve, start), False
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:

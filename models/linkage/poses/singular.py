@@ -189,7 +189,7 @@ class Speeds:
         return bool(np.all(usual > MOVES)), lost if lost.any() else None
 
     def _usual(self, point: str | None, link: str) -> Array:
-        """What it is in general, around the reference configuration; kept with the mechanism of a single drawing."""
+        """What it is in general, around the reference configuration; kept with the mechanism."""
         known, key = self.motion.mechanism.usual_speeds, (self.motion.tolerance, point, link)
         if key in known:
             return known[key]

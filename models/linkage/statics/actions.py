@@ -47,9 +47,9 @@ def applied(motion: Kinematics) -> Iterator[Action]:
             yield Action(load.link, point, motion.position(point, load.link), value)
     for spring in motion.linkage.springs:
         line, force = tension(motion, spring)
-        for (link, point), pull in ((spring.first, force), (spring.second, -force)):
+        for (link, point), signed in ((spring.first, force), (spring.second, -force)):
             if link != GROUND:
-                exerted = pull[..., None] * line
+                exerted = signed[..., None] * line
                 wrench = np.concatenate([exerted, np.zeros_like(exerted)], axis=-1)
                 yield Action(link, point, motion.position(point, link), wrench)
 
@@ -82,7 +82,7 @@ def whole_shape(motion: Kinematics) -> Shape:
 
 
 def tension(motion: Kinematics, spring: LinkageSpring) -> tuple[Array, Array]:
-    """Unit vector from the first to the second end of a spring (..., 3), and its pull, with the damper's (...)."""
+    """Unit vector from the first to the second end of a spring (..., 3), and its force, with the damper's (...)."""
     ends = [(point, link) for link, point in (spring.first, spring.second)]
     chord = motion.position(*ends[1]) - motion.position(*ends[0])
     length = np.linalg.norm(chord, axis=-1)
@@ -130,15 +130,6 @@ def kinetic_energy(motion: Kinematics) -> Array:
         turning = rotated(rotated_tensor(motion.axes(link), own.tensor), spin)
         total = total + 0.5 * (own.mass * np.sum(speed**2, axis=-1) + np.sum(spin * turning, axis=-1))
     return total
-
-
-def power(motion: Kinematics, action: Action) -> Array:
-    """Power of a force on the link that it acts on, (...)."""
-    axes, arm = motion.axes(action.link), action.place - motion.origin(action.link)
-    speed = motion.velocity_on(action.link, rotated(np.swapaxes(axes, -1, -2), arm))
-    motions = speed, motion.angular_velocity(action.link)
-    halves = action.wrench[..., :3], action.wrench[..., 3:]
-    return np.asarray(sum(np.sum(a * b, axis=-1) for a, b in zip(halves, motions, strict=True)))
 
 
 def rotated_tensor(axes: Array, tensor: Array) -> Array:

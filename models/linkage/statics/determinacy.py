@@ -48,7 +48,7 @@ class PoseSolutions:
 
 
 @dataclass(frozen=True)
-class Idle:
+class IdleMotions:
     """Freedoms that nothing drives and no joint holds, such as the spin of a rod between two balls.
 
     Attributes
@@ -62,15 +62,15 @@ class Idle:
     count: int = 0
     inertia: Array | None = None
 
-    def cut(self, entries: slice | Bools, rows: NDArray[np.int64] | None = None) -> Idle:
+    def cut(self, entries: slice | Bools, rows: NDArray[np.int64] | None = None) -> IdleMotions:
         """At some of the poses, for some of the equations."""
         if self.inertia is None:
             return self
         own = self.inertia[entries]
-        return Idle(self.count, own if rows is None else own[:, rows[:, None], rows])
+        return IdleMotions(self.count, own if rows is None else own[:, rows[:, None], rows])
 
 
-def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: Idle) -> PoseSolutions:
+def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: IdleMotions) -> PoseSolutions:
     """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
 
     Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
@@ -96,7 +96,7 @@ def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: 
     )
 
 
-def _solved(matrix: Array, side: Array, idle: Idle) -> PoseSolutions:
+def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
     values = np.zeros((len(matrix), matrix.shape[-1]))
     unique = np.ones(len(matrix), dtype=bool)
     lost, moving = np.zeros((2, len(matrix)), dtype=bool)
@@ -132,7 +132,7 @@ def blocks(matrix: Array) -> list[Block]:
     ]
 
 
-def _least(matrix: Array, side: Array, loads: Array, idle: Idle) -> PoseSolutions:
+def _least(matrix: Array, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
     """Least solution of one block at every pose."""
     _, rows, columns = matrix.shape
     values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)

@@ -155,7 +155,7 @@ class Builder:
         for slider in sliders:
             self._bear(name, slider, layout)
         if is_given(link):
-            self._mass(name, link)
+            self._mass(name)
 
     def joint(self, pair: Pair, *, clearance: bool) -> None:
         """A joint element; a drive is rigid where no stiffness was given."""
@@ -267,7 +267,7 @@ class Builder:
                 self.frame.rigid(self.nodes.of(name, there), self.nodes.of(name, here))
                 joined |= part
 
-    def _mass(self, name: str, link: LinkageLink) -> None:
+    def _mass(self, name: str) -> None:
         """A given mass, rigid with the link's nearest point."""
         own = inertia(self.linkage, name)
         point = self.nodes.centre_node(self.linkage, name, own.centre)

@@ -15,7 +15,7 @@ from ..description.joints import COMPONENTS
 from ..graphics.reaction_plots import plot_reactions
 from ..poses.states import PoseState
 from .actions import inertia_force
-from .determinacy import Idle, solved
+from .determinacy import IdleMotions, solved
 from .equilibrium import Equilibrium
 from .frame import FramedPoses, frame
 
@@ -198,7 +198,7 @@ def reactions(motion: FramedPoses) -> Reactions:
     there = np.broadcast_to(motion.is_assembled, shape).reshape(-1) & np.isfinite(loads).all(axis=-1)
     rows_of_values, is_unique = np.full((len(loads), columns), np.nan), np.ones(len(loads), dtype=bool)
     if there.any():
-        idle = Idle(equations.idle, _flat(equations.inertia, shape)[there]) if equations.idle else Idle()
+        idle = IdleMotions(equations.idle, _flat(equations.inertia, shape)[there]) if equations.idle else IdleMotions()
         entries = np.flatnonzero(there)
         found = solved(lambda cut: equations.matrices(shape, entries[cut]), columns, loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique

@@ -16,7 +16,7 @@ from ..description.linkage_description import LinkageDescription
 from ..graphics.units import SI, Units
 from ..motion import Motion
 from ..poses.assembled_poses import OTHER_MODE
-from ..worst_case.region import unit
+from ..worst_case.support_function import unit
 from .inverse import InverseKinematics
 from .maps import plot_map
 from .neighbours import everywhere

@@ -15,7 +15,7 @@ from ...fuzzy.cuts import FuzzyResult
 from ...fuzzy.number import FuzzyNumber, fuzzy_of, levels_of
 from ..poses.classified import ClassifiedPoses
 from .limits import Given, given_of
-from .region import unit
+from .support_function import unit
 from .worst_case import WorstCase, worst_case
 
 # Limits that are an interval about the nominal value; of the others a cut is what its upper end allows.

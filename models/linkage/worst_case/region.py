@@ -1,20 +1,19 @@
-"""The region that sums of segments, discs and balls fill: support function, boundary, area, volume, farthest point."""
+"""The region that sums of segments, discs and balls fill: boundary, area, volume, farthest point."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import accumulate
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, vector
+from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
 from .mixed_area import area_of_sum, volume_of_sum, volume_within
-from .redundant import LEAST, least_lengths
+from .redundant import LEAST
 from .starts import circle, sphere
+from .support_function import SupportFunction
 
 # What is thinner than this share of the largest extent is flat.
 FLAT = 1e-9
@@ -29,7 +28,7 @@ IN_HULL = 400
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReachableRegion:
+class ReachableRegion(SupportFunction):
     """Where a point can be, or how its link can be turned, relative to the nominal pose; symmetric about its centre.
 
     It is the sum of what each contributor lets happen by itself: a segment, an ellipse or an ellipsoid, the image of an
@@ -62,130 +61,8 @@ class ReachableRegion:
     (3.0, True)
     """
 
-    centre: Array
-    columns: Array
-    sizes: tuple[int, ...]
-    names: tuple[str, ...]
-    stress: Array | None = None
-
     def __repr__(self) -> str:
         return f"<ReachableRegion of {', '.join(self.contributors)}, shape {self.shape}>"
-
-    @property
-    def shape(self) -> Shape:
-        """Batch shape."""
-        return self.columns.shape[:-2]
-
-    @property
-    def contributors(self) -> tuple[str, ...]:
-        """Different names, in their order."""
-        return tuple(dict.fromkeys(self.names))
-
-    # -- by direction -----------------------------------------------------------------------------------------------
-
-    def support(self, direction: ArrayLike) -> Array:
-        """How far the region reaches in a direction, from the nominal pose.
-
-        Parameters
-        ----------
-        direction
-            Directions, (..., 2 or 3), that broadcast with the batch; their length does not count.
-
-        Returns
-        -------
-        ndarray
-            Length, or radians of a rotation, (...).
-        """
-        n = unit(direction)
-        return np.asarray(np.sum(n * self.centre, axis=-1) + np.sum(self._reach(n), axis=-1))
-
-    def extreme(self, direction: ArrayLike) -> Array:
-        """The outermost point in a direction; where an edge or a face is outermost, its middle.
-
-        Parameters
-        ----------
-        direction
-            As for `support`.
-
-        Returns
-        -------
-        ndarray
-            Displacement from the nominal pose, or rotation vector, (..., 3).
-        """
-        return self._extreme(unit(direction))
-
-    def around(self, directions: Array) -> Array:
-        """Outermost points in several directions at each pose.
-
-        Parameters
-        ----------
-        directions
-            Unit vectors, (..., m, 3).
-
-        Returns
-        -------
-        ndarray
-            Displacements from the nominal pose, (..., m, 3).
-        """
-        return self._spread._extreme(directions)
-
-    def deviations(self, direction: ArrayLike) -> Array:
-        """What each contributor does where the region is outermost, in shares of its limit.
-
-        Parameters
-        ----------
-        direction
-            As for `support`.
-
-        Returns
-        -------
-        ndarray
-            One for each of the `columns`, (..., n): a vector of length one for each contributor, zero where it does not
-            count.
-        """
-        along, lengths = self._balanced(unit(direction))
-        length = np.repeat(lengths, self.sizes, axis=-1)
-        return np.asarray(np.where(length > 0.0, along / np.where(length > 0.0, length, 1.0), 0.0))
-
-    def contributions(self, direction: ArrayLike) -> Array:
-        """How far each contributor lets the region reach in a direction.
-
-        Parameters
-        ----------
-        direction
-            As for `support`.
-
-        Returns
-        -------
-        ndarray
-            One for each of `contributors`, (..., k); their sum is the support about the centre.
-        """
-        return self._by_name(self._reach(unit(direction)))
-
-    def variances(self, direction: ArrayLike) -> Array:
-        """Variance that each contributor brings about in a direction, spread evenly over its interval, disc or ball.
-
-        The variance of a component of a vector that is spread evenly over a ball of radius r in d dimensions is
-        ``r^2 / (d + 2)``: 1/3 for an interval, 1/4 for a disc, 1/5 for a ball (Muller, *A note on a method for
-        generating points uniformly on n-dimensional spheres*, 1959, has such points).
-
-        Parameters
-        ----------
-        direction
-            As for `support`.
-
-        Returns
-        -------
-        ndarray
-            One for each of `contributors`, (..., k); all are independent.
-        """
-        return self._by_name(self._reach(unit(direction)) ** 2 / (np.array(self.sizes) + 2.0))
-
-    @cached_property
-    def half_widths(self) -> Array:
-        """Half of the extent along x, y and z, (..., 3)."""
-        whole = self._spread
-        return np.asarray(np.sum(whole._reach(np.eye(3)), axis=-1))
 
     # -- the farthest point -----------------------------------------------------------------------------------------
 
@@ -317,12 +194,6 @@ class ReachableRegion:
             np.concatenate([whole._extreme(n), *self._edge_ends(whole)], axis=-2), self._basis[:2], self.centre
         )
 
-    @property
-    def _spread(self) -> ReachableRegion:
-        """The same with a further axis, for directions at each pose."""
-        stress = None if self.stress is None else self.stress[..., None, :, :]
-        return replace(self, centre=self.centre[..., None, :], columns=self.columns[..., None, :, :], stress=stress)
-
     def _edge_ends(self, whole: ReachableRegion) -> Iterator[Array]:
         """Ends of the edges (..., 2, 3) of each contributor of rank one, on either side."""
         across = np.cross(self._basis[2], np.swapaxes(self.columns, -1, -2))
@@ -338,58 +209,6 @@ class ReachableRegion:
             for side in (1.0, -1.0):
                 middle = whole._extreme(side * normal[..., None, :], without=slice(start, end))
                 yield middle + np.array([[1.0], [-1.0]]) * edge[..., None, :]
-
-    @property
-    def _starts(self) -> list[int]:
-        """Where the columns of each contributor begin."""
-        return [0, *accumulate(self.sizes)][:-1]
-
-    # -- sums -------------------------------------------------------------------------------------------------------
-
-    def _along(self, n: Array) -> Array:
-        """``J_b^T n`` of all contributors one after the other, (..., n)."""
-        return np.asarray((n[..., None, :] @ self.columns)[..., 0, :])
-
-    def _lengths(self, along: Array) -> Array:
-        """Length of the part of each contributor, (..., contributors)."""
-        if not self.sizes:
-            return np.zeros((*along.shape[:-1], 0))
-        return np.asarray(np.sqrt(np.add.reduceat(along * along, self._starts, axis=-1)))
-
-    def _reach(self, n: Array) -> Array:
-        return self._lengths(self._balanced(n)[0])
-
-    def _balanced(self, n: Array) -> tuple[Array, Array]:
-        """What each deviation works on, (..., n), with the forces in redundant constraints, and its lengths.
-
-        These are rounded off where constraints are redundant, so that they are never zero.
-        """
-        along = self._along(n)
-        if self.stress is None:
-            return along, self._lengths(along)
-        good = np.isfinite(along).all(axis=-1, keepdims=True)
-        found, lengths = least_lengths(np.where(good, along, 0.0), self.stress, self._starts, self.sizes)
-        return np.where(good, found, np.nan), np.where(good, lengths, np.nan)
-
-    def _extreme(self, n: Array, without: slice | None = None) -> Array:
-        along, lengths = self._balanced(n)
-        if without is not None:
-            along, lengths = along.copy(), lengths.copy()
-            along[..., without] = 0.0
-        length = np.repeat(lengths, self.sizes, axis=-1)
-        # A direction square to an edge, to rounding, is taken as square to it.
-        least = 1e-14 * np.repeat(self._lengths(self._norms), self.sizes, axis=-1)
-        here = np.where(length > least, along / np.where(length > least, length, 1.0), 0.0)
-        return np.asarray(self.centre + (self.columns @ here[..., None])[..., 0])
-
-    @cached_property
-    def _norms(self) -> Array:
-        return np.asarray(np.linalg.norm(self.columns, axis=-2))
-
-    def _by_name(self, values: Array) -> Array:
-        names = self.contributors
-        which = np.array([[name == own for name in names] for own in self.names], dtype=np.float64)
-        return np.asarray(values @ which.reshape(len(self.names), len(names)))
 
     @cached_property
     def _flat_basis(self) -> tuple[Array, Array]:
@@ -415,18 +234,6 @@ class ReachableRegion:
             return np.concatenate([sphere(256 if self.stress is None else 48), np.eye(3), -np.eye(3)])
         # What is symmetric about the nominal pose is as far on either side.
         return circle(128)[: 128 if self.centre.any() else 64] @ self._basis[:2]
-
-
-def unit(direction: ArrayLike) -> Array:
-    """Unit vectors (..., 3) of directions (..., 2 or 3)."""
-    given = np.asarray(direction, dtype=np.float64)
-    if given.shape[-1:] == (2,):
-        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-    given = vector(given, "direction")
-    length = np.linalg.norm(given, axis=-1, keepdims=True)
-    if np.any(length == 0.0):
-        raise FrameError("direction has length 0: give the direction in which to look")
-    return np.asarray(given / length)
 
 
 def in_order(points: Array, axes: Array, centre: Array) -> Array:

@@ -15,7 +15,8 @@ from ..poses.classified import ClassifiedPoses
 from .contributors import Contributors
 from .finite import FiniteWorstCase, finite
 from .limits import Given, Limit, limits
-from .region import ReachableRegion, unit
+from .region import ReachableRegion
+from .support_function import unit
 
 # A deviation opens a redundant constraint where it does so by more than this share of what it moves.
 OPENED = 1e-10
