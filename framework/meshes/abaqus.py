@@ -98,9 +98,7 @@ def _take(content: _Content, keyword: str, options: dict[str, str], rows: list[l
         _grow(sets, options.get(keyword), _listed(rows, "GENERATE" in options, sets))
 
 
-def _check_read(
-    content: _Content, keyword: str, options: dict[str, str], rows: list[list[str]], source: str
-) -> None:
+def _check_read(content: _Content, keyword: str, options: dict[str, str], rows: list[list[str]], source: str) -> None:
     """Refuse what would put nodes elsewhere, or what has more of them than are listed."""
     if keyword == "INCLUDE" or (keyword in _WITH_INPUT and "INPUT" in options):
         raise FrameError(
