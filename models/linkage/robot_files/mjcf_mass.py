@@ -54,12 +54,17 @@ def _inertial(source: MjcfSource, element: Element, what: str) -> BodyMass:
 def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | None:
     """Mass of a geom in the axes around it; None where it has none."""
     kind = given.get("type", "sphere")
+    first, last = numbers(source.compiler, "inertiagrouprange", "compiler", 2, "0 5")
+    if not first <= float(numbers(given, "group", what, 1, "0")[0]) <= last:
+        return None
     if kind == "plane" or float(given.get("mass", "1")) == 0.0 or float(given.get("density", "1")) == 0.0:
         return None
     if kind not in SHAPES:
         raise FrameError(
             f"{what} is a {kind}, whose mass is told by another file: give the body an <inertial> with its mass"
         )
+    if given.get("shellinertia") == "true" or "mesh" in given:
+        raise FrameError(f"{what} is a shell, or as large as a mesh: give the body an <inertial> with its mass")
     centre, turn, size = _placed(source, given, what, kind)
     volume, moments = SHAPES[kind](*size)
     density = float(numbers(given, "density", what, 1, WATER)[0])
