@@ -105,7 +105,7 @@ class MjcfSource:
         return float(np.radians(value)) if self.degrees else value
 
     def placed(self, given: Attributes, what: str) -> tuple[Array, Array]:
-        """Origin (3,) and rotation (3, 3) of a frame in the one around it; z runs from the end of one that is a line."""
+        """Origin (3,) and rotation (3, 3) of a frame in that around it; z runs from the end of a line to its start."""
         if "fromto" not in given:
             return numbers(given, "pos", what, 3, "0 0 0"), self.orientation(given, what)
         if any(key in given for key in ("pos", *ORIENTATIONS)):
