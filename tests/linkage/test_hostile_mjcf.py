@@ -36,6 +36,10 @@ READ = {
         f'<joint name="j"/>{GEOM}',
         beside='<compiler inertiagrouprange="2 5"/><default><geom group="1"/></default>',
     ),
+    "mass of no group": whole(
+        '<joint name="j"/><inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/>',
+        beside='<compiler inertiagrouprange="2 5" inertiafromgeom="true"/>',
+    ),
     "nothing changed": whole(beside='<compiler settotalmass="-1" boundmass="0.0" balanceinertia="false"/>'),
 }
 

@@ -118,13 +118,12 @@ class _Reader:
             raise FrameError(f"body {name!r} is there twice, or is called as the ground is: give it another name")
         if "gravcomp" in element.attrib and numbers(element.attrib, "gravcomp", f"body {name!r}").any():
             self.left.append(f"gravcomp of body {name}")
-        own = given_mass(self.source, element)
-        body = ReadBody(
-            name, parent.name, frame, own is None and self.source.compiler.get("inertiafromgeom") != "false"
-        )
-        body.masses.extend([] if own is None else [frame.of(own)])
+        own, source = given_mass(self.source, element), self.source.compiler.get("inertiafromgeom", "auto")
+        body = ReadBody(name, parent.name, frame, source == "true" or (own is None and source != "false"))
         self.bodies.append(body)
         self.content(element, body, frame, childclass)
+        if own is not None and not body.masses:
+            body.masses.append(frame.of(own))
 
     def _joint(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> ReadJoint:
         given = self.source.attributes(element, childclass)

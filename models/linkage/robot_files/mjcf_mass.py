@@ -17,11 +17,9 @@ FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
 def given_mass(source: MjcfSource, body: Element) -> BodyMass | None:
-    """Mass that a body was given, in its own axes; None where its geoms tell."""
+    """Mass that a body was given, in its own axes; None where it was not."""
     element = body.find("inertial")
-    if element is None or source.compiler.get("inertiafromgeom") == "true":
-        return None
-    return _inertial(source, element, f"inertial of {shown(body)}")
+    return None if element is None else _inertial(source, element, f"inertial of {shown(body)}")
 
 
 def together(parts: Sequence[BodyMass]) -> BodyMass:
