@@ -17,6 +17,10 @@ _LINES = {"B21": 2, "B22": 3, "B23": 2, "B31": 2, "B32": 3, "B33": 2, "T2D2": 2,
 _LINES |= {"CONN2D2": 2, "CONN3D2": 2, "PIPE21": 2, "PIPE22": 3, "PIPE31": 2, "PIPE32": 3}
 # What may follow the name of an element: hybrid, offset section, coupled temperature.
 _VARIANTS = "HOS"
+# Keywords that make nodes and elements out of others.
+_GENERATING = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYMMETRIC MODEL GENERATION")
+# Keywords whose data may stand in another file.
+_WITH_INPUT = ("NODE", "ELEMENT", "NSET", "ELSET")
 
 
 @dataclass
@@ -28,6 +32,7 @@ class _Content:
     node_sets: dict[str, list[str]] = field(default_factory=dict)
     element_sets: dict[str, list[str]] = field(default_factory=dict)
     others: set[str] = field(default_factory=set)
+    instances: int = 0
 
 
 def read_abaqus(path: Path) -> LineMesh:
@@ -68,10 +73,7 @@ def _blocks(path: Path) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]
 
 
 def _take(content: _Content, keyword: str, options: dict[str, str], rows: list[list[str]], source: str) -> None:
-    if keyword == "INCLUDE":
-        raise FrameError(
-            f"{source} includes {options.get('INPUT', 'another file')}: put its lines into the file itself"
-        )
+    _check_read(content, keyword, options, rows, source)
     if keyword == "NODE":
         labels = [row[0] for row in rows]
         if clash := content.nodes.keys() & set(labels):
@@ -96,6 +98,24 @@ def _take(content: _Content, keyword: str, options: dict[str, str], rows: list[l
         _grow(sets, options.get(keyword), _listed(rows, "GENERATE" in options, sets))
 
 
+def _check_read(content: _Content, keyword: str, options: dict[str, str], rows: list[list[str]], source: str) -> None:
+    """Refuse what would put nodes elsewhere, or what has more of them than are listed."""
+    if keyword == "INCLUDE" or (keyword in _WITH_INPUT and "INPUT" in options):
+        raise FrameError(
+            f"{source} includes {options.get('INPUT', 'another file')}: put its lines into the file itself"
+        )
+    if keyword in _GENERATING:
+        raise FrameError(f"{source} has *{keyword}, which makes nodes or elements of others: list them all in the file")
+    moved = keyword in ("SYSTEM", "INSTANCE") and rows
+    if moved or (keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R"):
+        raise FrameError(
+            f"{source} has *{keyword} with places in axes of its own: write the coordinates of nodes in global axes"
+        )
+    content.instances += keyword == "INSTANCE"
+    if content.instances > 1:
+        raise FrameError(f"{source} has several instances of parts: give the file of one")
+
+
 def _grow(sets: dict[str, list[str]], name: str | None, labels: list[str]) -> None:
     if name:
         sets.setdefault(name, []).extend(labels)
@@ -104,12 +124,19 @@ def _grow(sets: dict[str, list[str]], name: str | None, labels: list[str]) -> No
 def _listed(rows: list[list[str]], generate: bool, sets: dict[str, list[str]]) -> list[str]:
     """Labels that the rows of a set list, those of sets that they name among them."""
     if generate:
-        steps = [[int(word) for word in row] for row in rows]
+        steps = [[_whole(word) for word in row if word] for row in rows]
         given = [str(k) for first, last, *step in steps for k in range(first, last + 1, *(step or [1]))]
     else:
         upper = {name.upper(): of for name, of in sets.items()}
         given = [label for row in rows for word in row for label in upper.get(word.upper(), [word])]
     return given
+
+
+def _whole(word: str) -> int:
+    try:
+        return int(word)
+    except ValueError as error:
+        raise FrameError(f"a set is generated from {word!r}: give whole numbers, first, last and step") from error
 
 
 def _mesh(content: _Content, source: str) -> LineMesh:

@@ -86,6 +86,10 @@ def of_meshio(mesh: Any, source: str) -> LineMesh:
     parts = [len(_ORDER[mesh.cells[k].type]) - 1 for k in chosen]
     lines = np.concatenate([_cut(mesh.cells[k].data, _ORDER[mesh.cells[k].type]) for k in chosen])
 
+    unknown = lines[(lines < 0) | (lines >= len(mesh.points))]
+    if unknown.size:
+        raise FrameError(f"{source}: a line has the point {unknown[0]}, and there are {len(mesh.points)} points")
+
     def spread(arrays: Sequence[Any]) -> Array:
         """One number for each line, out of arrays with one for each cell of a block."""
         return np.concatenate([np.repeat(np.asarray(arrays[k]), n) for k, n in zip(chosen, parts, strict=True)])

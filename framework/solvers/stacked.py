@@ -201,7 +201,9 @@ class StackedSolver:
             return Bands(self.coupling, where, graph.order(graph.band, where))
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
-        """Numbers of matrices, and their factors, some at a time."""
+        """Numbers of matrices, and their factors, some at a time; none where there are no unknowns."""
+        if not bands.size:
+            return
         turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
         numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
         step = max(1, _ROOM // (8 * numbers))

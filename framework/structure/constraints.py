@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
@@ -130,10 +131,17 @@ def _substitute(row: Row, source: Row, pivot: int, new: Row, combination: Row) -
 def _check_redundant(rhs_parameters: RightHandSideParameters, constraint: Constraint, row: Row) -> None:
     edge = constraint.edge
     what = f"{edge.kind} {edge.name!r}" if edge.name else edge.kind
-    if any(_size(constraint.scaled(key, row[key])) > _ROUNDING for key in unknowns(row)):
+    left = [np.abs(constraint.scaled(key, row[key])) for key in unknowns(row)]
+    if any(_size(each) > _ROUNDING for each in left):
+        turned = np.min(reduce(np.maximum, left)) > _ROUNDING
         raise FrameError(
-            f"component {constraint.component} of {what} closes a loop of ideal joints that is singular at some "
-            "batch entries only: solve those apart, or give the joint a finite stiffness"
+            f"component {constraint.component} of {what} closes a loop of ideal joints that "
+            + (
+                "ties other coordinates at some batch entries than at others"
+                if turned
+                else "is singular at some batch entries only"
+            )
+            + ": solve those apart, or give the joint a finite stiffness"
         )
     gaps = [(value, rhs_parameters.values[-1 - key]) for key, value in row.items() if key < 0]
     if _size(combine(gaps)) > _ROUNDING * max((_size(combine([gap])) for gap in gaps), default=0.0):

@@ -221,6 +221,8 @@ def test_lines_left_out_and_nodes_with_them() -> None:
         (joined().mesh, None, r"was given the element None"),
         (joined().mesh, THIN, r"'pin' has zero length"),
         (meshio.Mesh([(0, 0, 0), (np.nan, 0, 0)], [("line", [(0, 1)])]), THIN, r"point 1 lies at \[nan"),
+        (meshio.Mesh(np.eye(3), [("line", [(0, 7)])]), THIN, r"a line has the point 7, and there are 3"),
+        (meshio.Mesh(np.eye(3), [("line", [(0, -1)])]), THIN, r"a line has the point -1, and there are 3"),
     ],
 )
 def test_faults_are_named(mesh: Any, element: Any, message: str | None) -> None:
@@ -238,6 +240,13 @@ def test_faults_are_named(mesh: Any, element: Any, message: str | None) -> None:
         (("5, 40, 45, 50", "5, 40, 50"), r"element 5, 40, 50 does not have the 3 nodes of B32H"),
         (("*NSET, NSET=FOOT", "*NODE"), r"node 10 is there twice"),
         (("*HEADING", "*INCLUDE, INPUT=other.inp"), r"includes other\.inp"),
+        (("*NODE, NSET=ALL", "*NODE, INPUT=other.inp"), r"includes other\.inp"),
+        (("*HEADING", "*SYSTEM\n10., 0., 0.\n*HEADING"), r"has \*SYSTEM with places in axes of its own"),
+        (("*NODE, NSET=ALL", "*NODE, SYSTEM=C"), r"has \*NODE with places in axes of its own"),
+        (("*HEADING", "*INSTANCE, NAME=a, PART=b\n0., 0., 1.\n*HEADING"), r"has \*INSTANCE with places in axes"),
+        (("*HEADING", "*INSTANCE, NAME=a, PART=b\n*INSTANCE, NAME=c, PART=b\n*HEADING"), r"several instances"),
+        (("*HEADING", "*NGEN\n10, 20, 1\n*HEADING"), r"has \*NGEN, which makes nodes or elements of others"),
+        (("*NSET, NSET=FOOT", "*NSET, NSET=OF, GENERATE\n1, x, 1\n*NSET, NSET=FOOT"), r"generated from 'x'"),
     ],
 )
 def test_faults_of_an_abaqus_file(tmp_path: Path, change: tuple[str, str], message: str) -> None:

@@ -368,3 +368,12 @@ def test_middles_of_tolerances_that_do_not_close_overconstrained_loops() -> None
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
     assert_allclose(found.support(along), even.support(along) + 1e-4, rtol=1e-6)
     assert_allclose(found.support(-along), even.support(-along) - 1e-4, atol=1e-10)
+
+
+def test_no_poses_have_no_contributors() -> None:
+    worst = drawn(SPECIAL, clearance=1e-4).move(A=np.zeros(0)).worst_case("P")
+    found = worst.contributors()
+    assert "no pose" in repr(found)
+    assert found.deviation.shape == (0,)
+    with pytest.raises(FrameError, match="the motion has no poses"):
+        _ = found.ranked

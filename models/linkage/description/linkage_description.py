@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
 from typing import Self
 
 from numpy.typing import ArrayLike
@@ -43,7 +42,9 @@ class LinkageDescription(Joining):
         same type
             The description as it is now: what is added to either later is not in the other. Arrays are shared.
         """
-        other = copy(self)
-        other.points, other.links = dict(self.points), dict(self.links)
-        other.joints, other.drives = dict(self.joints), dict(self.drives)
+        other = object.__new__(type(self))
+        for name, value in vars(self).items():
+            vars(other)[name] = value.copy() if isinstance(value, (dict, list)) else value
         return other
+
+    __copy__ = alike

@@ -17,6 +17,7 @@ from .placed import BodyMass
 
 # What acts in a joint beside what constrains it, and has no word in a linkage.
 IN_JOINTS = ("stiffness", "damping", "frictionloss", "armature")
+JOINTS = ("hinge", "slide", "ball", "free")
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,23 +84,27 @@ class _Reader:
         self.left: list[str] = []
 
     def content(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> None:
-        """What stands in a body, or in a frame in it: sites, joints, geoms; then further frames and bodies."""
+        """What stands in a body, or in a frame in it, in this order, which is that of its joints."""
         for child in element:
+            inside = child.get("childclass", childclass)
             if child.tag == "site":
-                given = self.source.attributes(child, childclass)
-                name = given.get("name") or f"{body.name} site {len(body.sites) + 1}"
-                pos = numbers(given, "pos", shown(child), 3, "0 0 0")
-                body.sites[name] = frame.inner(pos, self.source.orientation(given, shown(child)))
+                self._site(child, body, frame, childclass)
             elif child.tag in ("joint", "freejoint"):
                 body.joints.append(self._joint(child, body, frame, childclass))
             elif child.tag == "geom" and body.has_geoms:
                 geom = geom_mass(self.source, self.source.attributes(child, childclass), f"geom of body {body.name!r}")
                 body.masses.extend([] if geom is None else [frame.of(geom)])
-        for child in element:
-            if child.tag == "frame":
-                self.content(child, body, self._inner(child, frame), child.get("childclass", childclass))
+            elif child.tag == "frame":
+                self.content(child, body, self._inner(child, frame), inside)
             elif child.tag == "body":
-                self._body(child, body, self._inner(child, frame), child.get("childclass", childclass))
+                self._body(child, body, self._inner(child, frame), inside)
+
+    def _site(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> None:
+        given = self.source.attributes(element, childclass)
+        name = given.get("name") or f"{body.name} site {len(body.sites) + 1}"
+        if any(name in other.sites for other in self.bodies):
+            raise FrameError(f"site {name!r} is there twice: give it another name")
+        body.sites[name] = frame.inner(*self.source.placed(given, shown(element)))
 
     def _inner(self, element: Element, frame: Placement) -> Placement:
         pos = numbers(element.attrib, "pos", shown(element), 3, "0 0 0")
@@ -109,27 +114,34 @@ class _Reader:
         name = element.get("name") or f"body {len(self.bodies)}"
         if element.get("mocap") == "true":
             raise FrameError(f"body {name!r} is moved by motion capture: give it a joint and an actuator instead")
-        if any(name == other.name for other in self.bodies):
+        if name == "world" or any(name == other.name for other in self.bodies):
             raise FrameError(f"body {name!r} is there twice, or is called as the ground is: give it another name")
-        own = given_mass(self.source, element)
-        body = ReadBody(
-            name, parent.name, frame, own is None and self.source.compiler.get("inertiafromgeom") != "false"
-        )
-        body.masses.extend([] if own is None else [frame.of(own)])
+        if "gravcomp" in element.attrib and numbers(element.attrib, "gravcomp", f"body {name!r}").any():
+            self.left.append(f"gravcomp of body {name}")
+        own, source = given_mass(self.source, element), self.source.compiler.get("inertiafromgeom", "auto")
+        body = ReadBody(name, parent.name, frame, source == "true" or (own is None and source != "false"))
         self.bodies.append(body)
         self.content(element, body, frame, childclass)
+        if own is not None and not body.masses:
+            body.masses.append(frame.of(own))
 
     def _joint(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> ReadJoint:
         given = self.source.attributes(element, childclass)
         kind = "free" if element.tag == "freejoint" else given.get("type", "hinge")
         name = given.get("name") or (body.name if not body.joints else f"{body.name} joint {len(body.joints) + 1}")
         what = f"joint {name!r}"
+        if kind not in JOINTS:
+            raise FrameError(f"{what} is of type {kind!r}: give one of {', '.join(JOINTS)}")
+        if kind == "free" and body.parent != GROUND:
+            raise FrameError(f"{what} is free on body {body.parent!r}: only what the world carries moves freely")
         axis = frame.axes @ numbers(given, "axis", what, 3, "0 0 1")
         place = frame.at(numbers(given, "pos", what, 3, "0 0 0"))
         reference = float(numbers(given, "ref", what, 1, "0")[0]) if kind in ("hinge", "slide") else 0.0
         for word in IN_JOINTS:
             if word in given and numbers(given, word, what).any():
                 self.left.append(f"{word} of joint {name}")
+        if "range" in given and given.get("limited") != "false" and numbers(given, "range", what).any():
+            self.left.append(f"range of joint {name}")
         length = float(np.linalg.norm(axis))
         if not length > 0.0:
             raise FrameError(f"{what}: axis is {given.get('axis')!r}: give a direction")

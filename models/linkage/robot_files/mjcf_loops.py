@@ -43,7 +43,7 @@ class ReadLoops:
         self.parts: dict[str, str] = {}
         shared: dict[tuple[str, str], list[tuple[str, Array]]] = {}
         for element in source.section("equality"):
-            given = source.attributes(element)
+            given = source.attributes(element, section="equality")
             if given.get("active", "true") == "false":
                 continue
             if element.tag == "connect":
@@ -113,7 +113,9 @@ class ReadLoops:
 
     def _couple(self, element: Element, given: Mapping[str, str]) -> None:
         what = shown(element)
-        factors = numbers(given, "polycoef", what, None, "0 1 0 0 0")
+        factors = np.array([0.0, 1.0, 0.0, 0.0, 0.0])
+        own = numbers(given, "polycoef", what, None, "0 1")[: len(factors)]
+        factors[: len(own)] = own
         if "joint2" not in given or factors[0] or factors[2:].any():
             raise FrameError(
                 f"{what} ties joint {given.get('joint1')!r} other than in proportion to another: a linkage has no such "

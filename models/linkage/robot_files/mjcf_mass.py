@@ -17,11 +17,9 @@ FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
 def given_mass(source: MjcfSource, body: Element) -> BodyMass | None:
-    """Mass that a body was given, in its own axes; None where its geoms tell."""
+    """Mass that a body was given, in its own axes; None where it was not."""
     element = body.find("inertial")
-    if element is None or source.compiler.get("inertiafromgeom") == "true":
-        return None
-    return _inertial(source, element, f"inertial of {shown(body)}")
+    return None if element is None else _inertial(source, element, f"inertial of {shown(body)}")
 
 
 def together(parts: Sequence[BodyMass]) -> BodyMass:
@@ -54,12 +52,17 @@ def _inertial(source: MjcfSource, element: Element, what: str) -> BodyMass:
 def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | None:
     """Mass of a geom in the axes around it; None where it has none."""
     kind = given.get("type", "sphere")
+    first, last = numbers(source.compiler, "inertiagrouprange", "compiler", 2, "0 5")
+    if not first <= float(numbers(given, "group", what, 1, "0")[0]) <= last:
+        return None
     if kind == "plane" or float(given.get("mass", "1")) == 0.0 or float(given.get("density", "1")) == 0.0:
         return None
     if kind not in SHAPES:
         raise FrameError(
             f"{what} is a {kind}, whose mass is told by another file: give the body an <inertial> with its mass"
         )
+    if given.get("shellinertia") == "true" or "mesh" in given:
+        raise FrameError(f"{what} is a shell, or as large as a mesh: give the body an <inertial> with its mass")
     centre, turn, size = _placed(source, given, what, kind)
     volume, moments = SHAPES[kind](*size)
     density = float(numbers(given, "density", what, 1, WATER)[0])

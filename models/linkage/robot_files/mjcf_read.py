@@ -86,7 +86,8 @@ class MjcfReader(Generic[Described]):
         self._springs()
         self._actuators()
         option = {key: text for element in self.source.root.findall("option") for key, text in element.attrib.items()}
-        self.linkage.gravity(numbers(option, "gravity", "option", 3, GRAVITY))
+        weightless = self.source.flags.get("gravity") == "disable"
+        self.linkage.gravity(np.zeros(3) if weightless else numbers(option, "gravity", "option", 3, GRAVITY))
         return self.linkage
 
     def _mass(self, link: str) -> dict[str, Any]:
@@ -119,7 +120,7 @@ class MjcfReader(Generic[Described]):
     def _springs(self) -> None:
         """Tendons from one site to another, as springs."""
         for tendon in self.source.section("tendon"):
-            given = self.source.attributes(tendon)
+            given = self.source.attributes(tendon, section="tendon")
             what = shown(tendon)
             stiffness, damping = (float(numbers(given, key, what, 1, "0")[0]) for key in ("stiffness", "damping"))
             if not stiffness and not damping:

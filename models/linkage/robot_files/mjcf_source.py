@@ -17,6 +17,9 @@ SAVED = "write the model out with mujoco.mj_saveLastXML, which resolves it, and 
 # What makes bodies out of others, or bodies that are not rigid.
 REFUSED = ("composite", "replicate", "flexcomp", "attach", "flex", "plugin")
 MAIN = "main"
+# What changes masses that stand in the file, where it is above zero or true.
+CHANGES = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
+ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 Attributes = Mapping[str, str]
 
 
@@ -46,10 +49,14 @@ class MjcfSource:
         self.compiler: dict[str, str] = {}
         for element in self.root.findall("compiler"):
             self.compiler |= element.attrib
+        self._check_compiler()
+        self.flags = {key: text for flag in self.root.findall("option/flag") for key, text in flag.attrib.items()}
         self.degrees = self.compiler.get("angle", "degree") == "degree"
         self.defaults: dict[str, dict[str, dict[str, str]]] = {MAIN: {}}
         for element in self.root.findall("default"):
-            self._default(element, element.get("class", MAIN), self.defaults[MAIN])
+            if element.get("class", MAIN) != MAIN:
+                raise FrameError(f"the outermost <default> is of class {element.get('class')!r}: leave its class out")
+            self._default(element, MAIN, self.defaults[MAIN])
 
     def _default(self, element: Element, name: str, above: Mapping[str, dict[str, str]]) -> None:
         own = {tag: dict(given) for tag, given in above.items()}
@@ -60,43 +67,74 @@ class MjcfSource:
         for child in element.findall("default"):
             self._default(child, child.get("class", MAIN), own)
 
+    def _check_compiler(self) -> None:
+        for word in CHANGES:
+            given = self.compiler.get(word, "false")
+            if given != "false" and (given == "true" or numbers(self.compiler, word, "compiler", 1)[0] > 0.0):
+                raise FrameError(
+                    f"compiler: {word}={given!r} changes the masses that the file gives: leave it out, and write the "
+                    "masses that bodies have"
+                )
+        if self.compiler.get("coordinate", "local") != "local":
+            raise FrameError(
+                f"compiler: coordinate={self.compiler['coordinate']!r}: write places relative to the body around them"
+            )
+
     def section(self, name: str) -> Iterator[Element]:
-        """Elements of all sections of a name, such as ``equality``."""
+        """Elements of all sections of a name, such as ``equality``; none where a flag disables them."""
+        if self.flags.get(name) == "disable":
+            return
         for section in self.root.findall(name):
             yield from section
 
-    def attributes(self, element: Element, childclass: str = MAIN) -> Attributes:
-        """Attributes of an element, with those of its class where it has none of its own."""
+    def attributes(self, element: Element, childclass: str = MAIN, section: str = "") -> Attributes:
+        """Attributes of an element, with those of its class where it has none of its own.
+
+        Defaults stand under its tag, or under the name of the `section` that it is in.
+        """
         name = element.get("class", childclass)
         if name not in self.defaults:
             raise FrameError(f"{shown(element)} is of class {name!r}, which no <default> defines: define it")
-        return self.defaults[name].get(element.tag, {}) | element.attrib
+        given = self.defaults[name].get(section or element.tag, {})
+        if any(key in element.attrib for key in ORIENTATIONS):
+            given = {key: text for key, text in given.items() if key not in ORIENTATIONS}
+        return given | element.attrib
 
     def angle(self, value: float) -> float:
         """An angle of the file in radians."""
         return float(np.radians(value)) if self.degrees else value
 
+    def placed(self, given: Attributes, what: str) -> tuple[Array, Array]:
+        """Origin (3,) and rotation (3, 3) of a frame in that around it; z runs from the end of a line to its start."""
+        if "fromto" not in given:
+            return numbers(given, "pos", what, 3, "0 0 0"), self.orientation(given, what)
+        if any(key in given for key in ("pos", *ORIENTATIONS)):
+            raise FrameError(f"{what} has a place beside fromto={given['fromto']!r}: leave one or the other out")
+        start, end = numbers(given, "fromto", what, 6).reshape(2, 3)
+        return 0.5 * (start + end), _onto(start - end, f"{what}: fromto is {given['fromto']!r}: give two points")
+
     def orientation(self, given: Attributes, what: str) -> Array:
         """Rotation (3, 3) of a frame relative to the one around it."""
-        if "quat" in given:
-            return rotation.matrix(rotation.normalised(numbers(given, "quat", what, 4)))
-        if "axisangle" in given:
-            *axis, angle = numbers(given, "axisangle", what, 4)
-            return _about(np.array(axis), self.angle(angle))
-        if "euler" in given:
-            return self._euler(numbers(given, "euler", what, 3))
-        if "xyaxes" in given:
-            six = numbers(given, "xyaxes", what, 6)
-            x = six[:3] / np.linalg.norm(six[:3])
-            y = six[3:] - (six[3:] @ x) * x
-            y /= np.linalg.norm(y)
-            return np.column_stack([x, y, np.cross(x, y)])
-        if "zaxis" in given:
-            z = numbers(given, "zaxis", what, 3)
-            turn = np.cross([0.0, 0.0, 1.0], z)
-            angle = float(np.arctan2(np.linalg.norm(turn), z[2]))
-            return _about(turn if turn.any() else np.array([1.0, 0.0, 0.0]), angle)
-        return np.eye(3)
+        own = [key for key in ORIENTATIONS if key in given]
+        if not own:
+            return np.eye(3)
+        if len(own) > 1:
+            raise FrameError(f"{what} has {' and '.join(own)}: give one of them")
+        (key,) = own
+        message = f"{what}: {key} is {given[key]!r}: give a direction"
+        if key == "euler":
+            return self._euler(numbers(given, key, what, 3))
+        if key == "axisangle":
+            *axis, angle = numbers(given, key, what, 4)
+            return _about(_direction(np.array(axis), message), self.angle(angle))
+        if key == "quat":
+            return rotation.matrix(_direction(numbers(given, key, what, 4), message))
+        if key == "zaxis":
+            return _onto(numbers(given, key, what, 3), message)
+        six = numbers(given, key, what, 6)
+        x = _direction(six[:3], message)
+        y = _direction(six[3:] - (six[3:] @ x) * x, message)
+        return np.column_stack([x, y, np.cross(x, y)])
 
     def _euler(self, angles: Array) -> Array:
         """Turns about the letters of ``eulerseq``: small ones move with the frame, capital ones stand still."""
@@ -130,8 +168,25 @@ def _include(element: Element, folder: Path, depth: int) -> None:
             _include(child, folder, depth)
 
 
+def _direction(given: Array, message: str) -> Array:
+    """A unit vector, (3,) or (4,)."""
+    length = float(np.linalg.norm(given))
+    if not length > 1e-14:
+        raise FrameError(message)
+    return given / length
+
+
+def _onto(axis: Array, message: str) -> Array:
+    """The least rotation that takes z to an axis (3,)."""
+    z = _direction(axis, message)
+    turn = np.cross([0.0, 0.0, 1.0], z)
+    sine = float(np.linalg.norm(turn))
+    return _about(turn / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0]), float(np.arctan2(sine, z[2])))
+
+
 def _about(axis: Array, angle: float) -> Array:
-    return rotation.matrix(rotation.exponential(angle * axis / np.linalg.norm(axis)))
+    """Rotation about a unit vector."""
+    return rotation.matrix(rotation.exponential(angle * axis))
 
 
 def shown(element: Element) -> str:

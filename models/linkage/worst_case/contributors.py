@@ -106,6 +106,8 @@ class Contributors:
     def _pose(self) -> tuple[int, ...]:
         """The pose with the largest worst case."""
         total = np.nan_to_num(np.sum(self.reach, axis=-1), nan=-1.0)
+        if not total.size:
+            raise FrameError(f"the motion has no poses, its shape is {total.shape}: give the drives values")
         return tuple(int(k) for k in np.unravel_index(np.argmax(total), total.shape))
 
     def _order(self) -> list[int]:
@@ -113,6 +115,8 @@ class Contributors:
         return sorted(range(len(self.names)), key=lambda k: (-reach[k], self.names[k]))
 
     def __repr__(self) -> str:
+        if not self.reach.size:
+            return f"<Contributors of shape {self.reach.shape[:-1]}: no pose is there>"
         pose, order = self._pose(), self._order()
         wide = max(11, *(len(name) for name in self.names))
         lines = [f"{'contributor':<{wide}} {'worst case':>12} {'%':>12} {'variance %':>12}"]
