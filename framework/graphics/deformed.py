@@ -85,7 +85,8 @@ def deformed_frame(
         If there is no such kind of figure, no member, or no such entry.
     """
     if what not in KINDS:
-        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+        axes = "" if isinstance(what, str) else ", and give axes as ax="
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}{axes}")
     frame = solution.frame
     if not frame.members:
         raise FrameError("the frame has no member to draw: add one")
@@ -119,7 +120,7 @@ def deformed_frame(
         told = along_members(solution, index, what, by_member(part.point_data[what]))
         title = add_diagrams(scene, solution, index, rest, told, what, size, units)
         factor = 0.0
-    _add_marks(scene, solution, index, factor, names, units[1])
+    _add_marks(scene, solution, index, factor if there else 0.0, names, units[1])
     if not there:
         modes = free_modes(solution, [int(k) for k in index[1:] if isinstance(k, int | np.integer)])
         told_mode = f"; arrows: {told_modes(modes)}" if len(modes) else ""
@@ -141,7 +142,7 @@ def round_scale(moved: Array, most: float) -> float:
 
 def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
     """The coordinate plane in which the members lie and are displaced; None in space."""
-    places, ways = rest.reshape(-1, 3), moved.reshape(-1, 3)
+    places, ways = rest.reshape(-1, 3), np.nan_to_num(moved.reshape(-1, 3))
     extent, most = np.ptp(places, axis=0), np.abs(ways).max(axis=0, initial=0.0)
     for across in (2, 1, 0):
         if extent[across] <= FLAT * extent.max() and most[across] <= 1e-6 * most.max(initial=0.0):
@@ -231,6 +232,8 @@ def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
 
 
 def _common(names: list[str]) -> str:
-    """``B`` of ``B.crank`` and ``B.coupler``; else all of them."""
-    starts = {name.rpartition(".")[0] or name for name in names}
-    return starts.pop() if len(names) > 1 and len(starts) == 1 else ", ".join(names)
+    """``B`` of ``B.crank`` and ``B.coupler``, and all others as they are."""
+    starts = [name.rpartition(".")[0] or name for name in names]
+    return ", ".join(
+        dict.fromkeys(start if starts.count(start) > 1 else name for start, name in zip(starts, names, strict=True))
+    )
