@@ -151,7 +151,7 @@ def test_a_prism_looks_outwards() -> None:
 def test_folded_tables_keep_vectors_whole(width: int) -> None:
     """Positions, displacements and what stands right of the bar are never torn apart nor taken for each other."""
     heading = ["θ", "x", "y", "z", "u_x", "u_y", "u_z", "│", "μ_x", "μ_y", "κ", "status"]
-    rows = [heading, [*["1.234567"] * 7, "│", *["7.6(2)e-04"] * 3, "singular: crank and rod in line"]]
+    rows = [heading, [*["1.234567"] * 7, "│", *["7.6(2)e-04"] * 3, "singular: B in line"]]
     tables = [table.splitlines()[0].split() for table in aligned(rows, width).split("\n\n")]
     assert [name for table in tables for name in table[1:] if name != "│"] == [n for n in heading[1:] if n != "│"]
     for family in ({"x", "y", "z"}, {"u_x", "u_y", "u_z"}, {"μ_x", "μ_y"}):
