@@ -37,9 +37,10 @@ def parallelogram() -> Linkage:
 def test_a_motion_and_a_solution_count_their_states() -> None:
     motion = parallelogram().move(A=np.radians([0.0, 30.0, 90.0]))
     assert repr(motion).endswith(": 2 regular, 1 singular direct>")
+    assert repr(motion.accuracy("C")) == f"<PointAccuracy of C.BC in {motion!r}>"
     solution = motion.frame().solve()
     assert repr(solution) == f"<Solution of {solution.frame!r}>"
-    _ = solution.state
+    _ = solution.status
     assert repr(solution).endswith(": 2 regular, 1 mechanism>")
 
 
