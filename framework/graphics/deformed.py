@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,8 @@ SHOWN = 0.07
 # What can be drawn, and what it is called.
 KINDS = {"deformed": "displacement", "von_mises": "von Mises stress", **DIAGRAMS}
 FLAT = 1e-9
+# Share of the frame's size by which nodes of a joint must be displaced apart for a name each.
+APART = 0.02
 # Displacement in a free motion below this share of the greatest is none.
 LEAST = 1e-6
 
@@ -177,8 +179,9 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
         if (size := float(np.linalg.norm(given))) > 0.0:
             scene.arrows.append(LoadArrow(at[node], given, quantity(size, force)))
     if names:
-        near = 1e-6 * scene.size
-        scene.labels.extend(Label(text, place) for text, place in named_places(at, near))
+        together = np.round(rest / (1e-6 * scene.size))  # the nodes on both sides of a joint, however near others are
+        groups = {node: tuple(place) for node, place in zip(nodes, together.tolist(), strict=True)}
+        scene.labels.extend(Label(text, place) for text, place in named_places(at, APART * scene.size, groups))
 
 
 def _moves(solution: Results, index: Index, mode: Array) -> Iterator[LoadArrow]:
@@ -211,7 +214,9 @@ def _counting(flat: tuple[int, int] | None) -> tuple[int, ...]:
     return tuple(range(6)) if flat is None else (*flat, 6 - sum(flat))
 
 
-def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
+def named_places(
+    at: dict[str, Array], near: float, kinds: Mapping[str, object] | None = None
+) -> list[tuple[str, Array]]:
     """Names and places; what stands in one place, such as the nodes on both sides of a joint, has one name.
 
     Parameters
@@ -220,10 +225,14 @@ def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
         Places (3,) by name.
     near
         Distance up to which they count as one.
+    kinds
+        What they must have in common for that; nothing where None.
     """
+    kind = dict.fromkeys(at) if kinds is None else kinds
     groups: list[tuple[list[str], Array]] = []
     for name, place in at.items():
-        same = next((names for names, other in groups if np.linalg.norm(place - other) <= near), None)
+        alike = (group for group in groups if kind[group[0][0]] == kind[name])
+        same = next((names for names, other in alike if np.linalg.norm(place - other) <= near), None)
         if same is None:
             groups.append(([name], place))
         else:
