@@ -15,9 +15,10 @@ from ..batch import Array
 
 # Directions and distances, points, that are tried, and room about a text, points.
 DIRECTIONS, REACHES, ROOM = 16, (0.0, 6.0, 14.0, 24.0), 1.0
-# What a place costs that covers another text, a number of the axes or the edge, a line, a joint; that is turned away
-# from where it was wanted by half a turn; and that is a point of type further off.
-COVERS, CUTS, HIDES, TURNED, FURTHER = 12.0, 4.0, 3.0, 2.0, 0.08
+# What a place costs that covers another text, a number of the axes or the edge; that is nearer to another place than to
+# its own; that covers a line, a joint; that is turned away from where it was wanted by half a turn; and that is a point
+# of type further off.
+COVERS, MISLEADS, CUTS, HIDES, TURNED, FURTHER = 12.0, 5.0, 4.0, 3.0, 2.0, 0.08
 # Up to so many texts are they moved out of each other's way.
 MANY = 150
 
@@ -107,6 +108,8 @@ class TextPlacement:
             cost += CUTS * np.minimum(_crossed(low, high, lines), 2)
             others = np.delete(at, k, axis=0)
             cost += HIDES * np.minimum(_covers(low, high, np.concatenate([others, others], axis=-1)), 2)
+            away = np.linalg.norm(tried[..., None, :] - others, axis=-1).min(axis=-1, initial=np.inf)
+            cost += MISLEADS * (away < np.linalg.norm(tried - place, axis=-1))
             best = np.unravel_index(int(cost.argmin()), cost.shape)
             centres[k] = tried[best]
             boxes = np.concatenate([boxes, [[*low[best], *high[best]]]])
