@@ -168,3 +168,11 @@ def test_sentences_are_folded_and_units_stay_whole() -> None:
     assert lines[-2:] == ["a  table", "1      2"]
     assert "[rad / s]" in "\n".join(lines)
     assert folded(text, None) == text
+
+
+def test_an_option_that_is_not_there_is_told_by_its_job(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["four-bar", "--steps", "5"])
+    assert capsys.readouterr().err == (
+        "linkframe four-bar: error: --steps 5: no such option; linkframe four-bar --help lists them\n"
+    )
