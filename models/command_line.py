@@ -68,7 +68,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=SPELT)
-    options = parser().parse_args(arguments)
+    top = parser()
+    options, unknown = top.parse_known_args(arguments)
+    if unknown:
+        job = f"linkframe {options.job}"
+        top.exit(2, f"{job}: error: {' '.join(unknown)}: no such option; {job} --help lists them\n")
     with Signals(last=arguments is None) as signals:
         try:
             options.run(options)

@@ -11,6 +11,7 @@ from pathlib import Path
 import linkframe
 import matplotlib.pyplot as plt
 import pytest
+from linkframe.framework import SolutionState
 from linkframe.models.command_line import main
 
 SITE = Path(__file__).parents[1] / "examples" / "site"
@@ -18,6 +19,7 @@ MADE = {"generated", "templates"}
 PAGES = sorted(page for page in SITE.rglob("*.rst") if not MADE.intersection(page.parts))
 BLOCK = re.compile(r"^\.\. (run|shell)::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
 TREE = re.compile(r"^\.\. toctree::\n((?:   .*\n|\n)+)", flags=re.MULTILINE)
+TERM = re.compile(r"\*\*([a-z ]+)\*\*:")
 ENTRY = re.compile(r"^   (?:.*<)?(\w[\w/]*)>?$", flags=re.MULTILINE)
 
 
@@ -28,7 +30,10 @@ def blocks(page: Path) -> list[tuple[str, str]]:
 
 @pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")  # pages read singular poses to show them
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page)], ids=lambda page: page.stem)
-def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocks_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each status that a page explains is that of an example on it."""
     monkeypatch.chdir(tmp_path)
     space: dict[str, object] = {}
     for number, (kind, block) in enumerate(blocks(page), 1):
@@ -36,7 +41,10 @@ def test_blocks_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
             exec(compile(block, f"{page.name}, block {number}", "exec"), space)
         else:
             assert not any(main(shlex.split(line)[1:]) for line in block.strip().splitlines())
-    plt.close("all")
+        plt.close("all")
+    printed = capsys.readouterr().out
+    told = {state.text for state in SolutionState} & set(TERM.findall(page.read_text(encoding="utf-8")))
+    assert not [text for text in told if not re.search(rf"(^|'){text}('| |$)", printed, flags=re.MULTILINE)]
 
 
 def test_every_public_name_has_one_place_among_the_tasks() -> None:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 # These two draw README's pictures from the linkages of the other scripts.
 LEFT_OUT = {"four_bar_picture", "linkage_pictures"}
+# Words of the names of scripts that are not spelt as they stand there.
+SPELT = {"rssr": "RSSR", "rrr": "RRR", "bennett": "Bennett", "bricard": "Bricard", "stewart": "Stewart"}
 # Name of the script: the point that its figure and its live page follow, for scripts that leave a `motion`.
 FOLLOWED = {
     "andrews_squeezer": "E",
@@ -102,7 +104,13 @@ def _page(script: Path, page: Path) -> None:
     point, motion = PAGED.get(script.stem, (FOLLOWED.get(script.stem), ""))
     names = runpy.run_path(str(script))
     exec(motion, names)
-    names["motion"].page(page, point, title=script.stem.replace("_", " "))
+    names["motion"].page(page, point, title=_name(script))
+
+
+def _name(script: Path) -> str:
+    """What a script is called on the site."""
+    words = [SPELT.get(word, word) for word in script.stem.replace("scikit_fem", "scikit-fem").split("_")]
+    return " ".join([words[0][:1].upper() + words[0][1:], *words[1:]])
 
 
 def _titled(script: Path) -> str:
@@ -111,7 +119,7 @@ def _titled(script: Path) -> str:
     tree = ast.parse(source)
     title, _, sketch = (ast.get_docstring(tree, clean=False) or "").partition("\n")
     rest = "\n".join(source.splitlines()[tree.body[0].end_lineno :]).strip().replace("__file__", repr(script.name))
-    name = script.stem.replace("_", " ").capitalize()
+    name = _name(script)
     page = [name, "=" * len(name), "", title.replace("\\", "\\\\")]
     if script.stem in FOLLOWED or script.stem in PAGED:
         link = f"../../pages/{script.stem}.html"

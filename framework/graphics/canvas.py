@@ -12,6 +12,7 @@ from ..errors import FrameError
 from . import symbols
 from .scene import Region, Scene, Stroke
 from .style import COLOURS, GREY, INK, ORANGE, PALE, SKY, STYLE, entry, fitting_height, set_title
+from .texts import texts_in_plane, texts_in_space
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
 ARROW = 0.2
 # How wide a digit is beside its size, and the least size of numbers, points.
 LETTER, SMALLEST = 0.62, 5.5
+# Least radius of a pin, points, and room for numbers and labels about axes in space, inches.
+LEAST_PIN, NUMBERS = 2.8, 0.57
+# Share of the longest side of a box below which others count no less for the distance of its numbers.
+LEAST_SIDE = 0.2
 # Colour of motions that nothing resists.
 FREE = COLOURS[3]
 LOOKS: dict[str, dict[str, Any]] = {
@@ -149,23 +154,36 @@ def few_ticks(axes: Any, most: int = 6) -> None:
     for axis, inches in ((axes.xaxis, width), (axes.yaxis, 2.0 * height)):
         locator = axis.get_major_locator()
         if axis.get_scale() == "linear" and hasattr(locator, "set_params"):
-            locator.set_params(nbins=int(np.clip(1.4 * inches, 2, most)))
+            count = int(np.clip(1.4 * inches, 2, most))
+            locator.set_params(nbins=count)
             if axis is axes.xaxis:
-                _fit_numbers(axis, inches)
+                _fit_numbers(axis, inches, count)
 
 
-def _fit_numbers(axis: Any, inches: float) -> None:
-    """Numbers as small as they must be to stand beside each other along an axis, where a step has many digits."""
+def _fit_numbers(axis: Any, inches: float, most: int) -> None:
+    """Numbers as small, and then as few, as they must be to stand beside each other, where a step has many digits."""
+    size = axis.get_major_ticks()[0].label1.get_size()
+    for count in range(most, 0, -1):
+        if count < most:
+            axis.get_major_locator().set_params(nbins=count, min_n_ticks=1)
+        room = _room_of_numbers(axis, inches)
+        if room >= SMALLEST:
+            break
+    if room < size:
+        axis.set_tick_params(labelsize=max(room, SMALLEST))
+
+
+def _room_of_numbers(axis: Any, inches: float) -> float:
+    """Greatest size, points, at which the numbers along an axis stand beside each other."""
+    low, high = np.sort(axis.get_view_interval())
     places = axis.get_majorticklocs()
     letters = max(map(len, axis.get_major_formatter().format_ticks(places)), default=0)
+    places = places[(places >= low) & (places <= high)]
     if len(places) < 2 or not letters:
-        return
-    step = inches * float(np.diff(places).min()) / abs(float(np.ptp(axis.get_view_interval())))
+        return np.inf
+    step = inches * float(np.diff(places).min()) / float(high - low)
     # The layout makes axes narrower still, to find room for labels.
-    most = 0.85 * 72.0 * step / (LETTER * (letters + 1))
-    size = axis.get_major_ticks()[0].label1.get_size()
-    if most < size:
-        axis.set_tick_params(labelsize=max(most, SMALLEST))
+    return 0.85 * 72.0 * step / (LETTER * (letters + 1))
 
 
 def frame_in_space(axes: Any, points: Array) -> None:
@@ -176,13 +194,17 @@ def frame_in_space(axes: Any, points: Array) -> None:
     room = np.maximum(0.02 * (high - low), 0.5 * (least - (high - low)))
     low, high = low - room, high + room
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    # A little smaller than the space for it, so that numbers and labels are not cut off; a tower has them below.
+    # Smaller than the space for it, so that numbers and labels are not cut off; a tower has them below.
     tower = max(0.0, float((high - low)[2] / np.linalg.norm(high - low)) - 0.6)
-    axes.set_box_aspect(high - low, zoom=0.86 - 0.4 * tower)
-    for axis, share in zip((axes.xaxis, axes.yaxis, axes.zaxis), (high - low) / (high - low).max(), strict=True):
-        axis.get_major_locator().set_params(nbins=max(1, round(5 * float(share))), min_n_ticks=1)
-        axis.set_tick_params(labelsize=7.0, pad=1.0)
-        axis.labelpad = 7.0
+    side = min(axes.bbox.width, axes.bbox.height) / axes.figure.dpi
+    axes.set_box_aspect(high - low, zoom=float(np.clip(1.0 - NUMBERS / side, 0.5, 0.9)) - 0.4 * tower)
+    shares = (high - low) / (high - low).max()
+    for k, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
+        axis.get_major_locator().set_params(nbins=max(1, round(5.0 * min(1.0, side / 3.5) * shares[k])), min_n_ticks=1)
+        # Numbers and labels stand off in shares of the other two sides: of short ones in greater shares.
+        across = max(LEAST_SIDE, float(np.delete(shares, k).max()))
+        axis.set_tick_params(labelsize=7.0, pad=9.0 / across - 8.0)
+        axis.labelpad = 28.0 / across - 21.0
 
 
 # -- in a plane -------------------------------------------------------------------------------------------------------
@@ -190,7 +212,9 @@ def frame_in_space(axes: Any, points: Array) -> None:
 
 def _in_plane(scene: Scene, axes: Any, size: float, flat: tuple[int, int]) -> list[Any]:
     shown = list(flat)
-    pin = scene.pin(size)
+    across, up = scene.extent
+    inches = min(axes.bbox.width / across, axes.bbox.height / up) / axes.figure.dpi  # to a length
+    pin = max(scene.pin(size), LEAST_PIN / 72.0 / inches)
     out: list[Any] = []
     for region in scene.regions:
         for look in _fills(region):
@@ -204,11 +228,12 @@ def _in_plane(scene: Scene, axes: Any, size: float, flat: tuple[int, int]) -> li
         out += _support(axes, support.at[shown], 1.15 * pin, support.clamped)
     for joint in scene.joints:
         out += _joint(axes, joint, pin, shown)
-    for arrow in scene.arrows:
-        out += _arrow(axes, arrow.at[shown], arrow.force[shown], _longest(scene), arrow.text, size)
+    arrows = _drawn_arrows(scene, shown, size)
+    for at, tip in arrows:
+        out += _arrow(axes, at, tip)
     for move in scene.moves:
         out += _move(axes, move.at[shown], ARROW * size * move.force[shown])
-    return out + _labels(axes, scene, shown, pin)
+    return out + texts_in_plane(axes, scene, shown, pin, arrows)
 
 
 def _look(stroke: Stroke) -> dict[str, Any]:
@@ -282,22 +307,20 @@ def _longest(scene: Scene) -> float:
     return max((float(np.linalg.norm(arrow.force)) for arrow in scene.arrows), default=0.0)
 
 
-def _arrow(axes: Any, at: Array, force: Array, longest: float, text: str, size: float) -> list[Any]:
-    """A force that pulls at its place; square to the figure it is a ring with a cross."""
+def _drawn(force: Array, longest: float, size: float) -> Array:
+    """A force (k,) as it is drawn: no shorter than can be seen, and nothing where it is square to the figure."""
     share = float(np.linalg.norm(force)) / longest if longest else 0.0
-    if share < 1e-9:
+    return np.zeros_like(force) if share < 1e-9 else ARROW * size * max(share, 0.25) * force / np.linalg.norm(force)
+
+
+def _arrow(axes: Any, at: Array, tip: Array) -> list[Any]:
+    """A force that pulls at its place; square to the figure it is a cross."""
+    if not (tip - at).any():
         return list(axes.plot(*at[:, None], "x", color=ORANGE, ms=8, mew=1.6, zorder=7, gid="load"))
-    tip = at + ARROW * size * max(share, 0.25) * force / np.linalg.norm(force)
     style = {"arrowstyle": "-|>,head_length=0.6,head_width=0.25", "color": ORANGE, "lw": 1.8, "shrinkA": 3}
     out = [axes.annotate("", tuple(tip), tuple(at), arrowprops={**style, "shrinkB": 0}, zorder=7, gid="load")]
-    # An annotation does not count where axes are to hold everything: its end, and the text beside it, do.
-    out += axes.plot(*tip[:, None], alpha=0.0)
-    aside = 6.0 if force[0] >= 0.0 else -6.0
-    out.append(axes.annotate(
-        text, tuple(tip), (aside, 0.0), textcoords="offset points", color=ORANGE, fontsize=8,
-        ha="left" if aside > 0 else "right", va="center", zorder=8, parse_math=False, path_effects=_halo(),
-    ))  # fmt: skip
-    return out
+    # An annotation does not count where axes are to hold everything: its end does.
+    return [*out, *axes.plot(*tip[:, None], alpha=0.0)]
 
 
 def _move(axes: Any, at: Array, way: Array) -> list[Any]:
@@ -312,79 +335,13 @@ def _move(axes: Any, at: Array, way: Array) -> list[Any]:
     ]
 
 
-def _halo() -> list[Any]:
-    """A white edge about a text, so that lines behind it do not cross it."""
-    from matplotlib.patheffects import withStroke
-
-    return [withStroke(linewidth=2.0, foreground="white")]
-
-
-def _labels(axes: Any, scene: Scene, shown: list[int], pin: float) -> list[Any]:
-    """Names beside their places, clear of the symbol there, where the widest angle between lines is free."""
-    out = []
-    for label in scene.labels:
-        if not np.isfinite(label.at).all():
-            continue
-        at = label.at[shown]
-        if label.base is not None:
-            out.append(_number(axes, label.text, at, at - label.base[shown]))
-            continue
-        there = [joint for joint in scene.joints if _close(joint.at[shown], at, 0.02 * scene.size)]
-        clear = max((pin * (2.2 if joint.driven else 1.1) for joint in there), default=0.0)
-        if not there:
-            out += axes.plot(*at[:, None], "o", ms=3.2, mfc=INK, mec="none", zorder=6, ls="")
-        way = _free(at, scene, shown)
-        out.append(axes.annotate(
-            label.text, tuple(at + clear * way), tuple(7.0 * way), textcoords="offset points", ha="center", va="center",
-            fontsize=8.5, zorder=8, color=INK, parse_math=False, gid="label", path_effects=_halo(),
-        ))  # fmt: skip
-    return out
-
-
-def _number(axes: Any, text: str, at: Array, way: Array) -> Any:
-    """A number at the end of an ordinate, on its far side."""
-    length = float(np.linalg.norm(way))
-    shift = 8.0 * way / length if length > 0.0 else np.array([0.0, 8.0])
-    return axes.annotate(
-        text, tuple(at), tuple(shift), textcoords="offset points", ha="center", va="center", fontsize=7.5, zorder=8,
-        color=COLOURS[0], path_effects=_halo(), gid="value",
-    )  # fmt: skip
-
-
-def _free(at: Array, scene: Scene, shown: list[int]) -> Array:
-    """Direction from a place (2,) in the middle of the widest angle without a line, (2,)."""
-    near = 0.02 * scene.size
-    ways = [np.array([0.0, -1.0])] if any(_close(j.at[shown], at, near) for j in _standing(scene)) else []
-    ways += [a.force[shown] for a in (*scene.arrows, *scene.moves) if _close(a.at[shown], at, near)]
-    for stroke in scene.strokes:
-        if stroke.kind not in ("ghost", "sample", "ordinate"):
-            ways += _leaving(stroke.points[:, shown], at, near)
-    angles = np.sort([np.arctan2(way[1], way[0]) for way in ways if np.linalg.norm(way) > 0.0])
-    if not len(angles):
-        return np.array([0.0, 1.0])
-    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
-    middle = angles[gaps.argmax()] + 0.5 * gaps.max()
-    return np.array([np.cos(middle), np.sin(middle)])
-
-
-def _standing(scene: Scene) -> list[Any]:
-    return [*scene.supports, *(joint for joint in scene.joints if joint.grounded)]
-
-
-def _close(one: Array, other: Array, near: float) -> bool:
-    return bool(np.linalg.norm(one - other) < 0.1 * near)
-
-
-def _leaving(line: Array, at: Array, near: float) -> list[Array]:
-    """Directions in which a line (k, 2) leaves a place that lies on it."""
-    step = np.diff(line, axis=0)
-    square = np.maximum(np.sum(step * step, axis=-1), np.finfo(float).tiny)
-    share = np.clip(np.sum((at - line[:-1]) * step, axis=-1) / square, 0.0, 1.0)
-    away = np.linalg.norm(line[:-1] + share[:, None] * step - at, axis=-1)
-    ways = []
-    for k in np.flatnonzero(away < 0.1 * near):
-        ways += [end - at for end in (line[k], line[k + 1]) if np.linalg.norm(end - at) > 0.1 * near]
-    return ways
+def _drawn_arrows(scene: Scene, shown: list[int], size: float) -> list[Array]:
+    """Forces as they are drawn, from their places to their tips, (2, 2) or (2, 3) each."""
+    longest = _longest(scene)
+    return [
+        np.stack([arrow.at[shown], arrow.at[shown] + _drawn(arrow.force[shown], longest, size)])
+        for arrow in scene.arrows
+    ]
 
 
 # -- in space ---------------------------------------------------------------------------------------------------------
@@ -417,23 +374,13 @@ def _in_space(scene: Scene, axes: Any, size: float) -> list[Any]:
             out += axes.plot(*ends.T, color=INK, lw=1.6, zorder=5)
     for support in scene.supports:
         out += _mark(axes, support.at, "s" if support.clamped else "^", "support", mfc="#b0b0b0", ms=8)
-    longest = _longest(scene)
     for move in scene.moves:
         way = ARROW * size * move.force
         out.append(axes.quiver(*move.at, *way, color=FREE, lw=1.5, arrow_length_ratio=0.2, gid="free motion"))
-    for arrow in scene.arrows:
-        drawn = ARROW * size * arrow.force / (longest or 1.0)
-        out.append(axes.quiver(*arrow.at, *drawn, color=ORANGE, lw=1.8, arrow_length_ratio=0.2))
-        out.append(
-            axes.text(
-                *(arrow.at + 1.05 * drawn), arrow.text, color=ORANGE, fontsize=8, parse_math=False, path_effects=_halo()
-            )
-        )
-    return out + [
-        axes.text(*label.at, f"  {label.text}", fontsize=8, zorder=9, parse_math=False, gid="label")
-        for label in scene.labels
-        if np.isfinite(label.at).all()
-    ]
+    arrows = _drawn_arrows(scene, [0, 1, 2], size)
+    for at, tip in arrows:
+        out.append(axes.quiver(*at, *(tip - at), color=ORANGE, lw=1.8, arrow_length_ratio=0.2))
+    return out + texts_in_space(axes, scene, arrows)
 
 
 def _mark(axes: Any, at: ArrayLike, mark: str, gid: str, **look: Any) -> list[Any]:

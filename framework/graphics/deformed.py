@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,8 @@ SHOWN = 0.07
 # What can be drawn, and what it is called.
 KINDS = {"deformed": "displacement", "von_mises": "von Mises stress", **DIAGRAMS}
 FLAT = 1e-9
+# Share of the frame's size by which nodes of a joint must be displaced apart for a name each.
+APART = 0.02
 # Displacement in a free motion below this share of the greatest is none.
 LEAST = 1e-6
 
@@ -85,7 +87,8 @@ def deformed_frame(
         If there is no such kind of figure, no member, or no such entry.
     """
     if what not in KINDS:
-        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+        axes = "" if isinstance(what, str) else ", and give axes as ax="
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}{axes}")
     frame = solution.frame
     if not frame.members:
         raise FrameError("the frame has no member to draw: add one")
@@ -119,7 +122,7 @@ def deformed_frame(
         told = along_members(solution, index, what, by_member(part.point_data[what]))
         title = add_diagrams(scene, solution, index, rest, told, what, size, units)
         factor = 0.0
-    _add_marks(scene, solution, index, factor, names, units[1])
+    _add_marks(scene, solution, index, factor if there else 0.0, names, units[1])
     if not there:
         modes = free_modes(solution, [int(k) for k in index[1:] if isinstance(k, int | np.integer)])
         told_mode = f"; arrows: {told_modes(modes)}" if len(modes) else ""
@@ -141,7 +144,7 @@ def round_scale(moved: Array, most: float) -> float:
 
 def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
     """The coordinate plane in which the members lie and are displaced; None in space."""
-    places, ways = rest.reshape(-1, 3), moved.reshape(-1, 3)
+    places, ways = rest.reshape(-1, 3), np.nan_to_num(moved.reshape(-1, 3))
     extent, most = np.ptp(places, axis=0), np.abs(ways).max(axis=0, initial=0.0)
     for across in (2, 1, 0):
         if extent[across] <= FLAT * extent.max() and most[across] <= 1e-6 * most.max(initial=0.0):
@@ -176,8 +179,9 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
         if (size := float(np.linalg.norm(given))) > 0.0:
             scene.arrows.append(LoadArrow(at[node], given, quantity(size, force)))
     if names:
-        near = 1e-6 * scene.size
-        scene.labels.extend(Label(text, place) for text, place in named_places(at, near))
+        together = np.round(rest / (1e-6 * scene.size))  # the nodes on both sides of a joint, however near others are
+        groups = {node: tuple(place) for node, place in zip(nodes, together.tolist(), strict=True)}
+        scene.labels.extend(Label(text, place) for text, place in named_places(at, APART * scene.size, groups))
 
 
 def _moves(solution: Results, index: Index, mode: Array) -> Iterator[LoadArrow]:
@@ -210,7 +214,9 @@ def _counting(flat: tuple[int, int] | None) -> tuple[int, ...]:
     return tuple(range(6)) if flat is None else (*flat, 6 - sum(flat))
 
 
-def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
+def named_places(
+    at: dict[str, Array], near: float, kinds: Mapping[str, object] | None = None
+) -> list[tuple[str, Array]]:
     """Names and places; what stands in one place, such as the nodes on both sides of a joint, has one name.
 
     Parameters
@@ -219,10 +225,14 @@ def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
         Places (3,) by name.
     near
         Distance up to which they count as one.
+    kinds
+        What they must have in common for that; nothing where None.
     """
+    kind = dict.fromkeys(at) if kinds is None else kinds
     groups: list[tuple[list[str], Array]] = []
     for name, place in at.items():
-        same = next((names for names, other in groups if np.linalg.norm(place - other) <= near), None)
+        alike = (group for group in groups if kind[group[0][0]] == kind[name])
+        same = next((names for names, other in alike if np.linalg.norm(place - other) <= near), None)
         if same is None:
             groups.append(([name], place))
         else:
@@ -231,6 +241,8 @@ def named_places(at: dict[str, Array], near: float) -> list[tuple[str, Array]]:
 
 
 def _common(names: list[str]) -> str:
-    """``B`` of ``B.crank`` and ``B.coupler``; else all of them."""
-    starts = {name.rpartition(".")[0] or name for name in names}
-    return starts.pop() if len(names) > 1 and len(starts) == 1 else ", ".join(names)
+    """``B`` of ``B.crank`` and ``B.coupler``, and all others as they are."""
+    starts = [name.rpartition(".")[0] or name for name in names]
+    return ", ".join(
+        dict.fromkeys(start if starts.count(start) > 1 else name for start, name in zip(starts, names, strict=True))
+    )

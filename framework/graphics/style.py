@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import wraps
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -93,17 +92,39 @@ def entry(name: str) -> str:
 
 
 def set_title(axes: Any, text: str, share: float = 1.0) -> None:
-    """Write a title from the left of axes, in as many lines as this share of their width asks for."""
-    most = letters_across(axes, share)
-    # A number stays on the line of its unit: a space that cannot be broken stands between them meanwhile.
-    bound = re.sub(r"(?<=\d) (?=[^\W\d_]{1,3}\b)", "\u00a0", text)
-    lines = [part for line in bound.split("\n") for part in wrap(line, most, break_long_words=False)]
+    """Write a title from the left of axes, in as many lines as this share of the room to their right asks for."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font, room = FontProperties(size=_title_size()), _title_room(axes, share)
+
+    def fits(line: str) -> bool:
+        return bool(text_to_path.get_text_width_height_descent(line.replace("\u00a0", " "), font, False)[0] <= room)
+
+    # A number stays on the line of its unit or sign: a space that cannot be broken stands between them meanwhile.
+    bound = re.sub(r"(?<=\d) (?=[^\W\d_]{1,3}\b)|(?<=[×=]) ", "\u00a0", text)
+    lines: list[str] = []
+    for part in bound.split("\n"):
+        lines.append("")
+        for word in part.split(" "):
+            longer = f"{lines[-1]} {word}".strip(" ")
+            if lines[-1] and not fits(longer):
+                lines.append(word)
+            else:
+                lines[-1] = longer
     axes.set_title("\n".join(lines).replace("\u00a0", " "), loc="left", fontsize=_title_size())
 
 
 def letters_across(axes: Any, share: float = 1.0) -> int:
-    """About how many letters of a title find room in this share of the width of axes."""
-    return max(16, int(72.0 * share * axes.bbox.width / axes.figure.dpi / (0.5 * _title_size())))
+    """About how many letters of a title find room in this share of the room to the right of the left side of axes."""
+    return max(16, int(_title_room(axes, share) / (0.5 * _title_size())))
+
+
+def _title_room(axes: Any, share: float) -> float:
+    """How wide a title may be, points: axes to scale are narrower than their place, and stand in the middle of it."""
+    axes.apply_aspect()
+    right = axes.get_position(original=True).x1 - axes.get_position().x0
+    return float(72.0 * share * right * axes.figure.bbox.width / axes.figure.dpi)
 
 
 def _title_size() -> float:

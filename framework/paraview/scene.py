@@ -156,17 +156,18 @@ def taken(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
 
 def solved(solution: Results, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
-    return np.broadcast_to(~among(solution.state, SolutionState.MECHANISM, SolutionState.ABSENT), solution.shape)[index]
+    without = (SolutionState.MECHANISM, SolutionState.ABSENT, SolutionState.NOT_CONVERGED)
+    return np.broadcast_to(~among(solution.state, *without), solution.shape)[index]
 
 
 def shown(solution: Results, index: Index, array: Array) -> Array:
-    """Entries `index` of an array (..., n, k, c), as (T, n, k, c), with zeros for a mechanism: a viewer cannot place
-    NaN, and `solved` tells."""
+    """Entries `index` of an array (..., n, k, c), as (T, n, k, c), with zeros where there is no solution: a viewer
+    cannot place NaN, and `solved` tells."""
     return np.where(solved(solution, index)[:, None, None, None], array[index], 0.0)
 
 
 def results(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
-    """As `taken`, with zeros for a mechanism."""
+    """As `taken`, with zeros where there is no solution."""
     return np.where(solved(solution, index)[:, None, None, None], taken(solution, index, arrays), 0.0)
 
 

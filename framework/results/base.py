@@ -78,8 +78,8 @@ class Results(ABC):
 
     def __repr__(self) -> str:
         # Nothing is solved to be printed: how entries came out is told once it is known.
-        known = vars(self).get("state")
-        text = "" if known is None else f": {counted(known, SolutionState)}"
+        known = {"state", "own_state"} & vars(self).keys()
+        text = f": {counted(self.state, SolutionState)}" if known else ""
         return f"<{type(self).__name__} of {self.frame!r}{text}>"
 
     def _repr_html_(self) -> str:

@@ -16,6 +16,7 @@ from .output import results, terminal_width, written
 from .rendered import picture
 from .report import Report
 from .stages import Advance, Stages
+from .tables import folded
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -162,8 +163,10 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
             (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
         files = written(stage)
-    print("\n\n".join([job.summary(None if wide else terminal_width()), *notes]))
-    print(f"\nWritten to {out}: {', '.join(files)}\n{stages.spent}")
+    width = terminal_width()
+    print(folded("\n\n".join([job.summary(None if wide else width), *notes]), width))
+    listed = folded(f"Written to {out}: {', '.join(files)}", width)
+    print(f"\n{listed}\n{folded(stages.spent, width)}")
 
 
 def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
+from textwrap import fill
+
+# What stands between this run's numbers and others, and a space at which no line ends.
+BAR, HARD = "│", "\u00a0"
 
 
 def separated(heading: Sequence[str], rows: Iterable[Sequence[float | str | None]]) -> str:
@@ -27,11 +32,13 @@ def aligned(lines: Sequence[Sequence[str]], width: int | None = None) -> str:
         A heading and rows, as cells.
     width
         Characters that a line may have: what is wider comes in several tables below each other, each beginning with
-        the first column. The last column, in words, may go beyond. None for one table however wide.
+        the first column. Components of one vector stay together where they fit. The last column, in words, may go
+        beyond where it must. None for one table however wide.
     """
     columns = list(zip(*lines, strict=True))
     widths = [max(map(len, column)) for column in columns]
-    tables = [_joined(columns, widths, numbers) for numbers in _parts(widths, len(columns[-1][0]), width)]
+    heading = [column[0] for column in columns]
+    tables = [_joined(columns, widths, numbers) for numbers in _parts(heading, widths, width)]
     return "\n\n".join(tables)
 
 
@@ -42,16 +49,52 @@ def _joined(columns: Sequence[Sequence[str]], widths: Sequence[int], numbers: Se
     return "\n".join("  ".join(row) for row in zip(*cells, strict=True))
 
 
-def _parts(widths: Sequence[int], last: int, width: int | None) -> list[list[int]]:
-    """Numbers of the columns of each table; the last column counts with its heading alone."""
+def _parts(heading: Sequence[str], widths: Sequence[int], width: int | None) -> list[list[int]]:
+    """Numbers of the columns of each table; the last counts with its heading alone where no table can hold it."""
+    whole = width is None or widths[0] + 2 + widths[-1] <= width
+    counted = [*widths[:-1], widths[-1] if whole else len(heading[-1])]
+    bar = heading.index(BAR) if BAR in heading else len(heading)
     parts = [[0]]
-    for k in range(1, len(widths)):
-        own = last if k == len(widths) - 1 else widths[k]
-        used = sum(widths[n] + 2 for n in parts[-1])
-        if width is not None and used + own > width and len(parts[-1]) > 1:
-            parts.append([0])
-        parts[-1].append(k)
+
+    def fits(used: Sequence[int], more: Sequence[int]) -> bool:
+        return width is None or sum(counted[n] + 2 for n in (*used, *more)) - 2 <= width
+
+    for family in _families(heading):
+        # What stands right of the bar has it before it in each table.
+        begun = [0, bar] if bar < family[0] < len(heading) - 1 else [0]
+        if not fits(parts[-1], family) and fits(begun, family) and len(parts[-1]) > 1:
+            parts.append(list(begun))
+        for k in family:
+            if not fits(parts[-1], [k]) and len(parts[-1]) > 1:
+                parts.append(list(begun))
+            parts[-1].append(k)
     return parts
+
+
+def _families(heading: Sequence[str]) -> list[list[int]]:
+    """Numbers of columns that belong together, without the first: components of one vector, and a bar before them."""
+    kinds = [re.sub(r"(^|_)[xyz]\b", "", name) for name in heading]
+    families: list[list[int]] = []
+    for k in range(1, len(heading)):
+        if families and (kinds[k] == kinds[families[-1][-1]] or heading[k - 1] == BAR):
+            families[-1].append(k)
+        else:
+            families.append([k])
+    return families
+
+
+def folded(text: str, width: int | None) -> str:
+    """Sentences in lines for a terminal of that width; a paragraph that has several lines is a table, and stays."""
+    if width is None:
+        return text
+    parts = (part if "\n" in part else _filled(part, width) for part in text.split("\n\n"))
+    return "\n\n".join(parts)
+
+
+def _filled(text: str, width: int) -> str:
+    """One paragraph in lines; a number or name stays whole, as does a unit in brackets."""
+    bound = re.sub(r"\[[^\]]*\]", lambda unit: unit[0].replace(" ", HARD), text)
+    return fill(bound, width, break_long_words=False, break_on_hyphens=False).replace(HARD, " ")
 
 
 def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 0) -> str:

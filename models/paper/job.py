@@ -148,7 +148,7 @@ class FourBarJob(Job):
             paragraphs.append(PRINTED)
         if table := large_table.as_text(result, width):
             paragraphs.append(
-                f"Where linear mechanics does not hold, beside the samples at large displacement:\n{table}"
+                f"Where linear mechanics does not hold, beside the samples at large displacement:\n\n{table}"
             )
         measured = [] if result.measured is None else [result.measured.in_words()]
         return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result), *measured])

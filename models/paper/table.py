@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..job.tables import aligned, markdown, readable, separated, with_error
+from ..job.tables import BAR, aligned, markdown, readable, separated, with_error
 from .printed import PRINTED_COLUMNS, printed
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def as_csv(result: Result) -> str:
 
 def as_text(result: Result, width: int | None = None) -> str:
     """The table for a terminal of that width, metres and degrees; right of the bar what the paper prints."""
-    lines = [[*ours, *(["│", *theirs] if theirs else []), status] for ours, theirs, status in _cells(result)]
+    lines = [[*ours, *([BAR, *theirs] if theirs else []), status] for ours, theirs, status in _cells(result)]
     return aligned(lines, width)
 
 

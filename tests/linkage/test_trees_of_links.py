@@ -162,6 +162,27 @@ def test_loops_that_follow(make: Any, ending: str, tmp_path: Path) -> None:
     assert len(followed) == {"parallelogram": 2, "wedges": 1}[make.__name__]
 
 
+def test_sdf_of_readers_that_know_no_mimic(tmp_path: Path) -> None:
+    """A version is written that readers know which are older than ``mimic``, where nothing follows."""
+    arm = Linkage(A=(0, 0), B=(1, 0))
+    arm.link("arm", "A", "B")
+    arm.revolute("A", "ground", "arm", drive=True)
+    version = {
+        name: ElementTree.parse(written(linkage, tmp_path / f"{name}.sdf")).getroot().get("version")
+        for name, linkage in {"arm": arm, "parallelogram": parallelogram()}.items()
+    }
+    assert version == {"arm": "1.7", "parallelogram": "1.11"}
+
+
+@pytest.mark.parametrize("name", ["left::arm", "__arm__", "world"])
+def test_names_that_sdf_keeps(name: str, tmp_path: Path) -> None:
+    arm = Linkage(A=(0, 0), B=(1, 0))
+    arm.link("arm", "A", "B")
+    arm.revolute("A", "ground", "arm", drive=True, name=name)
+    with pytest.raises(FrameError, match=rf"SDF keeps the name '{name}' for itself"):
+        write_linkage(arm, tmp_path / "arm.sdf")
+
+
 def test_masses(tmp_path: Path) -> None:
     linkage = tree()
     root = ElementTree.parse(written(linkage, tmp_path / "tree.urdf")).getroot()

@@ -12,7 +12,7 @@ from linkframe.framework import Frame, FrameError, MechanismWarning
 from linkframe.framework.pictures.shapes import prism
 from linkframe.models import Linkage, SobolIndices, read_linkage
 from linkframe.models.command_line import main
-from linkframe.models.job.tables import aligned
+from linkframe.models.job.tables import aligned, folded
 from linkframe.models.linkage.files.sketch_file import write_sketch
 from linkframe.models.linkage.graphics.bodies import MotionBodies
 from numpy.testing import assert_allclose
@@ -37,9 +37,10 @@ def parallelogram() -> Linkage:
 def test_a_motion_and_a_solution_count_their_states() -> None:
     motion = parallelogram().move(A=np.radians([0.0, 30.0, 90.0]))
     assert repr(motion).endswith(": 2 regular, 1 singular direct>")
+    assert repr(motion.accuracy("C")) == f"<PointAccuracy of C.BC in {motion!r}>"
     solution = motion.frame().solve()
     assert repr(solution) == f"<Solution of {solution.frame!r}>"
-    _ = solution.state
+    _ = solution.status
     assert repr(solution).endswith(": 2 regular, 1 mechanism>")
 
 
@@ -145,3 +146,33 @@ def test_a_prism_looks_outwards() -> None:
     body = prism(square, np.zeros(3), np.array([4.0, 0.0, 0.0]), np.eye(3))
     middle = np.array([2.0, 0.0, 0.0])
     assert np.all(np.sum((body.points - middle) * body.normals, axis=-1) > 0.0)
+
+
+@pytest.mark.parametrize("width", [40, 60, 80, 120])
+def test_folded_tables_keep_vectors_whole(width: int) -> None:
+    """Positions, displacements and what stands right of the bar are never torn apart nor taken for each other."""
+    heading = ["θ", "x", "y", "z", "u_x", "u_y", "u_z", "│", "μ_x", "μ_y", "κ", "status"]
+    rows = [heading, [*["1.234567"] * 7, "│", *["7.6(2)e-04"] * 3, "singular: B in line"]]
+    tables = [table.splitlines()[0].split() for table in aligned(rows, width).split("\n\n")]
+    assert [name for table in tables for name in table[1:] if name != "│"] == [n for n in heading[1:] if n != "│"]
+    for family in ({"x", "y", "z"}, {"u_x", "u_y", "u_z"}, {"μ_x", "μ_y"}):
+        assert [family <= set(table) for table in tables if family & set(table)] == [True]
+    assert all("│" in table for table in tables if {"μ_x", "κ"} & set(table))
+    assert all(len(line) <= width for line in aligned(rows, width).splitlines())
+
+
+def test_sentences_are_folded_and_units_stay_whole() -> None:
+    text = "drive base [N m], position of a point with a long name [rad / s], status\n\na  table\n1      2"
+    lines = folded(text, 24).splitlines()
+    assert max(map(len, lines)) <= 24
+    assert lines[-2:] == ["a  table", "1      2"]
+    assert "[rad / s]" in "\n".join(lines)
+    assert folded(text, None) == text
+
+
+def test_an_option_that_is_not_there_is_told_by_its_job(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        main(["four-bar", "--steps", "5"])
+    assert capsys.readouterr().err == (
+        "linkframe four-bar: error: --steps 5: no such option; linkframe four-bar --help lists them\n"
+    )

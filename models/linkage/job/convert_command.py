@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ....framework.errors import FrameError
+from ...job.output import terminal_width
+from ...job.tables import folded
 
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
@@ -48,4 +50,4 @@ def _start(options: Namespace) -> None:
         convert(options.file, options.out)
     print(f"Written: {options.out}")
     for warning in told:
-        print(f"Note: {warning.message}")
+        print(folded(f"Note: {warning.message}", terminal_width()))

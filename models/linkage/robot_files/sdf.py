@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
 from .body_tree import TreeBody, body_tree
@@ -16,7 +17,8 @@ from .placed import BodyMass, Placed, single
 from .urdf import REACH, SingleJoint, inertia_terms, single_joints, whole_links
 from .xml import Number, add, check_unique, document, note, written
 
-VERSION = "1.11"
+# The first version that has ``mimic``, and the first that has all else; readers refuse versions that they do not know.
+MIMIC_VERSION, VERSION = "1.11", "1.7"
 
 
 def sdf(linkage: LinkageDescription, title: str) -> str:
@@ -25,12 +27,12 @@ def sdf(linkage: LinkageDescription, title: str) -> str:
     Raises
     ------
     FrameError
-        As by `body_tree` and `followers`.
+        As by `body_tree` and `followers`, and if SDF keeps a name for itself.
     """
     check_names(linkage)
     tree = body_tree(linkage)
     following = followers(tree, "SDF")
-    root = Element("sdf", version=VERSION)
+    root = Element("sdf")
     world = add(root, "world", name=title)
     _text(world, "gravity", single(linkage.weight, 1, "gravity"))
     model = add(world, "model", name=title)
@@ -41,10 +43,21 @@ def sdf(linkage: LinkageDescription, title: str) -> str:
         _joint(model, joint, REACH * tree.placed.size)
     for body in whole_links(tree):
         _points(model, body)
-    check_unique(
-        [each.get("name", "") for each in model if each.tag in ("link", "joint", "frame")], "links, joints, points"
-    )
+    names = [each.get("name", "") for each in model if each.tag in ("link", "joint", "frame")]
+    check_unique(names, "links, joints, points")
+    _check_reserved([title, *names])
+    root.set("version", VERSION if model.find(".//mimic") is None else MIMIC_VERSION)
     return document(root)
+
+
+def _check_reserved(names: list[str]) -> None:
+    """Refuse names that readers of SDF take for something else."""
+    for name in names:
+        if name == WORLD or "::" in name or (name.startswith("__") and name.endswith("__")):
+            raise FrameError(
+                f"SDF keeps the name {name!r} for itself, as all with '::' in them or between double underscores: "
+                "rename the link, joint, point or file that it comes from"
+            )
 
 
 def _text(parent: Element, tag: str, value: str | Number, **attributes: str) -> Element:

@@ -52,6 +52,9 @@ class PointAccuracy:
     inertia: bool = False
     warmed: Array | None = None
 
+    def __repr__(self) -> str:
+        return f"<PointAccuracy of {self.point} in {self.motion!r}>"
+
     @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape."""

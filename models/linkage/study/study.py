@@ -330,7 +330,8 @@ class AccuracyStudy:
             for row, status in zip(np.column_stack(columns).tolist(), self.status.tolist(), strict=True)
         ]
         left = len(rows) - MOST_SHOWN
-        of_all = f"Study of {', '.join(self.points)}: {self._poses} poses, {self.propagation.n} samples"
+        poses = "1 pose" if self._poses == 1 else f"{self._poses} poses"
+        of_all = f"Study of {', '.join(self.points)}: {poses}, {self.propagation.n} samples"
         title = f"{of_all}; {self.points[0]}" if len(self.points) > 1 else of_all
         title = f"{title}\n{TOLD}"
         parts = [text_table(title, heads, rows[:MOST_SHOWN]), *([f"and {left} more poses"] if left > 0 else [])]
