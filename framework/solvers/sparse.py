@@ -23,7 +23,7 @@ from .iterative import Iterative
 from .load_cases import by_units
 from .method import ITERATIVE
 from .refinement import REFINED, refined, refined_by_springs
-from .spring_residual import by_springs
+from .spring_residual import SpringResidual, by_springs
 from .stiffness import SparseStiffness
 
 
@@ -144,10 +144,14 @@ class SparseSolver:
 
     def _refined(self, where: NDArray[np.bool_], values: Array, factor: Factor) -> Array:
         """Better values (n, load cases) of the unknowns `where`."""
-        residual = by_springs(self.plan, where, self.load)
-        if residual is not None:
-            return refined_by_springs(residual, values, factor.solve)
+        if self.spring_residual is not None:
+            return refined_by_springs(self.spring_residual, values, factor.solve)
         return refined(self.statics, self.unknown[where], values, factor.solve)
+
+    @cached_property
+    def spring_residual(self) -> SpringResidual | None:
+        """What the unknowns that the loads reach leave of their equations; None where that takes equilibrium."""
+        return by_springs(self.plan, self.excited, self.load)
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 

@@ -1,7 +1,8 @@
 """What solutions leave of their equations by deformations of members and joints that do not vary over the batch.
 
 They are one sparse matrix in extended precision, so that a rigid motion costs nothing; the forces that they call for
-may then be summed in double precision, as nothing is lost in them.
+may then be summed in double precision, as hardly anything is lost in them: `SpringResidual.finely` is for what is near to
+singular.
 """
 
 from __future__ import annotations
@@ -128,19 +129,35 @@ class SpringResidual:
     ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
+        self._summed_finely = False
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
     def of(self, cases: slice) -> SpringResidual:
         """That of some load cases of one matrix without known displacements."""
-        return SpringResidual(self.deformations, self.stiffness, self.forces[:, cases])
+        return self.under(self.forces[:, cases])
+
+    def under(self, forces: Array) -> SpringResidual:
+        """That of one matrix under other forces (size, k) and no known displacements."""
+        out = SpringResidual(self.deformations, self.stiffness, forces)
+        out._summed_finely = self._summed_finely
+        return out
+
+    def finely(self) -> SpringResidual:
+        """The same with forces summed in extended precision."""
+        out = self.under(self.forces)
+        out.given, out._summed_finely = self.given, True
+        return out
 
     def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
-        tensions: Array = (deformed if isinstance(self.given, float) else deformed + self.given).astype(np.float64)
+        tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given
+        if not self._summed_finely:
+            tensions = tensions.astype(np.float64)
         by_entry = tensions.reshape(springs, count, cases // max(1, count))
         by_entry *= self.stiffness[:, :, None]
-        left: Array = self.forces - self.deformations.back @ tensions
+        back = self.deformations.by_unknowns.T if self._summed_finely else self.deformations.back
+        left: Array = (self.forces - back @ tensions).astype(np.float64, copy=False)
         return left
