@@ -214,15 +214,17 @@ class Coupling:
             self.exact = self.exact and self._everywhere
             block = self._block(144 * count, group, None, [], mask)
             piece, pair = np.nonzero(self._used(group)[:, a, b])
-            source = block.first + (12 * a[pair] + b[pair]) * count + piece
+            a, b = a[pair], b[pair]
+            source = block.first + (12 * a + b) * count + piece
             share = np.ones(len(source))
         else:
             block = self._block(rows.shape[1] * count, group, rows, [], mask)
-            products = rows[:, :, a] * rows[:, :, b]
-            piece, spring, pair = np.nonzero(products)
+            piece, spring, a, b = _pairs(rows)
             source = block.first + spring * count + piece
-            share = products[piece, spring, pair]
-        return self._expanded(source, group.dofs[piece, a[pair]], group.dofs[piece, b[pair]], share, -1.0)
+            share = rows[piece, spring, a] * rows[piece, spring, b]
+            used = share != 0.0  # products of what is all but zero may be so
+            piece, a, b, source, share = piece[used], a[used], b[used], source[used], share[used]
+        return self._expanded(source, group.dofs[piece, a], group.dofs[piece, b], share, -1.0)
 
     def _used(self, group: Group) -> Mask:
         """Entries of the stiffness of each piece that some spring makes somewhere in the batch, (n, 12, 12)."""
@@ -265,6 +267,18 @@ class Coupling:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
         return self.blocks[-1]
+
+
+def _pairs(rows: NDArray[np.float64]) -> tuple[Index, Index, Index, Index]:
+    """Which piece and spring, and which two displacements, the lower first, deform it: of its own entries each pair."""
+    piece, spring, one = np.nonzero(rows)
+    place = np.arange(len(one))
+    starts = np.diff(rows.shape[1] * piece + spring, prepend=-1) > 0
+    ends = np.append(np.flatnonzero(starts)[1:], len(one))[np.cumsum(starts) - 1]
+    times = ends - place
+    item = np.repeat(place, times)
+    other = item + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+    return piece[item], spring[item], one[item], one[other]
 
 
 def _mask(shape: tuple[int, ...]) -> int:

@@ -5,7 +5,6 @@ Of small and middle-sized frames to find this again takes longer than the number
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -74,13 +73,14 @@ def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matri
 
 def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
     """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
-
-    def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
-        order = np.argsort(row, kind="stable")
-        return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
-
-    order, found = kept("by rows", (row, column, np.array(shape)), pattern)
+    order, found = kept("by rows", (row, column, np.array(shape)), lambda: pattern_by_rows(row, column, shape))
     return filled(found, data[order])
+
+
+def pattern_by_rows(row: Index, column: Index, shape: tuple[int, int]) -> tuple[Index, scipy.sparse.csr_matrix]:
+    """Order of entries row by row, each row's as they come, and a matrix of their pattern."""
+    order = np.argsort(row, kind="stable")
+    return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
 
 
 def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
@@ -112,7 +112,8 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
 
 def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
     """A matrix of the pattern of another one, whose numbers of places it shares."""
-    out = copy.copy(pattern)
+    out = scipy.sparse.csr_matrix.__new__(scipy.sparse.csr_matrix)
+    vars(out).update(vars(pattern))
     out.data = data
     return out
 

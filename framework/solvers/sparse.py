@@ -151,7 +151,10 @@ class SparseSolver:
     @cached_property
     def spring_residual(self) -> SpringResidual | None:
         """What the unknowns that the loads reach leave of their equations; None where that takes equilibrium."""
-        return by_springs(self.plan, self.excited, self.load)
+        deformations = self.matrix.deformations_of(self.excited)
+        if deformations is None:
+            return None
+        return by_springs(self.plan, deformations, self.matrix.springs, self.load[self.excited])
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 
@@ -281,7 +284,8 @@ class SparseSolver:
         return found
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
-        self.stiffness  # noqa: B018  # which has a time of its own
+        with timed(self.plan.times, "assembly"):
+            self.matrix.assembled  # noqa: B018  # which has a time of its own
         return self.matrix.factor(where, self.plan.times)
 
     def direct(self, matrix: scipy.sparse.csr_matrix) -> Factor:

@@ -23,6 +23,8 @@ from .iterative import Iterative, Places
 from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part
+from .refinement import REFINED
+from .spring_residual import Deformations, are_described, stiffness_of_springs
 
 
 class SparseStiffness:
@@ -42,9 +44,36 @@ class SparseStiffness:
         self.factors: dict[bytes, Factor] = {}
 
     @cached_property
+    def deformations(self) -> Deformations | None:
+        """Deformations by the unknowns; None where nothing is refined by them, or rounding is on the way to them."""
+        rows = self.unloaded.graph.transformation
+        if self.method == ITERATIVE or len(self.unknown) > REFINED or rows.imposed:
+            return None
+        if not are_described(self.unloaded, rows):
+            return None
+        return Deformations(self.unloaded, rows, np.arange(len(self.unknown)))
+
+    @cached_property
+    def springs(self) -> Array:
+        """Stiffness of all springs, in the order of their deformations."""
+        return stiffness_of_springs(self.unloaded)
+
+    @cached_property
+    def assembled(self) -> scipy.sparse.csr_matrix:
+        """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case."""
+        found = None
+        if self.deformations is not None:
+            found = self.deformations.stiffness(self.springs[self.deformations.acting])
+        return self.matrices.stiffness if found is None else found
+
+    def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
+        """Deformations by some of the unknowns, (n,)."""
+        return self.deformations if self.deformations is None or where.all() else self.deformations.restricted(where)
+
+    @cached_property
     def label(self) -> Index:
         """Number of the connected component of each unknown, (n,)."""
-        return connected_by(self.matrices.stiffness)
+        return connected_by(self.assembled)
 
     @cached_property
     def unsupported_motions(self) -> Array:
@@ -63,7 +92,7 @@ class SparseStiffness:
         """
         key = where.tobytes()
         if key not in self.factors:
-            stiffness = self.matrices.stiffness
+            stiffness = self.assembled
             matrix = stiffness if where.all() else part(stiffness, where)
             with timed(times, "factorisation"):
                 self.factors[key] = self._factorised(matrix, where)
