@@ -22,7 +22,7 @@ from ..structure.parts import Grid, RightHandSideParameters, Value
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
-from .patterns import connected
+from .patterns import connected, labelled
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
@@ -166,9 +166,7 @@ class Coupling:
     @cached_property
     def loaded(self) -> Mask:
         """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
-        pushed = np.unique(self.terms.low[self.terms.high >= self.size])
-        found: Mask = np.isin(self.label, self.label[pushed])
-        return found
+        return labelled(self.label, self.label[self.terms.low[self.terms.high >= self.size]])
 
     @cached_property
     def masks(self) -> Index:

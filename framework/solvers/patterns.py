@@ -21,7 +21,7 @@ Found = TypeVar("Found")
 _MANY = 2**17
 
 
-def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]) -> Found:
+def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], weight: int = 0) -> Found:
     """What follows from some numbers, made where it is not known yet; nobody may change it.
 
     Parameters
@@ -32,8 +32,10 @@ def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]) 
         All that it depends on.
     make
         Makes it.
+    weight
+        What it weighs beyond these.
     """
-    weight = sum(each.size for each in numbers)
+    weight += sum(each.size for each in numbers)
     if weight > _MANY:
         return make()
     key = (what, *((each.dtype.char, each.shape, each.tobytes()) for each in numbers))
@@ -53,6 +55,13 @@ def connected(first: Index, second: Index, count: int) -> Index:
 def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
     """Connected component of each row of a symmetric matrix without zeros, (n,)."""
     return kept("connected by", (matrix.indptr, matrix.indices), lambda: _label(matrix))
+
+
+def labelled(label: Index, wanted: Index) -> NDArray[np.bool_]:
+    """Whether each place has one of the `wanted` labels, (n,)."""
+    asked = np.zeros(int(label.max(initial=-1)) + 1, dtype=bool)
+    asked[wanted] = True
+    return asked[label]
 
 
 def narrow(first: Index, second: Index, count: int) -> Index:

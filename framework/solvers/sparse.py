@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cache, cached_property, partial
 
@@ -22,6 +23,7 @@ from .freedom import Freedom, freedom
 from .iterative import Iterative
 from .load_cases import by_units
 from .method import ITERATIVE
+from .patterns import labelled
 from .refinement import REFINED, refined, refined_by_springs
 from .spring_residual import SpringResidual, by_springs
 from .stiffness import SparseStiffness
@@ -74,6 +76,11 @@ class SparseSolver:
         size = len(self.unknown)
         out: list[Value] = []
         for row in rows:
+            if len(row) == 1 and (alone := next(iter(row.items())))[0] >= 0:
+                # as most are: a displacement of a node that is an unknown
+                number = self._numbers[self.unknown.searchsorted(alone[0])]
+                out.append(self.plan.grid.value((float(alone[1]) * number).reshape(shape)))
+                continue
             keys = np.array(list(row), dtype=np.int64)
             index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), size - 1 - keys)
             factors = np.array([float(factor) for factor in row.values()])
@@ -88,7 +95,7 @@ class SparseSolver:
     def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
-        return self._with(self.excited | np.isin(self.matrix.label, np.unique(self.matrix.label[asked])))
+        return self._with(self.excited | labelled(self.matrix.label, self.matrix.label[asked]))
 
     def part(self, node: int) -> SparseSolver:
         """The same where loads count on that part of the frame alone which a node is in."""
@@ -121,8 +128,10 @@ class SparseSolver:
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
-        motions = self.matrix.unsupported_motions[where]
-        found: Array = motions[:, motions.any(axis=0)]
+        motions = self.matrix.unsupported_motions
+        if not motions.size:
+            return np.zeros((np.count_nonzero(where), 0))
+        found: Array = motions[where][:, motions[where].any(axis=0)]
         return found
 
     @cached_property
@@ -154,7 +163,7 @@ class SparseSolver:
         deformations = self.matrix.deformations_of(self.excited)
         if deformations is None:
             return None
-        return by_springs(self.plan, deformations, self.matrix.springs, self.load[self.excited])
+        return by_springs(self.plan, deformations, self.load[self.excited])
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 
@@ -225,7 +234,8 @@ class SparseSolver:
         for node, k, value in component_loads(topology):
             axes = topology.axes(node)
             if axes is None:
-                out[6 * node + k] += value if value.ndim == 0 else self._flat(value[None, ..., None])[0, :, 0]
+                one = value.size == 1
+                out[6 * node + k] += value.reshape(-1) if one else self._flat(value[None, ..., None])[0, :, 0]
             else:
                 local = axes[..., k % 3, :] * value[..., None]
                 half = 6 * node + k - k % 3
@@ -243,7 +253,8 @@ class SparseSolver:
         """g of ``u = T q + g``, (DOFs, load cases)."""
         out = np.zeros((self._size, self._cases))
         for node, six in self.plan.tree.rows.items():
-            out[6 * node : 6 * node + 6] = self._known(six)
+            if any(six):
+                out[6 * node : 6 * node + 6] = self._known(six)
         return out
 
     # -- inside -----------------------------------------------------------------------------------------------------
@@ -252,9 +263,9 @@ class SparseSolver:
     def _size(self) -> int:
         return 6 * len(self.plan.topology.number)
 
-    @property
+    @cached_property
     def _cases(self) -> int:
-        return int(np.prod(self.plan.frame.shape, dtype=np.int64))
+        return math.prod(self.plan.frame.shape)
 
     def _freedom(self, where: NDArray[np.bool_]) -> Freedom:
         def among(kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -280,12 +291,9 @@ class SparseSolver:
             return self._reached
         label = self.matrix.label
         load = self.load if self._units is None else self._units[0].load
-        found: NDArray[np.bool_] = np.isin(label, np.unique(label[np.any(load != 0.0, axis=1)]))
-        return found
+        return labelled(label, label[(load != 0.0).any(axis=1)])
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
-        with timed(self.plan.times, "assembly"):
-            self.matrix.assembled  # noqa: B018  # which has a time of its own
         return self.matrix.factor(where, self.plan.times)
 
     def direct(self, matrix: scipy.sparse.csr_matrix) -> Factor:

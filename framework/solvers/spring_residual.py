@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
-from ..error_bounds.deformations import constant_rows
+from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
-from ..structure.topology import Group, Index
+from ..structure.topology import Index
 from .evaluation import Picked
 from .patterns import filled, kept, pattern_by_rows
 from .transformation import Transformation, expanded
@@ -73,20 +73,26 @@ class Deformations:
         Their deformations by a unit of each.
     back
         The first of these transposed, in double precision.
+    springs
+        Stiffness of these springs at the first entry of the batch, (springs,).
     """
 
     def __init__(self, plan: Plan | Unloaded, rows: Transformation, place: Index) -> None:
         picked = Picked.of(plan.frame.shape, 0, np.zeros(1, dtype=np.int64))
         groups = plan.topology.groups
-        found = [constant_rows(plan, group, picked.of_group(group).element) for group in groups]
+        each = [constant_springs(plan, group, picked.of_group(group).element) for group in groups]
+        found = [rows for _, rows in each]
         used = [each != 0.0 for each in found]
         dofs, joints = [group.dofs for group in groups], len(plan.tree.springs)
         tables = [rows.start, rows.column, place, np.array([rows.known, 6 * len(plan.topology.number), joints])]
-        pattern = kept("deformations", [*used, *dofs, *tables], lambda: _pattern(used, dofs, *tables))
+        masks = [np.packbits(each) for each in used]
+        pattern = kept("deformations", [*masks, *dofs, *tables], lambda: _pattern(used, dofs, *tables))
         ones = extended(np.ones(joints))
         data = np.concatenate([*(each.reshape(-1) for each in found), ones])[pattern.taken]
         data *= rows.share[pattern.shares]
         self._fill(pattern, data)
+        links = [np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs]
+        self.springs = np.concatenate([*(k.T.reshape(-1) for k, _ in each), np.array(links, np.float64)])[self.acting]
 
     def restricted(self, where: Mask) -> Deformations:
         """Those by some of the unknowns, (n,), and by no right-hand-side parameters."""
@@ -105,7 +111,7 @@ class Deformations:
         found = kept("restricted", (table.indptr, table.indices, where), pattern)
         out, data = object.__new__(Deformations), table.data[found.taken]
         out._fill(found, data)
-        out.acting = self.acting[found.acting]
+        out.acting, out.springs = self.acting[found.acting], self.springs[found.acting]
         return out
 
     def _fill(self, pattern: _Pattern, data: Real) -> None:
@@ -117,14 +123,14 @@ class Deformations:
         order, where = pattern.back
         self.back = filled(where, data[order].astype(np.float64))
 
-    def stiffness(self, springs: Array) -> scipy.sparse.csr_matrix | None:
-        """Stiffness (n, n) by that of the springs, (springs,), symmetric to the last bit; None where one is negative.
+    def stiffness(self) -> scipy.sparse.csr_matrix | None:
+        """Stiffness (n, n) of a frame that does not vary, symmetric to the last bit; None where one spring is negative.
 
         In double precision it serves for a factor, with which solutions are refined.
         """
-        if (springs < 0.0).any():
+        if (self.springs < 0.0).any():
             return None
-        root = np.sqrt(springs)
+        root = np.sqrt(self.springs)
         weighted = filled(self.back, self.back.data * root[self.back.indices])
         each = np.repeat(root, np.diff(self.by_unknowns.indptr))
         return weighted @ filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64) * each)
@@ -173,7 +179,7 @@ def are_described(plan: Plan | Unloaded, rows: Transformation) -> bool:
     return plain and not any(np.any(link.element.pitch) for link in frame.joints.values())
 
 
-def by_springs(plan: Plan, deformations: Deformations, stiffness: Array, load: Array) -> SpringResidual | None:
+def by_springs(plan: Plan, deformations: Deformations, load: Array) -> SpringResidual | None:
     """The residual of one matrix, of which the load (n, load cases) on what deforms is all that acts.
 
     None where known displacements act as well, or what is linear in a load along members.
@@ -184,8 +190,6 @@ def by_springs(plan: Plan, deformations: Deformations, stiffness: Array, load: A
         The compiled frame.
     deformations
         Deformations by the unknowns that are solved for.
-    stiffness
-        That of all springs, (springs,).
     load
         Loads on these unknowns, (n, load cases).
     """
@@ -193,20 +197,7 @@ def by_springs(plan: Plan, deformations: Deformations, stiffness: Array, load: A
     along = frame.weight is not None or any(frame.member_loads.values())
     if along or any(group.strained for group in plan.topology.groups):
         return None
-    return SpringResidual(deformations, stiffness[deformations.acting, None], load)
-
-
-def stiffness_of_springs(unloaded: Unloaded) -> Array:
-    """Stiffness of all springs of a frame that does not vary over the batch, in the order of `Deformations`."""
-    each = [_stiffness(group).reshape(-1) for group in unloaded.topology.groups]
-    joints = np.array([np.reshape(spring.stiffness, -1)[0] for spring in unloaded.tree.springs], dtype=np.float64)
-    return np.concatenate([*each, joints])
-
-
-def _stiffness(group: Group) -> Array:
-    """Stiffness of the springs of members that do not vary over the batch, (springs, pieces)."""
-    found = group.element.springs(group.length)[0]
-    return np.broadcast_to(found.reshape(-1, found.shape[-1]), (len(group.pieces), found.shape[-1])).T
+    return SpringResidual(deformations, deformations.springs[:, None], load)
 
 
 class SpringResidual:

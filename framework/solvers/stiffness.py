@@ -24,7 +24,7 @@ from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part
 from .refinement import REFINED
-from .spring_residual import Deformations, are_described, stiffness_of_springs
+from .spring_residual import Deformations, are_described
 
 
 class SparseStiffness:
@@ -54,16 +54,11 @@ class SparseStiffness:
         return Deformations(self.unloaded, rows, np.arange(len(self.unknown)))
 
     @cached_property
-    def springs(self) -> Array:
-        """Stiffness of all springs, in the order of their deformations."""
-        return stiffness_of_springs(self.unloaded)
-
-    @cached_property
     def assembled(self) -> scipy.sparse.csr_matrix:
         """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case."""
         found = None
         if self.deformations is not None:
-            found = self.deformations.stiffness(self.springs[self.deformations.acting])
+            found = self.deformations.stiffness()
         return self.matrices.stiffness if found is None else found
 
     def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
@@ -92,7 +87,8 @@ class SparseStiffness:
         """
         key = where.tobytes()
         if key not in self.factors:
-            stiffness = self.assembled
+            with timed(times, "assembly"):
+                stiffness = self.assembled
             matrix = stiffness if where.all() else part(stiffness, where)
             with timed(times, "factorisation"):
                 self.factors[key] = self._factorised(matrix, where)
