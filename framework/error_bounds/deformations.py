@@ -191,15 +191,8 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
 def _turned(rows: Real, local_axes: Real) -> Real:
     """Deformations (..., springs, 12) by displacements in local axes, as those by displacements in global ones."""
     split = rows.reshape(*rows.shape[:-1], 4, 3)
-    spring, side, axis = np.nonzero((split != 0.0).reshape(-1, *split.shape[-3:]).any(axis=0))
-    if (np.diff(4 * spring + side) == 0).any():
-        out: Real = split @ local_axes[..., None, :, :]
-        return out.reshape(*out.shape[:-2], 12)
-    # of one axis in each, as those of a beam are, without what is zero
-    batch = np.broadcast_shapes(rows.shape[:-2], local_axes.shape[:-2])
-    turned = np.zeros((*batch, rows.shape[-2], 4, 3), np.result_type(rows, local_axes))
-    turned[..., spring, side, :] = split[..., spring, side, axis, None] * local_axes[..., axis, :]
-    return turned.reshape(*batch, rows.shape[-2], 12)
+    out: Real = split @ local_axes[..., None, :, :]
+    return out.reshape(*out.shape[:-2], 12)
 
 
 def _of(plan: Plan, group: Group) -> Springs:

@@ -120,15 +120,20 @@ class ResolvedLarge:
     def __init__(self, plan: Plan, solver: SparseSolver) -> None:
         self.plan = plan
         self.unknowns = solver.unknown[solver.excited].tolist()
+        found = solver.units
+        units, sizes = (solver, None) if found is None else found
         with np.errstate(all="ignore"):
-            residual = solver.spring_residual
+            residual = units.spring_residual
             regular, self._values = (
-                self._by_statics(solver) if residual is None else self._by_springs(solver, residual.finely())
+                self._by_statics(solver) if residual is None else self._by_springs(units, residual.finely(), sizes)
             )
         self.mask = np.full(plan.frame.shape, regular)
 
-    def _by_springs(self, solver: SparseSolver, residual: SpringResidual) -> tuple[bool, Real]:
-        """Whether the frame is regular, and its unknowns (..., n), by deformations that are the same at all entries."""
+    def _by_springs(self, solver: SparseSolver, residual: SpringResidual, sizes: Array | None) -> tuple[bool, Real]:
+        """Whether the frame is regular, and its unknowns (..., n), by deformations that are the same at all entries.
+
+        Where the solver is that of units, `sizes` (units, load cases) are those of what they are units of.
+        """
         factor = solver.factor
         probe = softest(factor, _SOFT)[0] / factor.root
         left = residual.under(probe[:, None])
@@ -141,6 +146,7 @@ class ResolvedLarge:
         regular, values = bool(size < _BALANCED), solver.unknowns[solver.excited]
         if regular:
             values = refined_by_springs(residual, values, factor.solve)
+        values = values if sizes is None else values @ sizes
         return regular, extended(values.T.reshape(*self.plan.frame.shape, len(probe)))
 
     def _by_statics(self, solver: SparseSolver) -> tuple[bool, Real]:

@@ -67,9 +67,9 @@ class SparseSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
-        if self._units is not None:
+        if self.units is not None:
             # A row is found for each unit, and then only for all load cases.
-            solver, sizes = self._units
+            solver, sizes = self.units
             units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
             return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
@@ -113,11 +113,11 @@ class SparseSolver:
             return self
         clone = SparseSolver(self.plan, self.matrix)
         clone._reached, clone._statics = excited, self._statics
-        if self._units is None:
-            clone._units, clone.load = None, self.load
+        if self.units is None:
+            clone.units, clone.load = None, self.load
         else:
-            solver, sizes = self._units
-            clone._units = solver._with(excited), sizes
+            solver, sizes = self.units
+            clone.units = solver._with(excited), sizes
         return clone
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -137,8 +137,8 @@ class SparseSolver:
     @cached_property
     def unknowns(self) -> Array:
         """Displacements in joint-relative coordinates, (n, load cases)."""
-        if self._units is not None:
-            solver, sizes = self._units
+        if self.units is not None:
+            solver, sizes = self.units
             return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
@@ -218,7 +218,7 @@ class SparseSolver:
             return out
 
     @cached_property
-    def _units(self) -> tuple[SparseSolver, Array] | None:
+    def units(self) -> tuple[SparseSolver, Array] | None:
         """What solves for a unit of each load that varies, and their sizes (units, load cases), where that is less."""
         found = by_units(self.plan)
         if found is None:
@@ -290,7 +290,7 @@ class SparseSolver:
         if self._reached is not None:
             return self._reached
         label = self.matrix.label
-        load = self.load if self._units is None else self._units[0].load
+        load = self.load if self.units is None else self.units[0].load
         return labelled(label, label[(load != 0.0).any(axis=1)])
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
