@@ -287,13 +287,21 @@ def _deformed(group: Group) -> NDArray[np.float64] | None:
     """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
     if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.end_axes))):
         return None
+    if group.springs is not None:
+        return _along(group, group.springs[1])
     if set(group.shape) - {1}:  # of one member it tells; at all entries all members would take much room
         one = group.part(slice(0, 1))
         if set(one.element.springs(one.length)[1].shape[1:-2]) - {1}:
             return None
         for axis in range(group.chord.ndim - 2):
             group = group.cut(axis, slice(0, 1))
-    _, rows = group.element.springs(group.length)
+    return _along(group, group.element.springs(group.length)[1])
+
+
+def _along(group: Group, rows: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Deformations by displacements in local axes as those by displacements of the nodes; None where they vary."""
+    if set(rows.shape[1:-2]) - {1}:
+        return None
     start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.end_axes)
     local = rows.reshape(len(group.pieces), -1, 4, 3)
     rotated = np.concatenate([local[:, :, :2] @ start, local[:, :, 2:] @ end], axis=2)

@@ -28,7 +28,7 @@ _MANY = 500
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 # Nodes along a frame from which on bands may take longer than broadcasting, which nothing refines, and how many times.
-_SLENDER, _PATIENCE = 20.0, 3.0
+_SLENDER, _PATIENCE = 18.0, 3.0
 # Operations of a banded factor up to which it takes less time than to look for anything better.
 _SMALL = 2e8
 # Entries up to which a band is held.
