@@ -140,7 +140,7 @@ class ResolvedLarge:
         found, size = extended(np.zeros((len(probe), 1))), np.inf
         for _ in range(_STEPS):
             found = found + factor.solve(left.left(found))
-            size = np.linalg.norm(left.left(found)[:, 0] * factor.root)
+            size = float(np.linalg.norm(left.left(found)[:, 0] * factor.root))
             if size < _BALANCED:
                 break
         regular, values = bool(size < _BALANCED), solver.unknowns[solver.excited]

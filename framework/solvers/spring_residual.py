@@ -1,8 +1,8 @@
 """What solutions leave of their equations by deformations of members and joints that do not vary over the batch.
 
 They are one sparse matrix in extended precision, so that a rigid motion costs nothing; the forces that they call for
-may then be summed in double precision, as hardly anything is lost in them: `SpringResidual.finely` is for what is near to
-singular.
+may then be summed in double precision, as hardly anything is lost in them: `SpringResidual.finely` is for what is near
+to singular.
 """
 
 from __future__ import annotations
@@ -133,7 +133,8 @@ class Deformations:
         root = np.sqrt(self.springs)
         weighted = filled(self.back, self.back.data * root[self.back.indices])
         each = np.repeat(root, np.diff(self.by_unknowns.indptr))
-        return weighted @ filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64) * each)
+        found = weighted @ filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64) * each)
+        return scipy.sparse.csr_matrix(found)
 
 
 def _pattern(
@@ -160,12 +161,12 @@ def _pattern(
     acts = np.zeros(first + joints, dtype=bool)
     acts[spring[own]] = True
     given &= acts[spring]
-    own, given = np.flatnonzero(own), np.flatnonzero(given)
+    mine, others = np.flatnonzero(own), np.flatnonzero(given)
     spring, size, count = (np.cumsum(acts) - 1)[spring], int((place >= 0).sum()), int(acts.sum())
     matrices = [
-        (own, spring, where, (count, size)),
-        (given, spring, where - len(place), (count, known)),
-        (own, where, spring, (size, count)),
+        (mine, spring, where, (count, size)),
+        (others, spring, where - len(place), (count, known)),
+        (mine, where, spring, (size, count)),
     ]
     ordered = [pattern_by_rows(row[some], other[some], shape) for some, row, other, shape in matrices]
     orders = [(some[order], found) for (some, *_), (order, found) in zip(matrices, ordered, strict=True)]
