@@ -92,7 +92,8 @@ class Deformations:
         data *= rows.share[pattern.shares]
         self._fill(pattern, data)
         links = [np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs]
-        self.springs = np.concatenate([*(k.T.reshape(-1) for k, _ in each), np.array(links, np.float64)])[self.acting]
+        of_members = [k.T.reshape(-1).astype(np.float64, copy=False) for k, _ in each]
+        self.springs = np.concatenate([*of_members, np.array(links, np.float64)])[self.acting]
 
     def restricted(self, where: Mask) -> Deformations:
         """Those by some of the unknowns, (n,), and by no right-hand-side parameters."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.unloaded import Unloaded
 from ..clock import timed
+from ..examined import Examined
 from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor
@@ -55,9 +56,13 @@ class SparseStiffness:
 
     @cached_property
     def assembled(self) -> scipy.sparse.csr_matrix:
-        """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case."""
+        """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case.
+
+        Elements of one's own are asked for the matrix that they give.
+        """
         found = None
-        if self.deformations is not None:
+        own = any(isinstance(group.element, Examined) for group in self.unloaded.topology.groups)
+        if self.deformations is not None and not own:
             found = self.deformations.stiffness()
         return self.matrices.stiffness if found is None else found
 
