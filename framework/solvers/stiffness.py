@@ -43,6 +43,7 @@ class SparseStiffness:
         self.unloaded, self.method, self.matrices = unloaded, method, Matrices(unloaded)
         self.unknown: Index = unloaded.graph.unknown
         self.factors: dict[bytes, Factor] = {}
+        self._some: dict[bytes, Deformations] = {}
 
     @cached_property
     def deformations(self) -> Deformations | None:
@@ -68,7 +69,12 @@ class SparseStiffness:
 
     def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
         """Deformations by some of the unknowns, (n,)."""
-        return self.deformations if self.deformations is None or where.all() else self.deformations.restricted(where)
+        if self.deformations is None or where.all():
+            return self.deformations
+        key = where.tobytes()
+        if key not in self._some:
+            self._some[key] = self.deformations.restricted(where)
+        return self._some[key]
 
     @cached_property
     def label(self) -> Index:
