@@ -127,7 +127,7 @@ class Unloaded:
         own = [6 * node + k for node in range(len(self.topology.number)) if node not in rows for k in range(6)]
         on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
         on_edges.update(k for spring in self.tree.springs for k in spring.row if k >= 0)
-        return sorted(on_edges.union(own))
+        return sorted(on_edges.union(own)) if on_edges else own
 
     @cached_property
     def connected_components(self) -> Index:
@@ -296,8 +296,8 @@ def _geometry(frame: Description) -> int:
     """Mask of the axes over which positions vary."""
     if not frame.shape:
         return 0
-    shapes = [node.coordinates.shape[:-1] for node in frame.nodes.values()]
-    shapes += [body.origin.shape[:-1] for body in frame.bodies.values()]
-    shapes += [body.axes.shape[:-2] for body in frame.bodies.values()]
+    shapes = {node.coordinates.shape[:-1] for node in frame.nodes.values()}
+    shapes |= {body.origin.shape[:-1] for body in frame.bodies.values()}
+    shapes |= {body.axes.shape[:-2] for body in frame.bodies.values()}
     joint = np.broadcast_shapes(*shapes)
     return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)

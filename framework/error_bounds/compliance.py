@@ -204,19 +204,10 @@ class SparseCompliance(Factored, Compliance):
     def __init__(self, factor: Factor, coupled: int, rest: EquilibriumResidual) -> None:
         super().__init__(factor)
         self.greatest = float(coupled)
-        size = len(self.root)
-        vector, steps = factor.soft()
-        growth = 0.0
-        for _ in range(steps):
-            found = factor.roughly(vector / np.sqrt(np.sum(vector**2, axis=0)))
-            if found is None or not np.isfinite(found).all():
-                growth = np.inf
-                break
-            vector, growth = found, float(np.sqrt(np.sum(found**2, axis=0)).max())
-        self._growth = growth if size else 1.0
-        self.softest: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
+        self.softest, growth = softest(factor)
+        self._growth = growth
         self.backward_error = np.asarray(_DEFORMATION * ROUNDING * coupled)
-        least = min(1.0 / growth, self._resistance(rest)) if size else 1.0
+        least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
         self.least = np.asarray(least / _SAFETY if least > _FOUND * self.backward_error else 0.0)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
@@ -244,6 +235,24 @@ class SparseCompliance(Factored, Compliance):
         flat = _flat(displacement.astype(np.float64) / self.root).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
+
+
+def softest(factor: Factor, steps: int | None = None) -> tuple[Array, float]:
+    """Motion (n,) of length one that the scaled matrix resists least, and one over what it resists it by, estimated.
+
+    No more `steps` of inverse iteration are done, where they are given.
+    """
+    vector, enough = factor.soft()
+    growth = 0.0 if len(vector) else 1.0
+    for _ in range(enough if steps is None else min(steps, enough)):
+        found = factor.roughly(vector / np.sqrt(np.sum(vector**2, axis=0)))
+        if found is None or not np.isfinite(found).all():
+            growth = np.inf
+            break
+        vector = found
+        growth = float(np.sqrt(np.sum(found**2, axis=0)).max()) if len(vector) else 1.0
+    out: Array = vector[:, 0] / np.sqrt(np.sum(vector[:, 0] ** 2))
+    return out, growth
 
 
 class Roughly:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
+from ..batched.unloaded import Unloaded
 from ..entries import Change
 from ..protocol import LineElement
 from ..structure.group import resists_rigid
@@ -167,8 +168,9 @@ def springs(plan: Plan) -> list[Springs]:
     return [_of(plan, group) for group in plan.topology.groups]
 
 
-def constant_rows(plan: Plan, group: Group, element: LineElement) -> Real:
-    """Deformations (n, springs, 12) by the displacements of both ends in global axes, where they do not vary.
+def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) -> tuple[Array, Real]:
+    """Stiffness (n, springs), and deformations (n, springs, 12) by the displacements of both ends in global axes, where
+    they do not vary.
 
     Parameters
     ----------
@@ -181,8 +183,9 @@ def constant_rows(plan: Plan, group: Group, element: LineElement) -> Real:
     """
     chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
     length = _length(chord) / extended(group.counts.reshape(-1))
-    _, rows = element.springs(length[:, None])
-    return _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
+    stiffness, rows = element.springs(length[:, None])
+    turned = _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
+    return np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), turned.shape[:2]), turned
 
 
 def _turned(rows: Real, local_axes: Real) -> Real:
@@ -224,7 +227,7 @@ def _mixed(rows: Real) -> tuple[tuple[int, int], ...]:
     return tuple((i, j) for i, j in pairs)
 
 
-def _geometry(plan: Plan, group: Group) -> tuple[Real, Real]:
+def _geometry(plan: Plan | Unloaded, group: Group) -> tuple[Real, Real]:
     """Chords (n, ..., 3) of the members and their axes as rows (n, ..., 3, 3), global."""
     topology, frame = plan.topology, plan.frame
     ndim = len(frame.shape)

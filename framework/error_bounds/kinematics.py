@@ -14,6 +14,7 @@ import numpy as np
 
 from ..batch import aligned, merged, rotated
 from ..batched.plan import Plan
+from ..batched.unloaded import Unloaded
 from ..entries import Change
 from ..structure.edge import GROUND, Edge
 from ..structure.parts import Row, is_zero
@@ -338,7 +339,7 @@ def _parents_first(links: list[KinematicEdge]) -> list[KinematicEdge]:
     return out
 
 
-def position(plan: Plan, name: str) -> Real:
+def position(plan: Plan | Unloaded, name: str) -> Real:
     """Position of a described node in extended precision, (..., 3), with all batch axes."""
     at = plan.frame.nodes[name]
     place = extended(at.coordinates)

@@ -16,9 +16,11 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..entries import WHOLE, Entries
+from ..solvers.refinement import refined_by_springs
 from ..solvers.sparse import SparseSolver
+from ..solvers.spring_residual import SpringResidual
 from ..structure.parts import Extended, Row
-from .compliance import DenseCompliance, SparseCompliance
+from .compliance import DenseCompliance, SparseCompliance, softest
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematic_edge import Real, extended
 from .resistance import resisted
@@ -31,6 +33,8 @@ _LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
 _CHUNK = 256
 # Steps of refinement: each takes a tenth of the error or less where a matrix is not singular to its precision.
 _STEPS = 12
+# Steps of inverse iteration to the softest motion of a matrix that is singular to rounding: the first all but finds it.
+_SOFT = 3
 # Share of the load that the frame resists least that such steps leave unbalanced where it is not.
 _BALANCED = 1e-3
 
@@ -116,14 +120,43 @@ class ResolvedLarge:
     def __init__(self, plan: Plan, solver: SparseSolver) -> None:
         self.plan = plan
         self.unknowns = solver.unknown[solver.excited].tolist()
+        found = solver.units
+        units, sizes = (solver, None) if found is None else found
         with np.errstate(all="ignore"):
-            state = rest(Statics(plan), self.unknowns)
-            compliance = SparseCompliance(solver.factor, plan.graph.coupled, state)
-            regular = _regular(state, compliance)
-            for _ in range(_STEPS if regular else 0):
-                state = state.corrected(compliance)
+            residual = units.spring_residual
+            regular, self._values = (
+                self._by_statics(solver) if residual is None else self._by_springs(units, residual.finely(), sizes)
+            )
         self.mask = np.full(plan.frame.shape, regular)
-        self._values = state.values
+
+    def _by_springs(self, solver: SparseSolver, residual: SpringResidual, sizes: Array | None) -> tuple[bool, Real]:
+        """Whether the frame is regular, and its unknowns (..., n), by deformations that are the same at all entries.
+
+        Where the solver is that of units, `sizes` (units, load cases) are those of what they are units of.
+        """
+        factor = solver.factor
+        probe = softest(factor, _SOFT)[0] / factor.root
+        left = residual.under(probe[:, None])
+        found, size = extended(np.zeros((len(probe), 1))), np.inf
+        for _ in range(_STEPS):
+            found = found + factor.solve(left.left(found))
+            size = float(np.linalg.norm(left.left(found)[:, 0] * factor.root))
+            if size < _BALANCED:
+                break
+        regular, values = bool(size < _BALANCED), solver.unknowns[solver.excited]
+        if regular:
+            values = refined_by_springs(residual, values, factor.solve)
+        values = values if sizes is None else values @ sizes
+        return regular, extended(values.T.reshape(*self.plan.frame.shape, len(probe)))
+
+    def _by_statics(self, solver: SparseSolver) -> tuple[bool, Real]:
+        """The same for any frame."""
+        state = rest(Statics(self.plan), self.unknowns)
+        compliance = SparseCompliance(solver.factor, self.plan.graph.coupled, state)
+        regular = _regular(state, compliance)
+        for _ in range(_STEPS if regular else 0):
+            state = state.corrected(compliance)
+        return regular, state.values
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters, (m, rows)."""

@@ -20,6 +20,8 @@ from ..structure.topology import Index
 # Width of a band up to which LAPACK's calls outweigh its arithmetic, and columns of all entries from which on machine
 # code saves more than it takes to load it.
 _NARROW, _MANY = 80, 2**14
+# Share of LAPACK's time that machine code takes for an entry.
+_ABREAST = 0.45
 
 
 class BandFactors(Protocol):
@@ -36,8 +38,17 @@ class BandFactors(Protocol):
 
 
 def side_by_side(entries: int, size: int, width: int) -> bool:
-    """Whether so many matrices, each of so many columns, are taken some at a time."""
-    return width <= _NARROW and entries * size >= _MANY and available()
+    """Whether so many matrices, each of so many columns, are taken some at a time.
+
+    Lanes that are left over take as long as the others.
+    """
+    pays = _ABREAST * in_lanes(entries) <= entries
+    return width <= _NARROW and entries * size >= _MANY and pays and available()
+
+
+def in_lanes(entries: int) -> int:
+    """How many entries there are with the lanes that are left over."""
+    return WIDTH * -(-entries // WIDTH)
 
 
 class OneByOne:

@@ -22,7 +22,7 @@ from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mas
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
-from .patterns import connected
+from .patterns import connected, labelled
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
@@ -166,9 +166,7 @@ class Coupling:
     @cached_property
     def loaded(self) -> Mask:
         """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
-        pushed = np.unique(self.terms.low[self.terms.high >= self.size])
-        found: Mask = np.isin(self.label, self.label[pushed])
-        return found
+        return labelled(self.label, self.label[self.terms.low[self.terms.high >= self.size]])
 
     @cached_property
     def masks(self) -> Index:
@@ -214,15 +212,17 @@ class Coupling:
             self.exact = self.exact and self._everywhere
             block = self._block(144 * count, group, None, [], mask)
             piece, pair = np.nonzero(self._used(group)[:, a, b])
-            source = block.first + (12 * a[pair] + b[pair]) * count + piece
+            a, b = a[pair], b[pair]
+            source = block.first + (12 * a + b) * count + piece
             share = np.ones(len(source))
         else:
             block = self._block(rows.shape[1] * count, group, rows, [], mask)
-            products = rows[:, :, a] * rows[:, :, b]
-            piece, spring, pair = np.nonzero(products)
+            piece, spring, a, b = _pairs(rows)
             source = block.first + spring * count + piece
-            share = products[piece, spring, pair]
-        return self._expanded(source, group.dofs[piece, a[pair]], group.dofs[piece, b[pair]], share, -1.0)
+            share = rows[piece, spring, a] * rows[piece, spring, b]
+            used = share != 0.0  # products of what is all but zero may be so
+            piece, a, b, source, share = piece[used], a[used], b[used], source[used], share[used]
+        return self._expanded(source, group.dofs[piece, a], group.dofs[piece, b], share, -1.0)
 
     def _used(self, group: Group) -> Mask:
         """Entries of the stiffness of each piece that some spring makes somewhere in the batch, (n, 12, 12)."""
@@ -267,17 +267,37 @@ class Coupling:
         return self.blocks[-1]
 
 
+def _pairs(rows: NDArray[np.float64]) -> tuple[Index, Index, Index, Index]:
+    """Which piece and spring, and which two displacements, the lower first, deform it: of its own entries each pair."""
+    piece, spring, one = np.nonzero(rows)
+    place = np.arange(len(one))
+    starts = np.diff(rows.shape[1] * piece + spring, prepend=-1) > 0
+    ends = np.append(np.flatnonzero(starts)[1:], len(one))[np.cumsum(starts) - 1]
+    times = ends - place
+    item = np.repeat(place, times)
+    other = item + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+    return piece[item], spring[item], one[item], one[other]
+
+
 def _deformed(group: Group) -> NDArray[np.float64] | None:
     """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
     if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.end_axes))):
         return None
+    if group.springs is not None:
+        return _along(group, group.springs[1])
     if set(group.shape) - {1}:  # of one member it tells; at all entries all members would take much room
         one = group.part(slice(0, 1))
         if set(one.element.springs(one.length)[1].shape[1:-2]) - {1}:
             return None
         for axis in range(group.chord.ndim - 2):
             group = group.cut(axis, slice(0, 1))
-    _, rows = group.element.springs(group.length)
+    return _along(group, group.element.springs(group.length)[1])
+
+
+def _along(group: Group, rows: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Deformations by displacements in local axes as those by displacements of the nodes; None where they vary."""
+    if set(rows.shape[1:-2]) - {1}:
+        return None
     start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.end_axes)
     local = rows.reshape(len(group.pieces), -1, 4, 3)
     rotated = np.concatenate([local[:, :, :2] @ start, local[:, :, 2:] @ end], axis=2)

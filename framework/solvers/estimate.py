@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .band_factors import side_by_side
+from .band_factors import in_lanes, side_by_side
 from .coupling import Coupling, EvaluatedBlock
 from .graph import Graph
 
@@ -97,7 +97,7 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     size, width = int(sizes.sum()), graph.width * int(sizes.max(initial=0)) / max(1, coupling.size)
     beside = side_by_side(entries, size, int(width))
     column, number = (_LANE_COLUMN, _LANE_NUMBER) if beside else (_COLUMN, _NUMBER)
-    seconds = _SET_UP + entries * size * (column + number * width)
+    seconds = _SET_UP + (in_lanes(entries) if beside else entries) * size * (column + number * width)
     for block in _members(coupling):
         seconds += _count(block) * (_NUMBERED + entries * (_TURNED if block.rows is None else _SUMMED))
     return float(seconds)

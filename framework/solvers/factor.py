@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..batch import Array
-from .patterns import filled
+from .patterns import filled, kept
 from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
@@ -75,10 +75,10 @@ class Factor(ABC):
     def singular(self) -> bool:
         """Whether the least eigenvalue of the scaled matrix is zero to rounding, by inverse iteration."""
         zero = zero_eigenvalue(len(self.root))
-        vector = np.random.default_rng(0).standard_normal((len(self.root), 1))
+        vector = probe(len(self.root))[:, None]
         growth = 1.0
         for _ in range(ITERATIONS):
-            found = self.unscaled(vector / np.linalg.norm(vector))
+            found = self.unscaled(vector / growth)
             if found is None or not np.isfinite(found).all():
                 return True
             vector, growth = found, float(np.linalg.norm(found))
@@ -106,6 +106,16 @@ class Factor(ABC):
             values, vectors = eigsh(self.scaled, k=MOTIONS, sigma=-_NEAR, OPinv=inverse, v0=start)
         found: Array = self.root[:, None] * vectors[:, values <= zero_eigenvalue(size)]
         return found
+
+
+def probe(size: int) -> Array:
+    """A random vector of length one, (size,); nobody may change it."""
+
+    def vector() -> Array:
+        found = np.random.default_rng(0).standard_normal(size)
+        return found / np.linalg.norm(found) if size else found
+
+    return kept("probe", (np.array(size),), vector, weight=size)
 
 
 class NoFactor(Factor):

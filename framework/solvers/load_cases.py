@@ -49,7 +49,8 @@ def varying(plan: Loaded) -> list[Value]:
 
 def count(plan: Loaded) -> int:
     """Right-hand sides that have to be solved for."""
-    cases, units = plan.grid.sizes[-1], len(varying(plan))
+    cases = plan.grid.sizes[-1]
+    units = len(varying(plan)) if cases > 1 else 0
     return min(units, cases) if units else cases
 
 
@@ -59,7 +60,7 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 
     The units are along the last axis of the batch. None where there are no fewer of them than load cases.
     """
-    numbers = varying(plan)
+    numbers = varying(plan) if plan.grid.sizes[-1] > 1 else []
     if not 0 < len(numbers) < plan.grid.sizes[-1]:
         return None
     shape = plan.grid.shape

@@ -28,9 +28,9 @@ _MANY = 500
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 # Nodes along a frame from which on bands may take longer than broadcasting, which nothing refines, and how many times.
-_SLENDER, _PATIENCE = 20.0, 3.0
+_SLENDER, _PATIENCE = 18.0, 3.0
 # Operations of a banded factor up to which it takes less time than to look for anything better.
-_SMALL = 2e6
+_SMALL = 2e8
 # Entries up to which a band is held.
 _BAND = 4e8
 _ITERATION = 0.4e-9
@@ -160,7 +160,7 @@ def _refined_by_springs(plan: Compiled) -> bool:
     along = frame.weight is not None or any(frame.member_loads.values())
     if frame.joints or frame.ties or frame.bodies or along or plan.topology.plain_positions is None:
         return False
-    return not any(np.any(value) for given in frame.supports.values() for value in given.values())
+    return not any(value.any() for given in frame.supports.values() for value in given.values())
 
 
 def _fastest_batch(plan: Compiled) -> Method:
@@ -189,8 +189,9 @@ def _fastest(plan: Compiled) -> Method:
     graph, size, pieces, cases = plan.graph, len(plan.unknowns), len(plan.topology.ends), count(plan)
     in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
     if size * graph.width**2 <= _SMALL:
-        small = f"banded Cholesky, as the frame is small: a band of {graph.width} by {size}"
-        return Method(BANDED, small, one(pieces, size, cases, in_bands))
+        what = "slender" if size > _SLENDER * graph.width else "small"
+        why = f"banded Cholesky, as the frame is {what}: a band of {graph.width} by {size}"
+        return Method(BANDED, why, one(pieces, size, cases, in_bands))
     factor = graph.dissection
     direct = CHOLESKY if available() else SPARSE
     ways = {

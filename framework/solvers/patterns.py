@@ -5,7 +5,6 @@ Of small and middle-sized frames to find this again takes longer than the number
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
@@ -22,7 +21,7 @@ Found = TypeVar("Found")
 _MANY = 2**17
 
 
-def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]) -> Found:
+def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], weight: int = 0) -> Found:
     """What follows from some numbers, made where it is not known yet; nobody may change it.
 
     Parameters
@@ -33,8 +32,10 @@ def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]) 
         All that it depends on.
     make
         Makes it.
+    weight
+        What it weighs beyond these.
     """
-    weight = sum(each.size for each in numbers)
+    weight += sum(each.size for each in numbers)
     if weight > _MANY:
         return make()
     key = (what, *((each.dtype.char, each.shape, each.tobytes()) for each in numbers))
@@ -56,6 +57,13 @@ def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
     return kept("connected by", (matrix.indptr, matrix.indices), lambda: _label(matrix))
 
 
+def labelled(label: Index, wanted: Index) -> NDArray[np.bool_]:
+    """Whether each place has one of the `wanted` labels, (n,)."""
+    asked = np.zeros(int(label.max(initial=-1)) + 1, dtype=bool)
+    asked[wanted] = True
+    return asked[label]
+
+
 def narrow(first: Index, second: Index, count: int) -> Index:
     """Order of `count` places, of which pairs are joined, that keeps neighbours near each other, (count,)."""
 
@@ -74,13 +82,14 @@ def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matri
 
 def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
     """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
-
-    def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
-        order = np.argsort(row, kind="stable")
-        return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
-
-    order, found = kept("by rows", (row, column, np.array(shape)), pattern)
+    order, found = kept("by rows", (row, column, np.array(shape)), lambda: pattern_by_rows(row, column, shape))
     return filled(found, data[order])
+
+
+def pattern_by_rows(row: Index, column: Index, shape: tuple[int, int]) -> tuple[Index, scipy.sparse.csr_matrix]:
+    """Order of entries row by row, each row's as they come, and a matrix of their pattern."""
+    order = np.argsort(row, kind="stable")
+    return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
 
 
 def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
@@ -112,7 +121,8 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
 
 def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
     """A matrix of the pattern of another one, whose numbers of places it shares."""
-    out = copy.copy(pattern)
+    out = scipy.sparse.csr_matrix.__new__(scipy.sparse.csr_matrix)
+    vars(out).update(vars(pattern))
     out.data = data
     return out
 

@@ -23,8 +23,8 @@ from .spring_residual import SpringResidual
 REFINED = 20_000
 # Numbers of a solution handled at a time.
 _ROOM = 2**20
-# Relative error that is left, and steps at most.
-_FINE, _STEPS = 1e-15, 3
+# Relative error that is left, and steps at most: near to singular each takes a tenth of the error or less.
+_FINE, _STEPS = 1e-15, 12
 
 
 def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
@@ -54,14 +54,15 @@ def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[
 
 def _refined(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
     found, sizes = extended(values), np.abs(values).max(axis=0, initial=0.0)
-    going = sizes > 0.0
+    going, before = sizes > 0.0, sizes
     for _ in range(_STEPS):
         change = solve(residual.left(found))
         change[~np.isfinite(change)] = 0.0
         found += np.where(going, change, 0.0)
         moved = np.abs(change).max(axis=0, initial=0.0)
-        # a step multiplies the error by what it was of the solution
-        going &= moved**2 > _FINE * sizes**2
+        # a step multiplies the error by what it was of the step before, the first by what it was of the solution
+        going &= moved**2 > _FINE * sizes * before
+        before = moved
         if not going.any():
             break
     return found.astype(np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from functools import cache, cached_property, partial
 
@@ -22,8 +23,9 @@ from .freedom import Freedom, freedom
 from .iterative import Iterative
 from .load_cases import by_units
 from .method import ITERATIVE
+from .patterns import labelled
 from .refinement import REFINED, refined, refined_by_springs
-from .spring_residual import by_springs
+from .spring_residual import SpringResidual, by_springs
 from .stiffness import SparseStiffness
 
 
@@ -65,15 +67,20 @@ class SparseSolver:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
-        if self._units is not None:
+        if self.units is not None:
             # A row is found for each unit, and then only for all load cases.
-            solver, sizes = self._units
+            solver, sizes = self.units
             units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
             return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
         size = len(self.unknown)
         out: list[Value] = []
         for row in rows:
+            if len(row) == 1 and (alone := next(iter(row.items())))[0] >= 0:
+                # as most are: a displacement of a node that is an unknown
+                number = self._numbers[self.unknown.searchsorted(alone[0])]
+                out.append(self.plan.grid.value((float(alone[1]) * number).reshape(shape)))
+                continue
             keys = np.array(list(row), dtype=np.int64)
             index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), size - 1 - keys)
             factors = np.array([float(factor) for factor in row.values()])
@@ -88,7 +95,7 @@ class SparseSolver:
     def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
         """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
-        return self._with(self.excited | np.isin(self.matrix.label, np.unique(self.matrix.label[asked])))
+        return self._with(self.excited | labelled(self.matrix.label, self.matrix.label[asked]))
 
     def part(self, node: int) -> SparseSolver:
         """The same where loads count on that part of the frame alone which a node is in."""
@@ -106,11 +113,11 @@ class SparseSolver:
             return self
         clone = SparseSolver(self.plan, self.matrix)
         clone._reached, clone._statics = excited, self._statics
-        if self._units is None:
-            clone._units, clone.load = None, self.load
+        if self.units is None:
+            clone.units, clone.load = None, self.load
         else:
-            solver, sizes = self._units
-            clone._units = solver._with(excited), sizes
+            solver, sizes = self.units
+            clone.units = solver._with(excited), sizes
         return clone
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -121,15 +128,17 @@ class SparseSolver:
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
-        motions = self.matrix.unsupported_motions[where]
-        found: Array = motions[:, motions.any(axis=0)]
+        motions = self.matrix.unsupported_motions
+        if not motions.size:
+            return np.zeros((np.count_nonzero(where), 0))
+        found: Array = motions[where][:, motions[where].any(axis=0)]
         return found
 
     @cached_property
     def unknowns(self) -> Array:
         """Displacements in joint-relative coordinates, (n, load cases)."""
-        if self._units is not None:
-            solver, sizes = self._units
+        if self.units is not None:
+            solver, sizes = self.units
             return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
@@ -144,10 +153,17 @@ class SparseSolver:
 
     def _refined(self, where: NDArray[np.bool_], values: Array, factor: Factor) -> Array:
         """Better values (n, load cases) of the unknowns `where`."""
-        residual = by_springs(self.plan, where, self.load)
-        if residual is not None:
-            return refined_by_springs(residual, values, factor.solve)
+        if self.spring_residual is not None:
+            return refined_by_springs(self.spring_residual, values, factor.solve)
         return refined(self.statics, self.unknown[where], values, factor.solve)
+
+    @cached_property
+    def spring_residual(self) -> SpringResidual | None:
+        """What the unknowns that the loads reach leave of their equations; None where that takes equilibrium."""
+        deformations = self.matrix.deformations_of(self.excited)
+        if deformations is None:
+            return None
+        return by_springs(self.plan, deformations, self.load[self.excited])
 
     # -- matrices ---------------------------------------------------------------------------------------------------
 
@@ -202,7 +218,7 @@ class SparseSolver:
             return out
 
     @cached_property
-    def _units(self) -> tuple[SparseSolver, Array] | None:
+    def units(self) -> tuple[SparseSolver, Array] | None:
         """What solves for a unit of each load that varies, and their sizes (units, load cases), where that is less."""
         found = by_units(self.plan)
         if found is None:
@@ -218,7 +234,8 @@ class SparseSolver:
         for node, k, value in component_loads(topology):
             axes = topology.axes(node)
             if axes is None:
-                out[6 * node + k] += value if value.ndim == 0 else self._flat(value[None, ..., None])[0, :, 0]
+                one = value.size == 1
+                out[6 * node + k] += value.reshape(-1) if one else self._flat(value[None, ..., None])[0, :, 0]
             else:
                 local = axes[..., k % 3, :] * value[..., None]
                 half = 6 * node + k - k % 3
@@ -236,7 +253,8 @@ class SparseSolver:
         """g of ``u = T q + g``, (DOFs, load cases)."""
         out = np.zeros((self._size, self._cases))
         for node, six in self.plan.tree.rows.items():
-            out[6 * node : 6 * node + 6] = self._known(six)
+            if any(six):
+                out[6 * node : 6 * node + 6] = self._known(six)
         return out
 
     # -- inside -----------------------------------------------------------------------------------------------------
@@ -245,9 +263,9 @@ class SparseSolver:
     def _size(self) -> int:
         return 6 * len(self.plan.topology.number)
 
-    @property
+    @cached_property
     def _cases(self) -> int:
-        return int(np.prod(self.plan.frame.shape, dtype=np.int64))
+        return math.prod(self.plan.frame.shape)
 
     def _freedom(self, where: NDArray[np.bool_]) -> Freedom:
         def among(kept: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -272,12 +290,10 @@ class SparseSolver:
         if self._reached is not None:
             return self._reached
         label = self.matrix.label
-        load = self.load if self._units is None else self._units[0].load
-        found: NDArray[np.bool_] = np.isin(label, np.unique(label[np.any(load != 0.0, axis=1)]))
-        return found
+        load = self.load if self.units is None else self.units[0].load
+        return labelled(label, label[(load != 0.0).any(axis=1)])
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
-        self.stiffness  # noqa: B018  # which has a time of its own
         return self.matrix.factor(where, self.plan.times)
 
     def direct(self, matrix: scipy.sparse.csr_matrix) -> Factor:

@@ -20,6 +20,7 @@ from ..clock import timed
 from ..error_bounds.kinematics import FrameKinematics
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
+from .band_factors import in_lanes
 from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
 from .spring_residual import Deformations, SpringResidual, are_described
@@ -86,7 +87,7 @@ class StackedSolver:
         places = np.searchsorted(self.unknown, keys)
         reached = self.loaded[places]
         with np.errstate(all="ignore"):
-            found = self._solved.of(places[reached].tolist()) if reached.any() else []
+            found = self._solved.of(places[reached]) if reached.any() else []
         value = dict(zip(keys[reached].tolist(), map(self._value, found), strict=True))
 
         def number(key: int) -> Value:
@@ -207,6 +208,7 @@ class StackedSolver:
         turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
         numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
         step = max(1, _ROOM // (8 * numbers))
+        step = in_lanes(step) if bands.side_by_side else step
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
         for start in range(0, self.count, step):
             matrices = np.arange(start, min(start + step, self.count))
@@ -241,7 +243,9 @@ class _Solved:
         self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
         self.singular = np.zeros(solver.count, dtype=bool)
-        self._found: dict[int, Array] = {}
+        # Unknowns that are kept, (rows, matrices, right-hand sides), and where each of the order is among them, or -1.
+        self._found = np.zeros((0, solver.count, solver.columns))
+        self._at = np.full(self.bands.size, -1)
         self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
         if self._bytes_in_all < _HOLD:
             self._run(np.arange(self.bands.size))
@@ -249,13 +253,15 @@ class _Solved:
             for matrices, factor in solver.factors(self.bands):
                 self._examine(matrices, factor)
 
-    def of(self, places: Sequence[int]) -> list[Array]:
+    def of(self, places: Index) -> list[Array]:
         """Some unknowns, (matrices, right-hand sides) each."""
-        if any(place not in self._found for place in places):
+        rows = self.bands.place[places]
+        if (self._at[rows] < 0).any():
             # Asked a second time, all are kept for later while they take no more than so many bytes.
-            again = self._found and self._bytes_in_all < _KEEP
-            self._run(np.arange(self.bands.size) if again else self.bands.place[places])
-        return [self._found[place] for place in places]
+            again = len(self._found) and self._bytes_in_all < _KEEP
+            wanted = np.concatenate([rows, np.flatnonzero(self._at >= 0)])
+            self._run(np.arange(self.bands.size) if again else np.unique(wanted))
+        return [self._found[at] for at in self._at[rows].tolist()]
 
     def _run(self, rows: Index) -> None:
         """Solve, and keep some of the unknowns."""
@@ -266,9 +272,8 @@ class _Solved:
             for columns in solver.slices(self.bands.size * len(matrices)):
                 found = self._part(matrices, columns, factor)[..., rows]
                 out[:, matrices[:, None], columns] = np.moveaxis(found, -1, 0)
-        at = np.flatnonzero(solver.loaded)
-        at = at[np.argsort(self.bands.place[at])]
-        self._found |= {int(at[row]): each for row, each in zip(rows.tolist(), out, strict=True)}
+        self._found, self._at = out, np.full(self.bands.size, -1)
+        self._at[rows] = np.arange(len(rows))
 
     def _examine(self, matrices: Index, factor: StackedFactor) -> None:
         with timed(self.plan.times, "solution"):

@@ -13,7 +13,7 @@ from ..structure.topology import Index
 from .band_factors import BandFactors, OneByOne, SideBySide, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
-from .factor import ITERATIONS, SUSPECT
+from .factor import ITERATIONS, SUSPECT, probe
 from .lu import LUFactor
 from .rounding import zero_eigenvalue
 
@@ -178,9 +178,3 @@ class StackedFactor:
             if not growth >= enough / zero:
                 break
         return growth
-
-
-def probe(size: int) -> Array:
-    """A random vector of length one."""
-    vector = np.random.default_rng(0).standard_normal(size)
-    return vector / np.linalg.norm(vector) if size else vector

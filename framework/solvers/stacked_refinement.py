@@ -74,11 +74,13 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
         change *= root
         _solve(factor, entries, change, going)
         moved = np.abs(change).max(axis=-1, initial=0.0)
+        sound = going.all() and np.isfinite(moved).all()
         moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
         contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
         error = np.where(going, moved, error)
         change *= root
-        change[~(going[..., None] & np.isfinite(change))] = 0.0
+        if not sound:
+            change[~(going[..., None] & np.isfinite(change))] = 0.0
         found += change.reshape(-1, size).T
         going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
         if not going.any():

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.unloaded import Unloaded
 from ..clock import timed
+from ..examined import Examined
 from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor
@@ -23,6 +24,8 @@ from .iterative import Iterative, Places
 from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part
+from .refinement import REFINED
+from .spring_residual import Deformations, are_described
 
 
 class SparseStiffness:
@@ -40,11 +43,43 @@ class SparseStiffness:
         self.unloaded, self.method, self.matrices = unloaded, method, Matrices(unloaded)
         self.unknown: Index = unloaded.graph.unknown
         self.factors: dict[bytes, Factor] = {}
+        self._some: dict[bytes, Deformations] = {}
+
+    @cached_property
+    def deformations(self) -> Deformations | None:
+        """Deformations by the unknowns; None where nothing is refined by them, or rounding is on the way to them."""
+        rows = self.unloaded.graph.transformation
+        if self.method == ITERATIVE or len(self.unknown) > REFINED or rows.imposed:
+            return None
+        if not are_described(self.unloaded, rows):
+            return None
+        return Deformations(self.unloaded, rows, np.arange(len(self.unknown)))
+
+    @cached_property
+    def assembled(self) -> scipy.sparse.csr_matrix:
+        """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case.
+
+        Elements of one's own are asked for the matrix that they give.
+        """
+        found = None
+        own = any(isinstance(group.element, Examined) for group in self.unloaded.topology.groups)
+        if self.deformations is not None and not own:
+            found = self.deformations.stiffness()
+        return self.matrices.stiffness if found is None else found
+
+    def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
+        """Deformations by some of the unknowns, (n,)."""
+        if self.deformations is None or where.all():
+            return self.deformations
+        key = where.tobytes()
+        if key not in self._some:
+            self._some[key] = self.deformations.restricted(where)
+        return self._some[key]
 
     @cached_property
     def label(self) -> Index:
         """Number of the connected component of each unknown, (n,)."""
-        return connected_by(self.matrices.stiffness)
+        return connected_by(self.assembled)
 
     @cached_property
     def unsupported_motions(self) -> Array:
@@ -63,7 +98,8 @@ class SparseStiffness:
         """
         key = where.tobytes()
         if key not in self.factors:
-            stiffness = self.matrices.stiffness
+            with timed(times, "assembly"):
+                stiffness = self.assembled
             matrix = stiffness if where.all() else part(stiffness, where)
             with timed(times, "factorisation"):
                 self.factors[key] = self._factorised(matrix, where)

@@ -78,9 +78,13 @@ class Transformation:
         places = np.where(keys < 0, self.size - 1 - keys, np.searchsorted(unknown, keys))
         return np.array(at, dtype=np.int64), places, np.array(shares), np.array(numbers, dtype=np.int64)
 
-    def expanded(self, rows: Index) -> tuple[Index, Index]:
-        """All that some rows are made of: which of `rows` it belongs to, and its place in `column` and `share`."""
-        times = self.start[rows + 1] - self.start[rows]
-        item = np.repeat(np.arange(len(rows)), times)
-        place = self.start[rows][item] + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
-        return item, place
+
+def expanded(start: Index, rows: Index) -> tuple[Index, Index]:
+    """All that some rows are made of: which of `rows` it belongs to, and its place in `column` and `share`.
+
+    `start` is that of `Transformation`.
+    """
+    times = start[rows + 1] - start[rows]
+    item = np.repeat(np.arange(len(rows)), times)
+    place = start[rows][item] + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+    return item, place

@@ -26,6 +26,8 @@ ALL = slice(None)
 _TOGETHER = 128
 # Share of what a deformation is made of that a rigid motion surely makes of it, and no rounding.
 _PLAIN = 1e-6
+# Members times batch entries up to which their springs are kept.
+_KEPT = 2**14
 # Batch entries of which springs are looked at together.
 _SOME = 2**13
 
@@ -95,6 +97,13 @@ class Group:
         # as np.linalg.norm has it, without its overhead
         length: Array = np.sqrt(np.add.reduce(self.chord * self.chord, axis=-1)) / self.counts
         return length
+
+    @cached_property
+    def springs(self) -> tuple[Array, Array] | None:
+        """Stiffness of the springs (n, ..., springs) and deformations (n, ..., springs, 12) by displacements in local
+        axes, each at the batch shape that it varies over; None where that is too much to be kept."""
+        entries = math.prod(np.broadcast_shapes(self.chord.shape[1:-1], self.shape))
+        return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
     def end_axes(self) -> tuple[Array, Array]:

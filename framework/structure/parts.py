@@ -42,7 +42,7 @@ class Grid:
     def sizes(self) -> tuple[int, ...]:
         """Number of batch entries by mask."""
         return tuple(
-            int(np.prod([n for axis, n in enumerate(self.shape) if mask >> axis & 1], dtype=np.int64))
+            math.prod(n for axis, n in enumerate(self.shape) if mask >> axis & 1)
             for mask in range(1 << len(self.shape))
         )
 
@@ -180,7 +180,7 @@ class RightHandSideParameters:
 
     def row(self, value: Value) -> Row:
         """`value` as a combination of right-hand-side parameters."""
-        if not np.any(value):
+        if not (value.any() if isinstance(value, np.ndarray) else value):
             return {}
         if not mask_of(value) & ~self.geometry:
             return {ONE: value}

@@ -66,12 +66,14 @@ class Topology:
         bodies = [node.body for node in frame.nodes.values()]
         members = frame.members
         elements = [member.element for member in members.values()]
-        leaders, which = distinct(elements)
+        leaders, which = found = distinct(elements)
         segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
         counts = np.array(segments, dtype=np.int64)[which]
         if all(segment == 1 for segment in segments):
             pairs = [(number[member.start], number[member.end]) for member in members.values()]
-            return cls(frame, number, bodies, counts, _pairs(pairs))
+            whole = cls(frame, number, bodies, counts, _pairs(pairs))
+            whole._distinct = found
+            return whole
         first, last = ([number[node] for node in side] for side in _sides(frame))
         # Interior nodes come after all others, member by member.
         inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
@@ -109,16 +111,23 @@ class Topology:
     def _elements(self) -> list[LineElement]:
         """Element of each piece."""
         names, own = list(self.frame.members), [member.element for member in self.frame.members.values()]
-        leaders, which = distinct(own)
+        leaders, which = self._distinct
         each = [examined(own[k], names[k]) for k in leaders]
+        if len(self.ends) == len(self.counts):
+            return [each[k] for k in which.tolist()]
         whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
         return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
+
+    @cached_property
+    def _distinct(self) -> tuple[list[int], Index]:
+        """Members that come first with each of the different elements, and which of these each member has."""
+        return distinct([member.element for member in self.frame.members.values()])
 
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
         kinds: dict[Hashable, int] = {}
-        leaders, which = distinct(self._elements)
+        leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
         codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         chords = self._chords

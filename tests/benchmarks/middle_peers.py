@@ -77,6 +77,24 @@ def lapack(arrays: Arrays, scales: Array, shares: Array) -> Array:
     return out
 
 
+def substitution(arrays: Arrays) -> Callable[[float], Array]:
+    """What LAPACK does for one more load where the factor is there: displacements (n,) for a share of the load."""
+    matrix = arrays.matrix()
+    order = reverse_cuthill_mckee(matrix.tocsr(), symmetric_mode=True)
+    entries = tril(matrix[order][:, order], format="coo")
+    below = entries.row - entries.col
+    band = np.zeros((below.max() + 1, arrays.size), order="F")
+    band[below, entries.col] = entries.data
+    factor, _ = dpbtrf(band, lower=1, overwrite_ab=1)
+
+    def solve(share: float) -> Array:
+        out = np.empty(arrays.size)
+        out[order] = dpbtrs(factor, share * arrays.load[order], lower=1)[0]
+        return out
+
+    return solve
+
+
 def cholmod(arrays: Arrays, scales: Array, shares: Array) -> Array:
     """CHOLMOD with one symbolic factor: displacements (entries, n)."""
     from cvxopt import cholmod as library
@@ -96,12 +114,19 @@ def cholmod(arrays: Arrays, scales: Array, shares: Array) -> Array:
     return np.concatenate(out)
 
 
-def peers(size: Size, scales: Array, shares: Array) -> dict[str, Solve]:
-    """What there is by name; openseespy builds its model for each modulus, and is asked for one load alone."""
-    arrays = Arrays(size)
-    found: dict[str, Solve] = {"LAPACK": lambda: lapack(arrays, scales, shares)}
+def peers(size: Size, scales: Array, shares: Array, *, anew: bool = False) -> dict[str, Solve]:
+    """What there is by name; openseespy builds its model for each modulus, and is asked for one load alone.
+
+    The others get their arrays ready, or make them from places and members each time `anew`, as openseespy does.
+    """
+    ready = Arrays(size)
+
+    def arrays() -> Arrays:
+        return Arrays(size) if anew else ready
+
+    found: dict[str, Solve] = {"LAPACK": lambda: lapack(arrays(), scales, shares)}
     if find_spec("cvxopt"):
-        found["CHOLMOD"] = lambda: cholmod(arrays, scales, shares)
+        found["CHOLMOD"] = lambda: cholmod(arrays(), scales, shares)
     if find_spec("openseespy") and len(shares) == 1:
         found["openseespy"] = lambda: np.array([opensees(size, "RCM", "ProfileSPD")[1] for _ in scales])
     return found

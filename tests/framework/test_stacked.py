@@ -201,7 +201,7 @@ def test_load_cases_that_are_sums_of_few(method: str) -> None:
     share = np.linspace(0.0, 1.0, 20).reshape(4, 5)
     whole = settled(lambda low, high: low + (high - low) * share).solve(method)
     found, forces = whole.displacement("2.3"), whole.end_forces("beam 1.2")
-    assert whole.solver._units[0].unknowns.shape[1] == 4
+    assert whole.solver.units[0].unknowns.shape[1] == 4
     for entry in ((0, 0), (3, 1)):
         part = share[entry]
         alone = settled(lambda low, high, part=part: low + (high - low) * part).solve(method)
