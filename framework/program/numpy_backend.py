@@ -19,6 +19,14 @@ def _multiply_add(a: Value, b: Value, c: Value, out: Array) -> None:
     np.add(np.multiply(a, b), c, out=out)
 
 
+def _multiply_subtract(a: Value, b: Value, c: Value, out: Array) -> None:
+    np.subtract(np.multiply(a, b), c, out=out)
+
+
+def _subtract_product(a: Value, b: Value, c: Value, out: Array) -> None:
+    np.subtract(c, np.multiply(a, b), out=out)
+
+
 def _choose(condition: Value, a: Value, b: Value, out: Array) -> None:
     out[...] = np.where(condition, a, b)
 
@@ -41,6 +49,8 @@ _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.MINIMUM: np.minimum,
     Operation.MAXIMUM: np.maximum,
     Operation.MULTIPLY_ADD: _multiply_add,
+    Operation.MULTIPLY_SUBTRACT: _multiply_subtract,
+    Operation.SUBTRACT_PRODUCT: _subtract_product,
     Operation.SINE: np.sin,
     Operation.COSINE: np.cos,
     Operation.SQUARE_ROOT: np.sqrt,
