@@ -35,26 +35,26 @@ class Response:
 
     def __init__(self, pieces: Pieces, at: CorotatedPieces) -> None:
         self.pieces, self.at = pieces, at
-        self.vectors = at.deformation[1:4], at.deformation[4:7]
-        self.back = rotation.inverse_tangent(self.vectors[0]), rotation.inverse_tangent(self.vectors[1])
+        self.vectors = _ends(at.deformation[1:])
+        self.back = rotation.inverse_tangent(self.vectors)
         self.lever = _lever(at)
 
     def deformed(self, ends: Array) -> Array:
         """Variation of the deformations (7, n, m) by that of the ends in global axes (12, n, m)."""
-        turn = transposed(self.at.axes)
-        apart, *spins = (times(turn, each) for each in (ends[6:9] - ends[:3], ends[3:6], ends[9:]))
-        along = times(self.lever, np.concatenate([apart, *spins]))
-        bent = [times(back, each - along) for back, each in zip(self.back, spins, strict=True)]
-        return np.concatenate([apart[:1], *bent])
+        moved = np.stack([ends[6:9] - ends[:3], ends[3:6], ends[9:]], axis=1)
+        moved = times(transposed(self.at.axes)[:, :, None], moved)
+        along = times(self.lever, np.concatenate([moved[:, k] for k in range(3)]))
+        bent = times(self.back, moved[:, 1:] - along[:, None])
+        return np.concatenate([moved[:1, 0], bent[:, 0], bent[:, 1]])
 
     def global_change(self) -> Array:
         """The same as a matrix (7, 12, n, m)."""
         out = zeros((7, 9, *self.at.chord.shape), self.at.chord)
         out[0, 0] = 1.0
-        for end, back in enumerate(self.back):
+        for end in range(2):
             beyond = -self.lever
             beyond[range(3), range(3 * end + 3, 3 * end + 6)] += 1.0
-            out[3 * end + 1 : 3 * end + 4] = times(back, beyond)
+            out[3 * end + 1 : 3 * end + 4] = times(self.back[:, :, end], beyond)
         return transposed(_twelve(self._turned(transposed(out))))
 
     def local_forces(self, stress: Array) -> Array:
@@ -98,22 +98,20 @@ class Response:
         at, even = self.at, _even if symmetric else _as_it_is
         _, bent = elongated(self.pieces, at.deformation)
         k = even(slope(self.pieces, at.deformation))
-        inner = k[1:, 1:] + axial_force * even(self.pieces.bow)
         arm, right, left = (self._by_end(each) for each in (bent, k[0, 1:], k[1:, 0]))
+        row = k[0, 0] * arm + right
+        beam = (k[1:, 1:] + axial_force * even(self.pieces.bow)).reshape(2, 3, 2, 3, *at.chord.shape)
+        half = np.einsum("aci...,iajb...->icjb...", self.back, beam)
+        beam = np.einsum("icjb...,bdj...->icjd...", half, self.back)
+        turned = even(times(rotation.inverse_tangent_slope(self.vectors, _ends(force[1:])), self.back))
         twist = total[0] / _upright(at.ends[0] + at.ends[1])
+        turned = turned - twist * _twist(np.stack(at.ends, axis=1), symmetric=symmetric)
+        for end in range(2):
+            beam[end, :, end] += turned[:, :, end]
         out = zeros((9, 9, *at.chord.shape), at.chord)
         out[0, 0] = k[0, 0]
-        for i, (a, back) in enumerate(zip(arm, self.back, strict=True)):
-            rows = slice(3 * i + 3, 3 * i + 6)
-            out[0, rows], out[rows, 0] = k[0, 0] * a + right[i], k[0, 0] * a + left[i]
-            for j in range(i if symmetric else 0, 2):
-                columns, beam = slice(3 * j + 3, 3 * j + 6), inner[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
-                block = times(transposed(back), times(beam, self.back[j]))
-                block = block + rotation.outer(a, k[0, 0] * arm[j] + right[j]) + rotation.outer(left[i], arm[j])
-                if i == j:
-                    turned = rotation.inverse_tangent_slope(self.vectors[i], force[3 * i + 1 : 3 * i + 4])
-                    block = block + even(times(turned, back)) - twist * _twist(at.ends[i], symmetric=symmetric)
-                out[rows, columns] = block
+        out[0, 3:], out[3:, 0] = row, k[0, 0] * arm + left
+        out[3:, 3:] = beam.reshape(6, 6, *at.chord.shape) + rotation.outer(arm, row) + rotation.outer(left, arm)
         swung = self._swung(total, twist)
         out[1, 0], out[2, 0] = 0.5 * swung if symmetric else swung
         if symmetric:
@@ -127,28 +125,29 @@ class Response:
         out: Array = np.stack([(total[2] + twist * q[2]) / square, (twist * q[3] - total[1]) / square])
         return out
 
-    def _by_end(self, values: Array) -> tuple[Array, Array]:
-        """What acts on the end rotations (6, n, m), by the turns of each end (3, n, m)."""
-        first, second = (times(transposed(each), values[k : k + 3]) for each, k in zip(self.back, (0, 3), strict=True))
-        return first, second
+    def _by_end(self, values: Array) -> Array:
+        """What acts on the rotation vectors of the ends (6, n, m), on their turns (6, n, m)."""
+        turned = times(transposed(self.back), _ends(values))
+        return np.concatenate([turned[:, 0], turned[:, 1]])
 
     def _by_spins(self, rows: Array) -> Array:
         """Rows by the deformations (i, 7, n, m) as rows by the elongation and the turns of the ends (i, 9, n, m)."""
         out = zeros((len(rows), 9, *rows.shape[2:]), rows)
         out[:, 0] = rows[:, 0]
-        for k, back in zip((1, 4), self.back, strict=True):
-            out[:, k + 2 : k + 5] = times(rows[:, k : k + 3], back)
+        for end in range(2):
+            out[:, 3 * end + 3 : 3 * end + 6] = times(rows[:, 3 * end + 1 : 3 * end + 4], self.back[:, :, end])
         return out
 
-    def _moments(self, force: Array, torque: Array | None) -> tuple[tuple[Array, Array], Array]:
-        """Moments on the ends in the frame, and what turns the frame."""
-        first, second = self._by_end(force[1:])
-        return (first, second), first + second if torque is None else first + second + torque
+    def _moments(self, force: Array, torque: Array | None) -> tuple[Array, Array]:
+        """Moments on the ends in the frame (6, n, m), and what turns the frame."""
+        moments = self._by_end(force[1:])
+        total = moments[:3] + moments[3:]
+        return moments, total if torque is None else total + torque
 
-    def _pushed(self, force: Array, moments: tuple[Array, Array], total: Array) -> Array:
+    def _pushed(self, force: Array, moments: Array, total: Array) -> Array:
         """Forces on the variations (9, n, m)."""
         none = np.zeros_like(force[:2])
-        out: Array = np.concatenate([force[:1], none, *moments]) - times(transposed(self.lever), total)
+        out: Array = np.concatenate([force[:1], none, moments]) - times(transposed(self.lever), total)
         return out
 
     def _forces(self, stress: Array) -> Array:
@@ -194,7 +193,7 @@ def _lever(at: CorotatedPieces) -> Array:
 
 
 def _twist(q: Array, *, symmetric: bool) -> Array:
-    """How an end's share in the twist of the frame changes as it turns in it (3, 3, n, m)."""
+    """How an end's share in the twist of the frame changes as it turns in it (3, 3, ends, n, m)."""
     w, x, y, z = -0.5 * q
     if symmetric:
         out: Array = x * rotation.identity(q[1:])
@@ -212,6 +211,11 @@ def _axial(a: Array) -> Array:
     """Moment of a dyad of force and arm, (3, ...) for (3, 3, ...)."""
     out: Array = np.stack([a[2, 1] - a[1, 2], a[0, 2] - a[2, 0], a[1, 0] - a[0, 1]])
     return out
+
+
+def _ends(values: Array) -> Array:
+    """Components of both ends (6, ...) as vectors of each (3, 2, ...)."""
+    return np.stack([values[:3], values[3:]], axis=1)
 
 
 def _twelve(rows: Array) -> Array:

@@ -1,8 +1,7 @@
-"""A program arranged for machine code: products that go into one sum alone are part of it, and steps stand where they
-are needed.
+"""A program arranged for machine code: fewer divisions, products within sums, and steps where they are needed.
 
-A processor does a product and a sum in one operation, rounded once. Of a long program most values wait for their use
-in memory; the fewer there are at a time, the more of them stay in registers.
+A division takes as long as ten products; a product and a sum are one operation of the processor, rounded once. Of a
+long program most values wait for their use in memory; the fewer there are at a time, the more stay in registers.
 """
 
 from __future__ import annotations
@@ -21,8 +20,27 @@ _WITH_PRODUCT = {
 
 
 def arranged(program: Program) -> Program:
-    """The same results, to rounding, in fewer steps; of a program without matrix products."""
-    return in_order_of_need(_with_products(program))
+    """The same results, to rounding, in less time; of a program without matrix products."""
+    return in_order_of_need(_with_products(_with_inverses(program)))
+
+
+def _with_inverses(program: Program) -> Program:
+    """What is divided by one number several times is multiplied by its inverse."""
+    first, made, masks = program.first, list(program.steps), list(program.masks)
+    times = Counter(step.b for step in made if step.operation == Operation.DIVIDE)
+    shared = sorted(k for k, count in times.items() if count > 1)
+    constants = dict(zip(program.constants, range(program.given, first), strict=True))
+    if not shared or 1.0 not in constants:
+        return program
+    one = constants[1.0]
+    # Each inverse follows at the end, until steps are put in order.
+    inverses = {k: first + len(made) + place for place, k in enumerate(shared)}
+    for at, step in enumerate(program.steps):
+        if step.operation == Operation.DIVIDE and step.b in inverses:
+            made[at] = ProgramStep(Operation.MULTIPLY, step.a, inverses[step.b])
+    made += [ProgramStep(Operation.DIVIDE, one, k) for k in shared]
+    masks += [masks[k] for k in shared]
+    return in_order_of_need(replace(program, steps=tuple(made), masks=tuple(masks)))
 
 
 def _with_products(program: Program) -> Program:
