@@ -178,7 +178,9 @@ class Calculation:
 
     @cached_property
     def _schedule(self) -> Schedule:
-        return Schedule.before(self.program.bare) if self.choice.compiled else Schedule(self.program)
+        if self.choice.compiled:
+            return Schedule.before(self.program.bare)
+        return Schedule(self.program) if self.program.rounds is None else Schedule.whole(self.program)
 
     @cached_property
     def _combinations(self) -> list[Combination]:
