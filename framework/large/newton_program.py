@@ -97,7 +97,7 @@ class NewtonProgram:
         rows += [np.full(1, NOTHING * min(1.0, self.size)), *(number.of(state) for number in recorded.moved)]
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
-        outs = [np.empty(work.of(recorded.program.masks[k])) for k in recorded.program.outputs]
+        outs = work.places()
         chunk = count if self.compiled else math.ceil(count / math.ceil(count / CHUNK))
         with np.errstate(all="ignore"):
             for start in range(0, count, chunk):
