@@ -152,8 +152,8 @@ def overhead_rows(most: int, repeats: int) -> list[Row]:
 def overhead_target(rows: list[Row]) -> Target:
     """At most three per cent where the contact of clearances is found at 36 poses."""
     told = ", ".join(
-        f"{row['function']} {100.0 * row['added']:.1f} % "
-        f"(a loop by hand {row['by_hand_us_per_sample']:.2f} us a sample, propagation that holds its samples {row['held_us_per_sample']:.2f})"
+        f"{row['function']} {100.0 * row['added']:.1f} % (us a sample: a loop by hand "
+        f"{row['by_hand_us_per_sample']:.2f}, propagation that holds its samples {row['held_us_per_sample']:.2f})"
         for row in rows
     )
     met = rows[-1]["added"] <= ADDED
