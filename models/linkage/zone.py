@@ -129,7 +129,7 @@ class _Margin:
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
-        self.reach = {name: _reach(law) for name, law in distributions_of(distributions).items()}
+        self.reach = {name: _reach(distribution) for name, distribution in distributions_of(distributions).items()}
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         return self._margin(self._off(self._moved(samples, pose), pose))
@@ -171,10 +171,10 @@ class _Margin:
         return out
 
 
-def _reach(law: Distribution) -> tuple[float, float, float]:
+def _reach(distribution: Distribution) -> tuple[float, float, float]:
     """Deviation of an input, half of what lies between scores -1 and 1, and its least and its greatest value."""
-    lower, upper = np.asarray(at_scores(law, np.array([-1.0, 1.0])), dtype=np.float64)
-    least, greatest = np.asarray(law.ppf(np.array([0.0, 1.0])), dtype=np.float64)
+    lower, upper = np.asarray(at_scores(distribution, np.array([-1.0, 1.0])), dtype=np.float64)
+    least, greatest = np.asarray(distribution.ppf(np.array([0.0, 1.0])), dtype=np.float64)
     return float(0.5 * (upper - lower)), float(least), float(greatest)
 
 

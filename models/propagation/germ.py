@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..distributions import Distribution, Normal, at_scores, normal_scores, probability
+from ..distributions import Distribution, Normal, normal_scores, probability
+from .correlation import is_normal
 from .inputs import JointInputs
 from .orthogonal import Orthonormal
 
@@ -16,8 +17,6 @@ Array = NDArray[np.float64]
 Powers = NDArray[np.int64]
 
 STANDARD = Normal(0.0, 1.0)
-# Scores at which a normal distribution is told from another.
-_TOLD_BY = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +42,11 @@ class Germ:
         """The inputs themselves, or where they are correlated their independent normal scores."""
         if joint.scores is not None:
             return cls(
-                joint, (Orthonormal.of("score", STANDARD, degree),) * len(joint.names), (True,) * len(joint.laws)
+                joint,
+                (Orthonormal.of("score", STANDARD, degree),) * len(joint.names),
+                (True,) * len(joint.distributions),
             )
-        bases = tuple(Orthonormal.of(name, law, degree) for name, law in joint.laws.items())
+        bases = tuple(Orthonormal.of(name, distribution, degree) for name, distribution in joint.distributions.items())
         return cls(joint, bases, (False,) * len(bases))
 
     def of_scores(self) -> Germ | None:
@@ -56,7 +57,7 @@ class Germ:
         """
         if self.joint.scores is not None:
             return None
-        scored = tuple(_with_tail(law) for law in self.joint.laws.values())
+        scored = tuple(_with_tail(distribution) for distribution in self.joint.distributions.values())
         if not any(scored):
             return None
         normal = Orthonormal.of("score", STANDARD, len(self.bases[0].a) - 1)
@@ -86,22 +87,23 @@ class Germ:
     def _variables(self, inputs: Mapping[str, Array]) -> list[Array]:
         """Variables (m,) of each input."""
         if self.joint.scores is None:
-            own = zip(self.joint.laws.items(), self.scored, strict=True)
-            return [normal_scores(name, law, inputs[name]) if to else inputs[name] for (name, law), to in own]
+            own = zip(self.joint.distributions.items(), self.scored, strict=True)
+            return [
+                normal_scores(name, distribution, inputs[name]) if to else inputs[name]
+                for (name, distribution), to in own
+            ]
         from scipy.special import ndtri
 
-        at = np.stack([probability(name, law, inputs[name]) for name, law in self.joint.laws.items()])
+        at = np.stack(
+            [probability(name, distribution, inputs[name]) for name, distribution in self.joint.distributions.items()]
+        )
         return list(self.joint.independent(ndtri(np.clip(at, 2.0**-60, 1.0 - 2.0**-53)).T).T)
 
 
-def _with_tail(law: Distribution) -> bool:
+def _with_tail(distribution: Distribution) -> bool:
     """Whether a distribution is unbounded, but not normal, and knows its probabilities."""
-    if not hasattr(law, "cdf"):
+    if is_normal(distribution) or not hasattr(distribution, "cdf"):
         return False
     with np.errstate(all="ignore"):
-        ends = np.asarray(law.ppf(np.array([0.0, 1.0])), dtype=np.float64)
-    if np.isfinite(ends).all():
-        return False
-    values = at_scores(law, _TOLD_BY)
-    line = values[2] + (values[3] - values[2]) * _TOLD_BY
-    return not np.allclose(values, line, rtol=1e-12, atol=1e-12 * float(np.ptp(values)))
+        ends = np.asarray(distribution.ppf(np.array([0.0, 1.0])), dtype=np.float64)
+    return not bool(np.isfinite(ends).all())

@@ -141,7 +141,9 @@ def propagate(
     if checkpoint is not None:
         task, folder = _taken_up(task, checkpoint, fresh=rng is None)
     gathered = _gather(task, cuts(n, size), workers, folder, progress)
-    indices = partial(sobol_indices, fn, inputs.laws, rng=task.root, axis=axis, chunk=size, replicates=replicates)
+    indices = partial(
+        sobol_indices, fn, inputs.distributions, rng=task.root, axis=axis, chunk=size, replicates=replicates
+    )
     return _result(task, gathered, indices)
 
 

@@ -41,7 +41,7 @@ class Tolerance:
     relative
         Whether the draw is a deviation that scales each number, rather than the number itself.
     description
-        The law in words.
+        The distribution in words.
     """
 
     of: tuple[Path, ...]
@@ -213,7 +213,7 @@ def _distribution(source: Source, path: tuple[str, str]) -> tuple[Distribution, 
 
 
 def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], tuple[str, ...]]:
-    """The law's numbers by name, and which of them are shares of the nominal value."""
+    """The distribution's numbers by name, and which of them are shares of the nominal value."""
     numbers: dict[str, float] = {}
     relative: list[str] = []
     for key in source.table(path, (), tuple(source.get(path))):
