@@ -362,3 +362,16 @@ def at_scores(distribution: Distribution, scores: Array) -> Array:
         return below
     above = np.asarray(found.isf(ndtr(-np.maximum(scores, 0.0))), dtype=np.float64)
     return np.where(scores > 0.0, above, below)
+
+
+def normal_scores(name: str, distribution: Distribution, x: Array) -> Array:
+    """Standard normal scores of values of an input, (m,), exact in both tails where it has `sf`."""
+    from scipy.special import ndtri
+
+    found: Any = distribution
+    below = probability(name, distribution, x)
+    scores = ndtri(np.clip(below, 2.0**-1022, 1.0 - 2.0**-53))
+    if not hasattr(found, "sf"):
+        return np.asarray(scores)
+    above = ndtri(np.clip(np.asarray(found.sf(x), dtype=np.float64), 2.0**-1022, 1.0 - 2.0**-53))
+    return np.where(below > 0.5, -above, scores)

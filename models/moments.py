@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,13 +15,15 @@ from .intervals import ConfidenceInterval, by_error
 Array = NDArray[np.float64]
 
 NAN_POLICIES = ("omit", "propagate", "raise")
+# Arrays of `Moments`, beside its number of samples.
+SUMS = ("mean", "second", "third", "fourth")
 
 
 @dataclass(frozen=True, eq=False)
 class Moments:
     """Count, mean and sums of powers of the deviations from it, up to the fourth.
 
-    Two sets merge without loss (Chan, Golub & LeVeque, American Statistician 37, 1983,
+    Sets merge without loss (Chan, Golub & LeVeque, American Statistician 37, 1983,
     doi:10.1080/00031305.1983.10483115, for the second power; Pébay, Sandia report SAND2008-6212, 2008, for the third
     and fourth).
 
@@ -41,56 +44,75 @@ class Moments:
     fourth: Array
 
     @classmethod
-    def of(cls, samples: Array, nan_policy: str = "propagate", room: tuple[Array, Array] | None = None) -> Moments:
-        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN.
+    def of(cls, samples: Array, nan_policy: str = "propagate") -> Moments:
+        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN."""
+        return cls.of_rows(np.ascontiguousarray(np.moveaxis(samples, 0, -1)), nan_policy)
 
-        They are computed in the two arrays of `room`, like `samples` and no shorter, where it is given: memory of one
-        block after the other costs more than its sums.
+    @classmethod
+    def of_rows(cls, rows: Array, nan_policy: str = "propagate", room: tuple[Array, Array] | None = None) -> Moments:
+        """Moments of samples (..., n) that lie side by side, computed in the two arrays of `room`, shaped like them.
+
+        Products are summed without being written. Where the rows and the room fit into the processor's cache together,
+        this takes a third of the time that it takes in memory.
         """
-        off, square = (np.empty_like(samples), np.empty_like(samples)) if room is None else room
-        off, square = off[: len(samples)], square[: len(samples)]
-        n: int | NDArray[np.int64] = len(samples)
-        with np.errstate(invalid="ignore"):
-            mean = samples.mean(axis=0)
+        off, square = (np.empty_like(rows), np.empty_like(rows)) if room is None else room
+        n = rows.shape[-1]
+        with np.errstate(invalid="ignore", over="ignore"):
+            mean = np.add.reduce(rows, axis=-1) / n
+            np.subtract(rows, mean[..., None], out=off)
+            np.multiply(off, off, out=square)
+            found = cls(n, mean, *(np.vecdot(a, b)[()] for a, b in ((off, off), (off, square), (square, square))))
         # A mean tells of NaN without another look at every sample.
-        if nan_policy == "omit" and np.isnan(mean).any() and np.isnan(samples).any():
-            there = ~np.isnan(samples)
-            n = np.count_nonzero(there, axis=0)
-            with np.errstate(invalid="ignore"):
-                mean = np.sum(samples, axis=0, where=there) / np.where(n > 0, n, np.nan)
-            off[...] = np.where(there, samples - mean, 0.0)
-        else:
-            np.subtract(samples, mean, out=off)
-        np.multiply(off, off, out=square)
-        if off.ndim > 1 and off.strides[0] == off.itemsize:
-            # Samples lie side by side: products are summed without being written.
-            first, last = np.moveaxis(off, 0, -1), np.moveaxis(square, 0, -1)
-            pairs = (first, first), (first, last), (last, last)
-            return cls(n, mean, *(np.asarray(np.vecdot(a, b)) for a, b in pairs))
-        second = square.sum(axis=0)
-        off *= square
-        square *= square
-        return cls(n, mean, second, off.sum(axis=0), square.sum(axis=0))
+        lost = np.isnan(mean)
+        return found._without_nan(rows, lost) if nan_policy == "omit" and lost.any() else found
+
+    def _without_nan(self, rows: Array, lost: NDArray[np.bool_]) -> Moments:
+        """These moments of rows (..., n), but where some are `lost` those of the samples that are not NaN."""
+        there = ~np.isnan(rows[lost])
+        count = np.count_nonzero(there, axis=-1)
+        with np.errstate(invalid="ignore"):
+            mean = np.sum(rows[lost], axis=-1, where=there) / np.where(count > 0, count, np.nan)
+            off = np.where(there, rows[lost] - mean[:, None], 0.0)
+        n = np.full(lost.shape, rows.shape[-1])
+        sums = np.array([self.mean, self.second, self.third, self.fourth])
+        n[lost] = count
+        sums[:, lost] = mean, *(np.sum(off**power, axis=-1) for power in (2, 3, 4))
+        return Moments(n, *sums)
+
+    @classmethod
+    def pooled(cls, parts: Moments) -> Moments:
+        """Moments of all sets of samples together, from those of each set along the first axis (k, ...)."""
+        n = np.broadcast_to(parts.n, np.shape(parts.mean))
+        total = n.sum(axis=0)
+        # The mean of no samples is NaN, and nothing is apart from it.
+        there = n > 0
+        with np.errstate(invalid="ignore", over="ignore"):
+            base = parts.mean[0]
+            if not there[0].all():
+                base = np.take_along_axis(parts.mean, there.argmax(axis=0)[None], axis=0)[0]
+            mean = base + np.sum(n * np.where(there, parts.mean - base, 0.0), axis=0) / np.maximum(total, 1)
+            d = np.where(there, parts.mean - mean, 0.0)
+            square = d * d
+            apart = n * square
+            second = np.sum(parts.second + apart, axis=0)
+            third = np.sum(parts.third + d * (3.0 * parts.second + apart), axis=0)
+            fourth = np.sum(parts.fourth + 4.0 * d * parts.third + square * (6.0 * parts.second + apart), axis=0)
+        most = int(total.max(initial=0))
+        return cls(most if (total == most).all() else total, mean[()], second[()], third[()], fourth[()])
 
     def merge(self, other: Moments) -> Moments:
         """Moments of both sets of samples together."""
-        a, b, n = self.n, other.n, self.n + other.n
-        empty = np.equal(a, 0)
-        # The mean of no samples is NaN, and nothing is apart from it.
-        d = np.where(empty | np.equal(b, 0), 0.0, other.mean - self.mean)[()]
-        step = d / np.maximum(n, 1)
-        second = self.second + other.second + d * step * a * b
-        third = (
-            self.third + other.third + d * step**2 * a * b * (a - b) + 3.0 * step * (a * other.second - b * self.second)
-        )
-        fourth = (
-            self.fourth
-            + other.fourth
-            + d * step**3 * a * b * (a * a - a * b + b * b)
-            + 6.0 * step**2 * (a * a * other.second + b * b * self.second)
-            + 4.0 * step * (a * other.third - b * self.third)
-        )
-        return Moments(n, np.where(empty, other.mean, self.mean)[()] + step * b, second, third, fourth)
+        return Moments.pooled(Moments.stacked([self, other]))
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Moments]) -> Moments:
+        """Moments of several sets of samples, the sets along a new first axis."""
+        n = np.stack([np.broadcast_to(part.n, np.shape(part.mean)) for part in parts])
+        return cls(n, *(np.stack([getattr(part, key) for part in parts]) for key in SUMS))
+
+    def parts(self) -> list[Moments]:
+        """Of each set of samples along the first axis."""
+        return [Moments(*each) for each in zip(*(getattr(self, key) for key in ("n", *SUMS)), strict=True)]
 
     @property
     def std(self) -> Array:

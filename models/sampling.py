@@ -73,10 +73,10 @@ def sample_blocks(
     dict
         Samples by input, each of `BLOCK` or, in the last block, fewer.
     """
-    laws = distributions_of(distributions)
-    points = points_of(list(laws), n, root_seed(rng), sampler)
+    known = distributions_of(distributions)
+    points = points_of(list(known), n, root_seed(rng), sampler)
     for start in range(0, n, BLOCK):
-        columns = zip(laws.items(), points.take(start, min(BLOCK, n - start)).T, strict=True)
+        columns = zip(known.items(), points.take(start, min(BLOCK, n - start)).T, strict=True)
         yield {name: np.asarray(distribution.ppf(column), dtype=np.float64) for (name, distribution), column in columns}
 
 

@@ -17,8 +17,10 @@ Values = Callable[[Array, Index], Array]
 
 # Share of the samples that are drawn as they are, so that failures away from the points found are not missed unseen.
 AS_THEY_ARE = 0.1
-# Samples of a problem at a time.
-BLOCK = 500
+# Samples of a problem are multiples of these; by how many times they grow at once, and how many are drawn together.
+BLOCK, GROWTH, TOGETHER = 500, 10, 2**16
+# Samples beyond those that are expected to be enough, so that they mostly are.
+MORE = 1.05
 # Failures below which a spread is not believed.
 FEW = 10
 
@@ -94,7 +96,9 @@ class Mixture:
 def importance_sampling(
     values: Values, mixture: Mixture, rng: np.random.Generator, *, accuracy: float, most: int
 ) -> Estimate:
-    """Sample until every problem is known well enough.
+    """Sample until every problem is known well enough: a block, and then as many at a time as seem to be wanted.
+
+    A call of the limit states for few samples often takes as long as one for many.
 
     Parameters
     ----------
@@ -111,22 +115,39 @@ def importance_sampling(
     """
     problems = len(mixture.centres)
     first, second, samples, hits = (np.zeros(problems) for _ in range(4))
-    active = np.arange(problems)
+    active, count = np.arange(problems), min(BLOCK, most)
     while active.size:
-        scores, ratio = mixture.draw(rng, active, BLOCK)
+        scores, ratio = mixture.draw(rng, active, count)
         failed = values(scores, active) <= 0.0
         weight = np.where(failed, ratio, 0.0)
         first[active] += weight.sum(axis=1)
         second[active] += (weight**2).sum(axis=1)
         hits[active] += failed.sum(axis=1)
-        samples[active] += BLOCK
+        samples[active] += count
         mean = first[active] / samples[active]
         error = np.sqrt(np.maximum(second[active] / samples[active] - mean**2, 0.0) / samples[active])
-        known = (hits[active] >= FEW) & (error <= accuracy * mean)
-        active = active[~known & (samples[active] + BLOCK <= most)]
+        few = hits[active] < FEW
+        left = ~((~few & (error <= accuracy * mean)) | (samples[active] + BLOCK > most))
+        if not left.any():
+            break
+        # Where little is known, as many again.
+        off = np.where(few, np.sqrt(2.0), error / np.maximum(accuracy * mean, 1e-300))[left]
+        active = active[left]
+        count = _wanted(off, samples[active], most)
     mean = first / samples
     error = np.sqrt(np.maximum(second / samples - mean**2, 0.0) / (samples - 1.0))
     # Where nothing failed, what a 95 % bound from the samples drawn as they are leaves open.
     error = np.where(hits > 0.0, error, 3.0 / (1.96 * AS_THEY_ARE * samples))
     # Weights add up to a little more than one where nearly everything fails.
     return Estimate(np.minimum(mean, 1.0), error, samples.astype(np.int64))
+
+
+def _wanted(off: Array, samples: Array, most: int) -> int:
+    """How many more samples of each problem to draw, from how many times their errors are what is wanted, (problems,).
+
+    They are what half of the problems need: others get more than that, or go on.
+    """
+    need = samples * np.clip(MORE * off**2 - 1.0, 0.0, GROWTH - 1.0)
+    blocks = np.ceil(np.median(need) / BLOCK)
+    room = np.floor(min(float((most - samples).min()), TOGETHER / len(samples)) / BLOCK)
+    return BLOCK * int(max(1.0, min(blocks, room)))

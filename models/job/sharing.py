@@ -22,10 +22,6 @@ if TYPE_CHECKING:
     from .stages import Advance
 
 
-# Seconds of work on short parts that may be lost if the job is killed, as they are stored several at a time.
-PAUSE = 0.1
-
-
 class SamplePiece(NamedTuple):
     """Some of the samples of one kind.
 
@@ -75,7 +71,7 @@ class Sharing:
     workers
         Number of processes; −1 for all processors.
     folder
-        Where each part is stored when it is done, or at most `PAUSE` after; None where it is not.
+        Where each part is stored when it is done, or a moment later with others; None where it is not.
     about
         What tells this run from others, by what differs.
     """
@@ -119,7 +115,7 @@ class Sharing:
                 pieces,
                 lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
                 _Collected(wanted, advance, self.folder),
-                None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays, PAUSE),
+                None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
                 stored,
             )
 

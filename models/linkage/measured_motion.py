@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
-from ..measured.calibration import Calibration, calibrate
+from ..measured.calibration import Calibration, calibrate, checked_start
 from ..measured.comparison import Comparison, compare
 from ..measured.table import Measured
 from .derivatives.built import along_inputs
 from .derivatives.position_sensitivity import position_sensitivity
 from .poses.kinematics import Kinematics
 from .uncertain_motion import UncertainMotion
-from .zone import Build, driven_values
+from .zone import Build, built, check_build, driven_values
 
 # Differences of the description, by which it depends on the dimensions, are taken over this share of their size.
 STEP = 1e-5
@@ -108,18 +108,20 @@ class MeasuredMotion(UncertainMotion):
         0.2002
         """
         _check(self, measured)
+        start = checked_start(start)
+        check_build(build, start)
         drives = {name: driven_values(self, name) for name in self.linkage.drives}
 
         def predict(**dimensions: Array) -> Array:
             columns = {name: values[:, None] for name, values in dimensions.items()}
-            return build(**columns).move(drives).position(point)
+            return built(build, columns).move(drives).position(point)
 
         steps = {name: STEP * abs(float((scales or {}).get(name, value))) for name, value in start.items()}
 
         def gradient(**dimensions: float) -> dict[str, Array]:
             rows = {name: np.full(len(measured.position), value) for name, value in dimensions.items()}
             ends = {name: (values - steps[name], values + steps[name]) for name, values in rows.items()}
-            by = position_sensitivity(build(**rows).move(drives), point)
+            by = position_sensitivity(built(build, rows).move(drives), point)
             weights = np.broadcast_to(np.eye(3)[:, None], (3, len(measured.position), 3))
             each = [along_inputs(by, weight, build, rows, ends) for weight in weights]
             return {name: np.stack([slopes[name] for slopes in each], axis=-1) for name in rows}

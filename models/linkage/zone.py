@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any, Protocol
 
@@ -36,6 +37,29 @@ class Movable(DescribedNumbers, Protocol):
 
 
 Build = Callable[..., Movable]
+
+
+def check_build(build: object, names: Collection[str]) -> None:
+    """Refuse what cannot be called with the dimensions of these names."""
+    given = ", ".join(names)
+    if not callable(build):
+        raise FrameError(f"build is {build!r}: give a function of {given} that returns the linkage")
+    try:
+        inspect.signature(build).bind(**dict.fromkeys(names))
+    except ValueError:  # functions that are not written in Python need not tell
+        return
+    except TypeError as error:
+        raise FrameError(
+            f"build takes {inspect.signature(build)}, but is called with {given} by name ({error}): name them alike"
+        ) from None
+
+
+def built(build: Build, dimensions: Mapping[str, Array]) -> Movable:
+    """The linkage of some dimensions."""
+    found = build(**dimensions)
+    if not hasattr(found, "move"):
+        raise FrameError(f"build returned {found!r}: return the linkage that it describes")
+    return found
 
 
 def reliability_of(
@@ -129,7 +153,8 @@ class _Margin:
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
-        self.reach = {name: _reach(law) for name, law in distributions_of(distributions).items()}
+        self.reach = {name: _reach(distribution) for name, distribution in distributions_of(distributions).items()}
+        check_build(build, self.reach)
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         return self._margin(self._off(self._moved(samples, pose), pose))
@@ -151,7 +176,7 @@ class _Margin:
 
     def _moved(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> FramedPoses:
         at = () if pose is None else pose
-        return self.build(**samples).move({name: values[at] for name, values in self.drives.items()})
+        return built(self.build, samples).move({name: values[at] for name, values in self.drives.items()})
 
     def _off(self, motion: FramedPoses, pose: NDArray[np.int64] | None) -> Array:
         place = loaded_position(motion, self.point) if self.compliance else motion.position(self.point)
@@ -171,10 +196,10 @@ class _Margin:
         return out
 
 
-def _reach(law: Distribution) -> tuple[float, float, float]:
+def _reach(distribution: Distribution) -> tuple[float, float, float]:
     """Deviation of an input, half of what lies between scores -1 and 1, and its least and its greatest value."""
-    lower, upper = np.asarray(at_scores(law, np.array([-1.0, 1.0])), dtype=np.float64)
-    least, greatest = np.asarray(law.ppf(np.array([0.0, 1.0])), dtype=np.float64)
+    lower, upper = np.asarray(at_scores(distribution, np.array([-1.0, 1.0])), dtype=np.float64)
+    least, greatest = np.asarray(distribution.ppf(np.array([0.0, 1.0])), dtype=np.float64)
     return float(0.5 * (upper - lower)), float(least), float(greatest)
 
 

@@ -140,8 +140,7 @@ def calibrate(
     """
     from scipy.optimize import least_squares
 
-    if not start:
-        raise FrameError("calibrate was given no parameters: name those to be found in start")
+    start = checked_start(start)
     target = numbers(measured, "measured values")
     there = np.isfinite(target)
     spread = checked_uncertainty(uncertainty, target.shape)
@@ -161,6 +160,18 @@ def calibrate(
             "nearer, or give scales"
         )
     return _calibration(model, found.x, target, known=spread is not None)
+
+
+def checked_start(start: object) -> dict[str, float]:
+    """Where the parameters begin, checked."""
+    if not isinstance(start, Mapping) or not start:
+        raise FrameError(f"calibrate was given {start!r} for start: name the parameters to be found, with numbers")
+    found = {}
+    for name, value in start.items():
+        if isinstance(value, str) or np.ndim(value) or not np.isfinite(value):
+            raise FrameError(f"parameter {name!r} begins at {value!r}: give one finite number")
+        found[name] = float(value)
+    return found
 
 
 @dataclass(frozen=True, eq=False)

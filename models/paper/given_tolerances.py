@@ -73,9 +73,9 @@ def given_tolerances(inputs: Inputs) -> dict[str, Distribution]:
     given = [(parameter(name), text) for name, text in inputs.tolerance]
     for name, text in sorted(given, key=lambda each: "." in each[0]):
         nominal, factor = _nominal(inputs, name)
-        law = _in_words(f"--tolerance {name}={text}", nominal, text)
+        distribution = _in_words(f"--tolerance {name}={text}", nominal, text)
         for each in _own(inputs, name):
-            found[each] = law if factor == 1.0 else Rescaled(law, factor)
+            found[each] = distribution if factor == 1.0 else Rescaled(distribution, factor)
     return found
 
 

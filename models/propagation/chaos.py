@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError, SampleWarning
-from ..distributions import Normal, Uncertain, probability
+from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, by_error, checked_level
 from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first, whole
 from ..sensitivity import SobolIndices
 from .chunk import Function
 from .correlation import GaussianCopula, Pairs
+from .germ import Germ
 from .inputs import JointInputs
-from .orthogonal import MOST, Orthonormal
+from .orthogonal import MOST
 
 Array = NDArray[np.float64]
 Powers = NDArray[np.int64]
@@ -30,6 +31,8 @@ METHODS = ("regression", "quadrature")
 OVERSAMPLED, MOST_NODES = 3, 1_000_000
 # Random points at which a quadrature is checked, which goes through its nodes.
 CHECKED = 256
+# The share of what polynomials of the inputs leave that those of normal scores may leave to be preferred.
+PREFERRED = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,16 +94,15 @@ class PolynomialChaos:
     powers: Powers
     coefficients: Array
     n: int
-    _joint: JointInputs = field(repr=False)
-    _bases: tuple[Orthonormal, ...] = field(repr=False)
+    _germ: Germ = field(repr=False)
     _covariance: Array | None = field(repr=False)
     _residual: Array = field(repr=False)
     _left: LeftOver = field(repr=False)
 
     def __call__(self, **inputs: Array) -> Array:
         """Values of the polynomial, (m, ...)."""
-        at = _coordinates(self._joint, {name: np.asarray(inputs[name], np.float64) for name in self.inputs})
-        return np.asarray(np.tensordot(_terms(self._bases, self.powers, at), self.coefficients, axes=1))
+        terms = self._germ.terms(self.powers, {name: np.asarray(inputs[name], np.float64) for name in self.inputs})
+        return np.asarray(np.tensordot(terms, self.coefficients, axes=1))
 
     @property
     def mean(self) -> Array:
@@ -129,7 +131,7 @@ class PolynomialChaos:
     @cached_property
     def sobol(self) -> SobolIndices:
         """First-order and total Sobol indices, sums of squares of coefficients (Sudret, 2008)."""
-        self._joint.require_independent("Sobol indices")
+        self._germ.joint.require_independent("Sobol indices")
         uses = self.powers > 0
         alone = uses & (np.count_nonzero(uses, axis=1) == 1)[:, None]
         parts = [self._share(which) for which in (alone, uses)]
@@ -227,8 +229,9 @@ def polynomial_chaos(
     degree
         Greatest total degree of a term, at most 20.
     method
-        ``"regression"`` on samples, or ``"quadrature"`` by the product of Gauss rules with degree + 1 nodes an input,
-        for few of them; it is checked at 256 random points.
+        ``"regression"`` on samples, by polynomials of the inputs or, where that leaves less than half as much
+        unexplained, of the normal scores of those that are neither bounded nor normal; or ``"quadrature"`` by the
+        product of Gauss rules with degree + 1 nodes an input, for few of them; it is checked at 256 random points.
     n
         Number of samples of the regression; three a coefficient where it is left out.
     rng, sampler
@@ -269,15 +272,14 @@ def polynomial_chaos(
     if method not in METHODS:
         raise FrameError(f"method is {method!r}: choose one of {', '.join(METHODS)}")
     joint = JointInputs.of(distributions, correlation)
-    laws = joint.laws if joint.scores is None else dict.fromkeys(joint.names, Normal(0.0, 1.0))
-    bases = tuple(Orthonormal.of(name, law, degree) for name, law in laws.items())
-    powers = _powers(len(bases), degree)
+    germ = Germ.of(joint, degree)
+    powers = _powers(len(joint.names), degree)
     if method == "quadrature":
-        return _by_quadrature(fn, joint, bases, powers, axis, root_seed(0 if rng is None else rng))
+        return _by_quadrature(fn, germ, powers, axis, root_seed(0 if rng is None else rng))
     count = max(OVERSAMPLED * len(powers), 32) if n is None else whole(n, "number of samples n", 2)
     if count <= len(powers):
         raise FrameError(f"{count} samples for {len(powers)} coefficients: give more than that, or a lower degree")
-    return _by_regression(fn, joint, bases, powers, axis, _drawn(joint, count, root_seed(rng), sampler))
+    return _by_regression(fn, germ, powers, axis, _drawn(joint, count, root_seed(rng), sampler))
 
 
 def _drawn(joint: JointInputs, count: int, root: np.random.SeedSequence, sampler: Sampler) -> dict[str, Array]:
@@ -303,33 +305,11 @@ def _powers(k: int, degree: int) -> Powers:
     return found[np.lexsort((*found.T, found.sum(axis=1)))]
 
 
-def _terms(bases: tuple[Orthonormal, ...], powers: Powers, at: Array) -> Array:
-    """Values of the orthonormal terms, (m, terms)."""
-    out = np.ones((len(at), len(powers)))
-    for k, basis in enumerate(bases):
-        out *= basis(at[:, k])[:, powers[:, k]]
-    return out
-
-
-def _coordinates(joint: JointInputs, inputs: Mapping[str, Array]) -> Array:
-    """What the polynomials are of, (m, k): the inputs, or where they are correlated their independent normal scores."""
-    if joint.scores is None:
-        return np.stack([inputs[name] for name in joint.names], axis=-1)
-    from scipy.special import ndtri
-
-    at = np.stack([probability(name, law, inputs[name]) for name, law in joint.laws.items()])
-    return joint.independent(ndtri(np.clip(at, 2.0**-60, 1.0 - 2.0**-53)).T)
-
-
 def _by_quadrature(
-    fn: Function,
-    joint: JointInputs,
-    bases: tuple[Orthonormal, ...],
-    powers: Powers,
-    axis: int,
-    root: np.random.SeedSequence,
+    fn: Function, germ: Germ, powers: Powers, axis: int, root: np.random.SeedSequence
 ) -> PolynomialChaos:
-    rules = [basis.gauss() for basis in bases]
+    joint = germ.joint
+    rules = [basis.gauss() for basis in germ.bases]
     count = len(rules[0][0]) ** len(rules)
     if count > MOST_NODES:
         raise FrameError(f"the quadrature has {count} nodes: give a lower degree, or the method 'regression'")
@@ -340,28 +320,34 @@ def _by_quadrature(
     together = {name: np.concatenate([inputs[name], others[name]]) for name in joint.names}
     results = samples_first(fn(**together), count + CHECKED, axis)
     flat = results.reshape(len(results), -1)
-    found = (_terms(bases, powers, nodes) * weights[:, None]).T @ flat[:count]
-    expected = _terms(bases, powers, _coordinates(joint, others)) @ found
+    found = (germ.terms_at(powers, list(nodes.T)) * weights[:, None]).T @ flat[:count]
+    expected = germ.terms(powers, others) @ found
     shape = results.shape[1:]
     left = LeftOver.of(flat[count:] - expected, np.var(flat[count:], axis=0), shape, f"{CHECKED} random points")
     nothing = np.zeros(shape)
-    return PolynomialChaos(
-        joint.names, powers, found.reshape(-1, *shape), len(results), joint, bases, None, nothing, left
-    )
+    return PolynomialChaos(joint.names, powers, found.reshape(-1, *shape), len(results), germ, None, nothing, left)
 
 
-def _by_regression(
-    fn: Function,
-    joint: JointInputs,
-    bases: tuple[Orthonormal, ...],
-    powers: Powers,
-    axis: int,
-    inputs: Mapping[str, Array],
-) -> PolynomialChaos:
+def _by_regression(fn: Function, germ: Germ, powers: Powers, axis: int, inputs: Mapping[str, Array]) -> PolynomialChaos:
     n = len(next(iter(inputs.values())))
     results = samples_first(fn(**inputs), n, axis)
     flat, kept = _without_failures(results.reshape(n, -1), len(powers))
-    terms = _terms(bases, powers, _coordinates(joint, {name: values[kept] for name, values in inputs.items()}))
+    there = {name: values[kept] for name, values in inputs.items()}
+    found, shape = _fitted(germ, powers, there, flat, results.shape[1:]), results.shape[1:]
+    scored = germ.of_scores()
+    if scored is not None:
+        other = _fitted(scored, powers, there, flat, shape)
+        # What rounding leaves tells nothing.
+        if float(np.sum(other.unexplained)) + 1e-24 < PREFERRED * float(np.sum(found.unexplained)):
+            return other
+    return found
+
+
+def _fitted(
+    germ: Germ, powers: Powers, inputs: Mapping[str, Array], flat: Array, shape: tuple[int, ...]
+) -> PolynomialChaos:
+    """By least squares, from results (m, e)."""
+    terms = germ.terms(powers, inputs)
     q, r = np.linalg.qr(terms)
     if np.linalg.cond(r) > 1e8:
         raise FrameError(f"{len(flat)} samples do not determine {len(powers)} coefficients: give more")
@@ -369,14 +355,13 @@ def _by_regression(
     residual = flat - terms @ found
     without = residual / (1.0 - np.sum(q**2, axis=1))[:, None]
     inverse = np.linalg.inv(r)
-    shape, freedom = results.shape[1:], len(flat) - len(powers)
+    freedom = len(flat) - len(powers)
     return PolynomialChaos(
-        joint.names,
+        germ.joint.names,
         powers,
         found.reshape(-1, *shape),
         len(flat),
-        joint,
-        bases,
+        germ,
         inverse @ inverse.T,
         (np.sum(residual**2, axis=0) / freedom).reshape(shape),
         LeftOver.of(without, np.var(flat, axis=0), shape, "samples, left out of the fit one after the other"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.errors import FrameError
 from ..moments import Moments
 from ..sampling import BLOCK, Points, Sampler, points_of, samples_first
+from .blocks import BlockStatistics
 from .comoments import Comoments
 from .failures import FailedRows
 from .histogram import Bins, Counts
@@ -33,12 +34,10 @@ class ChunkResult:
     ----------
     start, count
         Which samples.
-    blocks
-        Moments of each block of samples, (...).
+    statistics
+        Moments of the blocks of samples, and the extremes.
     missing
         Number of samples that are NaN, (...).
-    least, greatest
-        Extremes, (...).
     failed
         Samples that are NaN somewhere.
     comoments
@@ -47,22 +46,17 @@ class ChunkResult:
         Where the bins of the histogram lie, and how many samples each holds, if asked for.
     samples
         Samples of the result, (count, ...), if asked for.
-    replicated
-        Moments of each block of samples by replicate, (r, ...), where there are several.
     """
 
     start: int
     count: int
-    blocks: list[Moments]
+    statistics: BlockStatistics
     missing: NDArray[np.int64]
-    least: Array
-    greatest: Array
     failed: FailedRows
     comoments: list[Comoments] | None
     bins: Bins | None
     counts: Counts | None
     samples: Array | None
-    replicated: list[Moments] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,17 +152,12 @@ class ChunkTask:
         """Call the function for a range of samples, and gather what was asked for."""
         start, stop = cut
         results, status = self.results(start, stop)
-        lower, upper = (np.fmin, np.fmax) if self.nan_policy == "omit" else (np.minimum, np.maximum)
-        moments, comoments, least, greatest, replicates = [], [], [], [], []
-        for block, room in _blocks(results):
-            if self.replicates > 1:
-                replicates.append(self._by_replicate(block))
-            moments.append(Moments.of(block, self.nan_policy, room))
-            least.append(lower.reduce(block, axis=0))
-            greatest.append(upper.reduce(block, axis=0))
-            if "covariance" in self.also:
-                comoments.append(Comoments.of(np.atleast_2d(block.T).T, self.nan_policy))
-        missing, failed = _lost(results, moments, status)
+        statistics = BlockStatistics.of(results, self.nan_policy, self.replicates)
+        missing, failed = _lost(results, statistics.moments, status)
+        comoments = None
+        if "covariance" in self.also:
+            parts = (results[first : first + BLOCK] for first in range(0, len(results), BLOCK))
+            comoments = [Comoments.of(np.atleast_2d(part.T).T, self.nan_policy) for part in parts]
         bins = counts = None
         if "histogram" in self.also:
             flat = results.reshape(len(results), -1)
@@ -177,51 +166,22 @@ class ChunkTask:
         return ChunkResult(
             start,
             len(results),
-            moments,
+            statistics,
             missing,
-            lower.reduce(least, axis=0),
-            upper.reduce(greatest, axis=0),
             failed,
-            comoments or None,
+            comoments,
             bins,
             counts,
             results if self.keep else None,
-            replicates or None,
         )
 
-    def _by_replicate(self, block: Array) -> Moments:
-        """Moments of a block of samples (m, ...) by replicate, (r, ...)."""
-        return Moments.of(block.reshape(-1, self.replicates, *block.shape[1:]), self.nan_policy)
 
-
-def _lost(
-    results: Array, moments: list[Moments], status: NDArray[np.str_] | None
-) -> tuple[NDArray[np.int64], FailedRows]:
+def _lost(results: Array, moments: Moments, status: NDArray[np.str_] | None) -> tuple[NDArray[np.int64], FailedRows]:
     """How many samples (m, ...) are NaN, (...), and which; the moments of their blocks tell whether to look."""
-    counted = sum(each.n for each in moments)
-    if np.any(counted != len(results)) or any(np.isnan(each.mean).any() for each in moments):
+    if np.sum(moments.n) != results.size or np.isnan(moments.mean).any():
         lost = np.isnan(results)
         return np.asarray(np.count_nonzero(lost, axis=0)), FailedRows.of(lost.reshape(len(lost), -1), status)
     return np.zeros(results.shape[1:], dtype=np.int64), FailedRows.none(status)
-
-
-def _blocks(results: Array) -> Iterator[tuple[Array, tuple[Array, Array]]]:
-    """Blocks of the samples, each to be used before the next one, with room for two arrays like it.
-
-    Samples lie outermost or innermost in memory: sums along them would else stride through it.
-    """
-    first = results[:BLOCK]
-    laid = None
-    if first.strides[0] != first.itemsize and not first.flags.c_contiguous:
-        laid = np.moveaxis(np.empty((*first.shape[1:], len(first))), -1, 0)
-    like = first if laid is None else laid
-    room = np.empty_like(like), np.empty_like(like)
-    for start in range(0, len(results), BLOCK):
-        block = results[start : start + BLOCK]
-        if laid is not None:
-            laid[: len(block)] = block
-            block = laid[: len(block)]
-        yield block, room
 
 
 def _status(given: ArrayLike, results: Array, axis: int) -> NDArray[np.str_]:

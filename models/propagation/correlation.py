@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]
 
 OF = ("inputs", "ranks", "scores")
-# Scores beyond which the tails of inputs do not count: farthest where a law has an upper tail of its own (`isf`) that
-# is finite there, and no farther than a probability can be told from 1 where it has none.
+# Scores beyond which the tails of inputs do not count: farthest where a distribution has an upper tail of its own
+# (`isf`) that is finite there, and no farther than a probability can be told from 1 where it has none.
 FAR, NEARER, WITHOUT_TAIL = 14.0, 8.6, 8.1
 # Greatest ratio of the grid's step to the narrower width of the joint density: an error of exp(-2 (pi/0.65)²) = 5e-21.
 FINE = 0.65
@@ -53,20 +53,20 @@ class GaussianCopula:
     --------
     >>> from scipy import stats
     >>> copula = GaussianCopula({("a", "b"): 0.3})
-    >>> laws = {"a": stats.lognorm(0.2), "b": stats.norm()}
-    >>> bool(abs(copula.of_scores(laws)[0, 1] - 0.3 * (np.exp(0.04) - 1) ** 0.5 / 0.2) < 1e-15)
+    >>> distributions = {"a": stats.lognorm(0.2), "b": stats.norm()}
+    >>> bool(abs(copula.of_scores(distributions)[0, 1] - 0.3 * (np.exp(0.04) - 1) ** 0.5 / 0.2) < 1e-15)
     True
     """
 
     correlation: Pairs | ArrayLike
     of: str = "inputs"
 
-    def of_scores(self, laws: Mapping[str, Distribution]) -> Array:
+    def of_scores(self, distributions: Mapping[str, Distribution]) -> Array:
         """Correlation matrix of the standard normal scores.
 
         Parameters
         ----------
-        laws
+        distributions
             Distributions of the k inputs by name.
 
         Returns
@@ -81,14 +81,14 @@ class GaussianCopula:
         """
         if self.of not in OF:
             raise FrameError(f"a copula of {self.of!r}: choose one of {', '.join(OF)}")
-        names = list(laws)
+        names = list(distributions)
         wanted = _matrix(self.correlation, names)
         found = np.eye(len(names))
         for i, j in combinations(range(len(names)), 2):
             rho = float(wanted[i, j])
             if rho != 0.0:
                 pair = (names[i], names[j])
-                found[i, j] = found[j, i] = self._score(pair, rho, laws[names[i]], laws[names[j]])
+                found[i, j] = found[j, i] = self._score(pair, rho, distributions[names[i]], distributions[names[j]])
         least = float(np.linalg.eigvalsh(found)[0]) if names else 1.0
         if least <= 1e-12:
             raise FrameError(
@@ -144,19 +144,22 @@ def _impossible(pair: tuple[str, str], rho: float, reach: str = "") -> FrameErro
     )
 
 
-def _kind(law: Any) -> tuple[str, float]:
+def _kind(distribution: Any) -> tuple[str, float]:
     """``normal``, ``uniform`` or ``lognormal`` with the deviation of its logarithm; else nothing."""
-    if isinstance(law, Normal):
+    if isinstance(distribution, Normal):
         return "normal", 0.0
-    if isinstance(law, Interval):
+    if isinstance(distribution, Interval):
         return "uniform", 0.0
-    name = getattr(getattr(law, "dist", None), "name", "") or type(getattr(law, "variable", law)).__name__
+    name = (
+        getattr(getattr(distribution, "dist", None), "name", "")
+        or type(getattr(distribution, "variable", distribution)).__name__
+    )
     if name in ("norm", "Normal", "StandardNormal"):
         return "normal", 0.0
     if name in ("uniform", "Uniform"):
         return "uniform", 0.0
     if name == "lognorm":
-        return "lognormal", float(law.args[0] if law.args else law.kwds["s"])
+        return "lognormal", float(distribution.args[0] if distribution.args else distribution.kwds["s"])
     return "", 0.0
 
 
@@ -206,23 +209,23 @@ def correlation_of(one: Distribution, other: Distribution, r: float) -> float:
     return r if is_normal(one) and is_normal(other) else _Correlated(one, other)(r)
 
 
-def is_normal(law: Distribution) -> bool:
+def is_normal(distribution: Distribution) -> bool:
     """Whether a distribution is known to be normal."""
-    return _kind(law)[0] == "normal"
+    return _kind(distribution)[0] == "normal"
 
 
 class _Correlated:
     """Correlation of two inputs as a function of that of their normal scores."""
 
     def __init__(self, one: Distribution, other: Distribution) -> None:
-        self.laws = one, other
+        self.distributions = one, other
         self.known: dict[float, tuple[Array, Array, Array]] = {}
 
     def grid(self, step: float) -> tuple[Array, Array, Array]:
         """Scores on a grid, and the two inputs standardised at them."""
         if step not in self.known:
-            scores = _scores(step, *self.laws)
-            one, other = (standardised(law, scores) for law in self.laws)
+            scores = _scores(step, *self.distributions)
+            one, other = (standardised(distribution, scores) for distribution in self.distributions)
             self.known[step] = scores, one, other
         return self.known[step]
 
@@ -235,25 +238,25 @@ class _Correlated:
         return float(one @ density @ other) * step**2 / (2.0 * np.pi * float(narrow))
 
 
-def over_scores(name: str, law: Distribution) -> tuple[Array, Array]:
+def over_scores(name: str, distribution: Distribution) -> tuple[Array, Array]:
     """Values of an input, and their weights by the trapezoidal rule over its normal score, (m,) each."""
-    scores = _scores(COARSEST, law)
-    values = at_scores(law, scores)
+    scores = _scores(COARSEST, distribution)
+    values = at_scores(distribution, scores)
     if not np.isfinite(values).all():
         raise FrameError(f"distribution of {name!r} has quantiles that are not finite: its moments are not known")
     return values, normal_weights(scores)
 
 
-def _scores(step: float, *laws: Distribution) -> Array:
-    """Equidistant normal scores as far as the laws can be told at them."""
-    far = min(map(_far, laws))
+def _scores(step: float, *distributions: Distribution) -> Array:
+    """Equidistant normal scores as far as the distributions can be told at them."""
+    far = min(map(_far, distributions))
     return np.asarray(step * np.arange(-np.floor(far / step), np.floor(far / step) + 1))
 
 
-def _far(law: Distribution) -> float:
-    if not hasattr(law, "isf"):
+def _far(distribution: Distribution) -> float:
+    if not hasattr(distribution, "isf"):
         return WITHOUT_TAIL
-    return FAR if np.isfinite(at_scores(law, np.array([-FAR, FAR]))).all() else NEARER
+    return FAR if np.isfinite(at_scores(distribution, np.array([-FAR, FAR]))).all() else NEARER
 
 
 def normal_weights(scores: Array) -> Array:
@@ -262,11 +265,13 @@ def normal_weights(scores: Array) -> Array:
     return np.asarray(density / density.sum())
 
 
-def standardised(law: Distribution, scores: Array) -> Array:
+def standardised(distribution: Distribution, scores: Array) -> Array:
     """Values of an input at equidistant scores, (m,), with mean 0 and standard deviation 1 under the normal density."""
-    values, weights = at_scores(law, scores), normal_weights(scores)
+    values, weights = at_scores(distribution, scores), normal_weights(scores)
     if not np.isfinite(values).all():
-        raise FrameError(f"distribution {law!r} has quantiles that are not finite: give the correlation of ranks")
+        raise FrameError(
+            f"distribution {distribution!r} has quantiles that are not finite: give the correlation of ranks"
+        )
     values = values - values[len(values) // 2]
     off = values - weights @ values
     return np.asarray(off / np.sqrt(weights @ off**2))

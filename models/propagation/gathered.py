@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..moments import Moments
+from .blocks import PooledMoments
 from .chunk import ChunkResult, ChunkTask
 from .comoments import Comoments
 from .failures import FailureCount
@@ -27,7 +28,6 @@ class Gathered:
     """
 
     task: ChunkTask
-    moments: Moments | None = None
     missing: NDArray[np.int64] | int = 0
     least: Array = field(default_factory=lambda: np.array(np.nan))
     greatest: Array = field(default_factory=lambda: np.array(np.nan))
@@ -35,21 +35,21 @@ class Gathered:
     bins: Bins | None = None
     counts: Counts | int = 0
     kept: list[Array] = field(default_factory=list)
-    replicated: Moments | None = None
 
     def __post_init__(self) -> None:
+        self._blocks, self._replicated = PooledMoments(), PooledMoments()
         self.failures = FailureCount(self.task.n, self.task.nan_policy, self.task.drawn_at)
 
     def add(self, found: ChunkResult) -> None:
         """Add the next chunk."""
-        for block in found.blocks:
-            self.moments = block if self.moments is None else self.moments.merge(block)
-        for block in found.replicated or ():
-            self.replicated = block if self.replicated is None else self.replicated.merge(block)
+        own = found.statistics
+        self._blocks.add(own.moments)
+        if own.replicated is not None:
+            self._replicated.add(own.replicated)
         lower, upper = (np.fmin, np.fmax) if self.task.nan_policy == "omit" else (np.minimum, np.maximum)
         first = found.start == 0
-        self.least = found.least if first else lower(self.least, found.least)
-        self.greatest = found.greatest if first else upper(self.greatest, found.greatest)
+        self.least = own.least if first else lower(self.least, own.least)
+        self.greatest = own.greatest if first else upper(self.greatest, own.greatest)
         self.missing = self.missing + found.missing
         for part in found.comoments or ():
             self.comoments = part if self.comoments is None else self.comoments.merge(part)
@@ -58,7 +58,17 @@ class Gathered:
             self.counts = self.counts + found.counts
         if found.samples is not None:
             self.kept.append(found.samples)
-        self.failures.note(found.start, found.count, int(np.size(found.least)), found.failed)
+        self.failures.note(found.start, found.count, int(np.size(own.least)), found.failed)
+
+    @property
+    def moments(self) -> Moments | None:
+        """Moments of all samples so far, (...)."""
+        return self._blocks.moments
+
+    @property
+    def replicated(self) -> Moments | None:
+        """Those of each replicate, (r, ...), where there are several."""
+        return self._replicated.moments
 
     def samples(self) -> Array | None:
         """All samples, (n, ...), if they were kept; not to be written to."""

@@ -26,13 +26,13 @@ class JointInputs:
 
     Parameters
     ----------
-    laws
+    distributions
         Distribution of each of the k inputs, by name.
     scores
         Correlation of their standard normal scores, (k, k); None where they are independent.
     """
 
-    laws: Mapping[str, Distribution]
+    distributions: Mapping[str, Distribution]
     scores: Array | None = None
 
     @classmethod
@@ -40,17 +40,17 @@ class JointInputs:
         cls, distributions: Mapping[str, Uncertain], correlation: GaussianCopula | Pairs | ArrayLike | None = None
     ) -> JointInputs:
         """From what a caller gives, checked."""
-        laws = distributions_of(distributions)
+        known = distributions_of(distributions)
         if correlation is None:
-            return cls(laws)
+            return cls(known)
         copula = correlation if isinstance(correlation, GaussianCopula) else GaussianCopula(correlation)
-        scores = copula.of_scores(laws)
-        return cls(laws, None if np.array_equal(scores, np.eye(len(laws))) else scores)
+        scores = copula.of_scores(known)
+        return cls(known, None if np.array_equal(scores, np.eye(len(known))) else scores)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the inputs."""
-        return tuple(self.laws)
+        return tuple(self.distributions)
 
     def require_independent(self, what: str) -> None:
         """Refuse what has no meaning for inputs that depend on each other."""
@@ -73,8 +73,8 @@ class JointInputs:
                 column if scores is None else np.minimum(ndtr(scores), 1.0 - 2.0**-53)
                 for column, scores in zip(points.T, self._dependent(points), strict=True)
             ]
-        laws = zip(self.laws.items(), columns, strict=True)
-        return {name: np.asarray(law.ppf(column), dtype=np.float64) for (name, law), column in laws}
+        pairs = zip(self.distributions.items(), columns, strict=True)
+        return {name: np.asarray(distribution.ppf(column), dtype=np.float64) for (name, distribution), column in pairs}
 
     def _dependent(self, points: Array) -> list[Array | None]:
         """Normal scores of the inputs that depend on others before them, (m,) each; None of the others."""
@@ -96,7 +96,8 @@ class JointInputs:
     def at_scores(self, normal: Array) -> dict[str, Array]:
         """Values of the inputs at independent standard normal scores (m, k)."""
         scores = normal if self.scores is None else normal @ self._factor.T
-        return {name: at_scores(law, column) for (name, law), column in zip(self.laws.items(), scores.T, strict=True)}
+        pairs = zip(self.distributions.items(), scores.T, strict=True)
+        return {name: at_scores(distribution, column) for (name, distribution), column in pairs}
 
     def independent(self, scores: Array) -> Array:
         """Independent standard normal scores from those of the inputs, (m, k)."""
@@ -104,19 +105,21 @@ class JointInputs:
 
     def correlation(self) -> Array:
         """Correlation of the inputs themselves, (k, k)."""
-        out = np.eye(len(self.laws))
+        out = np.eye(len(self.distributions))
         if self.scores is not None:
-            laws = list(self.laws.values())
+            each = list(self.distributions.values())
             for i, j in zip(*np.nonzero(np.triu(self.scores, 1)), strict=True):
-                out[i, j] = out[j, i] = correlation_of(laws[i], laws[j], float(self.scores[i, j]))
+                out[i, j] = out[j, i] = correlation_of(each[i], each[j], float(self.scores[i, j]))
         return out
 
     def log_ratio(self, before: JointInputs, samples: Mapping[str, Array]) -> Array:
         """Logarithm of the ratio of the joint density at samples to that of other distributions of the inputs, (m,)."""
         total = np.zeros(len(next(iter(samples.values()))))
-        for name, law in self.laws.items():
-            if law is not before.laws[name]:
-                total += log_density(name, law, samples[name]) - log_density(name, before.laws[name], samples[name])
+        for name, distribution in self.distributions.items():
+            if distribution is not before.distributions[name]:
+                total += log_density(name, distribution, samples[name]) - log_density(
+                    name, before.distributions[name], samples[name]
+                )
         return total + self._log_copula(samples) - before._log_copula(samples)
 
     def _log_copula(self, samples: Mapping[str, Array]) -> Array | float:
@@ -125,14 +128,15 @@ class JointInputs:
             return 0.0
         from scipy.special import ndtri
 
-        at = [probability(name, law, samples[name]) for name, law in self.laws.items()]
+        at = [probability(name, distribution, samples[name]) for name, distribution in self.distributions.items()]
         normal = ndtri(np.clip(np.stack(at), 2.0**-60, 1.0 - 2.0**-53))
         inverse = np.linalg.inv(self.scores) - np.eye(len(at))
         return np.asarray(-0.5 * (np.sum(normal * (inverse @ normal), axis=0) + np.linalg.slogdet(self.scores)[1]))
 
     def told(self) -> dict[str, str]:
         """By what is told from another set of inputs: a check sum of each distribution and of the correlations."""
-        found = {f"the distribution of {name!r}": np.asarray(law.ppf(_TOLD_BY)) for name, law in self.laws.items()}
+        each = self.distributions.items()
+        found = {f"the distribution of {name!r}": np.asarray(distribution.ppf(_TOLD_BY)) for name, distribution in each}
         found["the correlation"] = np.empty(0) if self.scores is None else self.scores
         return {what: check_sum(each) for what, each in found.items()}
 

@@ -18,6 +18,8 @@ R = TypeVar("R")
 # Those of who takes chunks and gives none.
 CT = TypeVar("CT", bound=Cut, contravariant=True)
 RT = TypeVar("RT", contravariant=True)
+# Seconds of work on short chunks that may be lost if a run is killed, as they are stored several at a time.
+PAUSE = 0.1
 
 
 class StoredChunks(Generic[R]):
@@ -44,7 +46,7 @@ class StoredChunks(Generic[R]):
         checkpoint: Checkpoint,
         packed: Callable[[R], Sequence[bytes | memoryview]],
         unpacked: Callable[[bytes], R],
-        pause: float = 0.0,
+        pause: float = PAUSE,
     ) -> None:
         self.checkpoint, self.packed, self.unpacked, self.pause = checkpoint, packed, unpacked, pause
         self.written = 0

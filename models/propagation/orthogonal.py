@@ -39,9 +39,9 @@ class Orthonormal:
     b: Array
 
     @classmethod
-    def of(cls, name: str, law: Distribution, degree: int) -> Orthonormal:
+    def of(cls, name: str, distribution: Distribution, degree: int) -> Orthonormal:
         """Polynomials up to a degree under the distribution of an input."""
-        values, weights = over_scores(name, law)
+        values, weights = over_scores(name, distribution)
         mean = float(weights @ values)
         deviation = float(np.sqrt(weights @ (values - mean) ** 2))
         if deviation == 0.0:

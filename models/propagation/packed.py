@@ -10,21 +10,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..moments import Moments
+from ..moments import SUMS, Moments
+from .blocks import BlockStatistics
 from .chunk import ChunkResult
 from .comoments import Comoments
 from .failures import FailedRows, Reasons
 from .histogram import Bins
 
 Arrays = dict[str, NDArray[np.generic]]
-_SUMS = ("mean", "second", "third", "fourth")
 
 
 def packed(found: ChunkResult) -> list[bytes | memoryview]:
     """A chunk as bytes, in pieces."""
     arrays: Arrays = {"range": np.array([found.start, found.count])}
-    arrays |= _moments("blocks", found.blocks)
-    arrays |= {"missing": found.missing, "least": found.least, "greatest": found.greatest}
+    own = found.statistics
+    arrays |= _moments("blocks", own.moments)
+    arrays |= {"missing": found.missing, "least": own.least, "greatest": own.greatest}
     failed = found.failed
     arrays |= {"failed.rows": failed.rows} | _reasons("failed.reasons", failed.reasons)
     if failed.whole is not None and failed.otherwise is not None:
@@ -34,9 +35,9 @@ def packed(found: ChunkResult) -> list[bytes | memoryview]:
         arrays |= {
             f"comoments.{key}": np.stack([getattr(part, key) for part in parts]) for key in ("n", "mean", "second")
         }
-        arrays |= _moments("scatter", [part.scatter for part in parts])
-    if found.replicated is not None:
-        arrays |= _moments("replicated", found.replicated)
+        arrays |= _moments("scatter", Moments.stacked([part.scatter for part in parts]))
+    if own.replicated is not None:
+        arrays |= _moments("replicated", own.replicated)
     if found.bins is not None and found.counts is not None:
         arrays |= {"bins.center": found.bins.center, "bins.scale": found.bins.scale, "counts": found.counts}
     if found.samples is not None:
@@ -88,39 +89,34 @@ def unpacked(content: bytes) -> ChunkResult:
         whole, otherwise = arrays["failed.whole"], _reasons_of("failed.otherwise", arrays)
     if "comoments.n" in arrays:
         sums = (arrays[f"comoments.{key}"] for key in ("n", "mean", "second"))
-        comoments = [Comoments(*each) for each in zip(*sums, _moments_of("scatter", arrays), strict=True)]
+        scatter = _moments_of("scatter", arrays).parts()
+        comoments = [Comoments(*each) for each in zip(*sums, scatter, strict=True)]
     if "counts" in arrays:
         bins = Bins(arrays["bins.center"], arrays["bins.scale"])
     return ChunkResult(
         start,
         count,
-        _moments_of("blocks", arrays),
+        BlockStatistics(
+            _moments_of("blocks", arrays),
+            _moments_of("replicated", arrays) if "replicated.n" in arrays else None,
+            arrays["least"][()],
+            arrays["greatest"][()],
+        ),
         arrays["missing"],
-        arrays["least"][()],
-        arrays["greatest"][()],
         FailedRows(arrays["failed.rows"], _reasons_of("failed.reasons", arrays), whole, otherwise),
         comoments,
         bins,
         arrays.get("counts"),
         arrays.get("samples"),
-        _moments_of("replicated", arrays) if "replicated.n" in arrays else None,
     )
 
 
-def _moments(name: str, parts: list[Moments]) -> Arrays:
-    shape = np.shape(parts[0].mean)
-    counts = np.stack([np.broadcast_to(part.n, shape) for part in parts])
-    sums: Arrays = {f"{name}.{key}": np.stack([getattr(part, key) for part in parts]) for key in _SUMS}
-    return {f"{name}.n": counts, f"{name}.single": np.array([np.ndim(part.n) == 0 for part in parts])} | sums
+def _moments(name: str, parts: Moments) -> Arrays:
+    return {f"{name}.{key}": np.asarray(getattr(parts, key)) for key in ("n", *SUMS)}
 
 
-def _moments_of(name: str, arrays: Mapping[str, NDArray[np.generic]]) -> list[Moments]:
-    out = []
-    for row, single in enumerate(arrays[f"{name}.single"]):
-        counts = arrays[f"{name}.n"][row]
-        n = int(counts.flat[0]) if single and counts.size else counts
-        out.append(Moments(n, *(arrays[f"{name}.{key}"][row] for key in _SUMS)))
-    return out
+def _moments_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> Moments:
+    return Moments(*(arrays[f"{name}.{key}"] for key in ("n", *SUMS)))
 
 
 def _reasons(name: str, found: Reasons) -> Arrays:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,6 +13,14 @@ from ..moments import Moments
 
 # Seconds after which the bar appears, and between two looks at the standard error.
 DELAY, BETWEEN = 1.0, 0.5
+
+
+class HasMoments(Protocol):
+    """What knows the moments of all samples so far."""
+
+    @property
+    def moments(self) -> Moments | None:
+        """Their moments; None of no samples."""
 
 
 class SampleBar:
@@ -28,13 +36,14 @@ class SampleBar:
         self._bar = bar
         self._next = monotonic() + DELAY
 
-    def advance(self, count: int, moments: Moments) -> None:
-        """Count samples, and tell the standard error of the mean of all so far."""
+    def advance(self, count: int, gathered: HasMoments) -> None:
+        """Count samples, and tell the standard error of the mean of all so far now and then."""
         if self._bar is None:
             return
         if monotonic() >= self._next:
             self._next = monotonic() + BETWEEN
-            self._bar.set_postfix_str(told(moments), refresh=False)
+            if gathered.moments is not None:
+                self._bar.set_postfix_str(told(gathered.moments), refresh=False)
         self._bar.update(count)
 
 

@@ -240,9 +240,9 @@ class Propagation(SampledResult):
         """
         before = self._task.inputs
         for name in distributions:
-            if name not in before.laws:
+            if name not in before.distributions:
                 raise FrameError(f"{name!r} is no input of this result: choose of {', '.join(self.inputs)}")
-        after = JointInputs.of({**before.laws, **distributions}, correlation)
+        after = JointInputs.of({**before.distributions, **distributions}, correlation)
         return reweighted(self.samples, self.input_samples, before, after, self.nan_policy)
 
     def __repr__(self) -> str:

@@ -165,11 +165,11 @@ def reweighted(
     samples: Array, inputs: dict[str, Array], before: JointInputs, after: JointInputs, nan_policy: str
 ) -> Reweighted:
     """Samples weighted by the ratio of two densities of their inputs."""
-    for name, law in after.laws.items():
-        if law is before.laws[name]:
+    for name, distribution in after.distributions.items():
+        if distribution is before.distributions[name]:
             continue
-        reach = np.asarray(law.ppf(_ASKED))
-        beyond = reach[np.isneginf(log_density(name, before.laws[name], reach))]
+        reach = np.asarray(distribution.ppf(_ASKED))
+        beyond = reach[np.isneginf(log_density(name, before.distributions[name], reach))]
         if beyond.size:
             raise FrameError(
                 f"the new distribution of {name!r} reaches {beyond[0]:.6g}, where the old one has no density: no "

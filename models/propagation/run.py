@@ -141,7 +141,9 @@ def propagate(
     if checkpoint is not None:
         task, folder = _taken_up(task, checkpoint, fresh=rng is None)
     gathered = _gather(task, cuts(n, size), workers, folder, progress)
-    indices = partial(sobol_indices, fn, inputs.laws, rng=task.root, axis=axis, chunk=size, replicates=replicates)
+    indices = partial(
+        sobol_indices, fn, inputs.distributions, rng=task.root, axis=axis, chunk=size, replicates=replicates
+    )
     return _result(task, gathered, indices)
 
 
@@ -158,7 +160,8 @@ def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices])
         omitted = "the statistics are those of the others"
         end = omitted if task.nan_policy == "omit" else "the statistics are NaN, too"
         warnings.warn(f"{in_words(failures, str(task.n))}; {end}", SampleWarning, stacklevel=3)
-    assert gathered.moments is not None  # n is 2 or more
+    moments = gathered.moments
+    assert moments is not None  # n is 2 or more
     return Propagation(
         task.inputs.names,
         task.n,
@@ -166,7 +169,7 @@ def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices])
         failures,
         gathered.samples(),
         np.asarray(gathered.missing),
-        gathered.moments,
+        moments,
         (gathered.least, gathered.greatest),
         gathered.comoments,
         gathered.binned(),
@@ -192,8 +195,7 @@ class _Gathering:
 
     def add(self, _: Cut, found: ChunkResult) -> None:
         self.gathered.add(found)
-        assert self.gathered.moments is not None
-        self.bar.advance(found.count, self.gathered.moments)
+        self.bar.advance(found.count, self.gathered)
 
     def progress(self, done: int, of: int) -> str:
         if self.folder is None:

@@ -137,7 +137,7 @@ def taylor_moments(
     if order not in (1, 2):
         raise FrameError(f"order is {order!r}: give 1 or 2")
     joint = JointInputs.of(distributions, correlation)
-    if order == 2 and joint.scores is not None and not all(map(is_normal, joint.laws.values())):
+    if order == 2 and joint.scores is not None and not all(map(is_normal, joint.distributions.values())):
         raise FrameError("second-order moments of correlated inputs need normal ones: take polynomial_chaos")
     means, central = _central(joint)
     sigma = np.sqrt(central[:, 0])
@@ -177,8 +177,8 @@ def _moments(
 def _central(joint: JointInputs) -> tuple[Array, Array]:
     """Means of the inputs, (k,), and their second to fourth central moments, (k, 3), over a grid of normal scores."""
     means, central = [], []
-    for name, law in joint.laws.items():
-        values, weights = over_scores(name, law)
+    for name, distribution in joint.distributions.items():
+        values, weights = over_scores(name, distribution)
         middle = values[len(values) // 2]
         mean = middle + weights @ (values - middle)
         off = values - mean

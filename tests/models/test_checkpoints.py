@@ -6,12 +6,15 @@ import resource
 import signal
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from linkframe.framework.errors import CheckpointWarning, FrameError
 from linkframe.models import propagate
+from linkframe.models.propagation import run
+from linkframe.models.propagation.ordered import StoredChunks
 from linkframe.models.sampling import BLOCK
 from numpy.testing import assert_array_equal
 from scipy import stats
@@ -178,6 +181,7 @@ def test_a_folder_that_cannot_be_written(tmp_path):
 
 def test_a_full_disk_leaves_the_chunks_before_it_good(tmp_path, monkeypatch):
     """No file may grow beyond a limit, which comes after two chunks: as a full disk the write fails half way."""
+    monkeypatch.setattr(run, "StoredChunks", partial(StoredChunks, pause=0.0))  # each chunk as soon as it is done
     wanted = go(None)
     counted = Counted()
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

@@ -82,7 +82,7 @@ class InputFunction:
     @property
     def marginals(self) -> list[Marginal]:
         """Distribution of each input."""
-        return [Marginal(name, law) for name, law in self.inputs.laws.items()]
+        return [Marginal(name, distribution) for name, distribution in self.inputs.distributions.items()]
 
     def _count(self) -> int:
         if self.poses is not None and not self.anywhere:

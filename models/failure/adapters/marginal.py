@@ -24,72 +24,76 @@ class Marginal:
     ----------
     name
         Name of the input.
-    law
+    distribution
         Its distribution.
     """
 
     name: str
-    law: Distribution
+    distribution: Distribution
 
     @property
-    def _law(self) -> Any:
-        return self.law
+    def _distribution(self) -> Any:
+        return self.distribution
 
     def named(self) -> tuple[str, tuple[float, ...]] | None:
         """Name in `scipy.stats` with shape parameters, location and scale; None of what has no such name."""
-        if isinstance(self.law, Normal):
-            return "norm", (self.law.mean, self.law.deviation)
-        if isinstance(self.law, Interval):
-            return "uniform", (self.law.low, self.law.high - self.law.low)
-        family = getattr(self.law, "dist", None)
+        if isinstance(self.distribution, Normal):
+            return "norm", (self.distribution.mean, self.distribution.deviation)
+        if isinstance(self.distribution, Interval):
+            return "uniform", (self.distribution.low, self.distribution.high - self.distribution.low)
+        family = getattr(self.distribution, "dist", None)
         if family is None or not hasattr(family, "_parse_args"):
             return None
-        shapes, location, scale = family._parse_args(*self._law.args, **self._law.kwds)
+        shapes, location, scale = family._parse_args(*self._distribution.args, **self._distribution.kwds)
         return str(family.name), tuple(map(float, (*shapes, location, scale)))
 
     def pdf(self, x: ArrayLike) -> Array:
         """Probability density at `x`, (...)."""
-        if not hasattr(self.law, "pdf"):
+        if not hasattr(self.distribution, "pdf"):
             raise FrameError(f"distribution of {self.name!r} has no density (pdf), which other programs need")
-        return np.asarray(self._law.pdf(x), dtype=np.float64)
+        return np.asarray(self._distribution.pdf(x), dtype=np.float64)
 
     def cdf(self, x: ArrayLike) -> Array:
         """Probability of a value below `x`, (...)."""
-        return probability(self.name, self.law, np.asarray(x))
+        return probability(self.name, self.distribution, np.asarray(x))
 
     def sf(self, x: ArrayLike) -> Array:
         """Probability of a value above `x`, (...), exact in the upper tail where the distribution has an own one."""
         for name in ("sf", "ccdf"):
-            if hasattr(self.law, name):
-                return np.asarray(getattr(self.law, name)(x), dtype=np.float64)
+            if hasattr(self.distribution, name):
+                return np.asarray(getattr(self.distribution, name)(x), dtype=np.float64)
         return 1.0 - self.cdf(x)
 
     def ppf(self, q: ArrayLike) -> Array:
         """Quantile at the probability `q`, (...)."""
-        return np.asarray(self._law.ppf(q), dtype=np.float64)
+        return np.asarray(self._distribution.ppf(q), dtype=np.float64)
 
     def isf(self, q: ArrayLike) -> Array:
         """Value that is exceeded with the probability `q`, (...)."""
-        if hasattr(self.law, "isf"):
-            return np.asarray(self._law.isf(q), dtype=np.float64)
+        if hasattr(self.distribution, "isf"):
+            return np.asarray(self._distribution.isf(q), dtype=np.float64)
         return self.ppf(1.0 - np.asarray(q))
 
     @property
     def support(self) -> tuple[float, float]:
         """Bounds of what can be drawn, infinite where there are none."""
-        if isinstance(self.law, Interval):
-            return self.law.low, self.law.high
-        low, high = self._law.support() if hasattr(self.law, "support") else self._law.ppf(np.array([0.0, 1.0]))
+        if isinstance(self.distribution, Interval):
+            return self.distribution.low, self.distribution.high
+        low, high = (
+            self._distribution.support()
+            if hasattr(self.distribution, "support")
+            else self._distribution.ppf(np.array([0.0, 1.0]))
+        )
         return float(low), float(high)
 
     @cached_property
     def moments(self) -> tuple[float, float]:
         """Mean and standard deviation."""
-        if isinstance(self.law, Normal):
-            return self.law.mean, self.law.deviation
-        if callable(getattr(self.law, "mean", None)) and callable(getattr(self.law, "std", None)):
-            return float(self._law.mean()), float(self._law.std())
-        values, weights = over_scores(self.name, self.law)
+        if isinstance(self.distribution, Normal):
+            return self.distribution.mean, self.distribution.deviation
+        if callable(getattr(self.distribution, "mean", None)) and callable(getattr(self.distribution, "std", None)):
+            return float(self._distribution.mean()), float(self._distribution.std())
+        values, weights = over_scores(self.name, self.distribution)
         mean = float(weights @ values)
         return mean, float(np.sqrt(weights @ (values - mean) ** 2))
 
@@ -107,5 +111,5 @@ class Marginal:
 
         Every distribution has them, and the second is the unit of differences by the input.
         """
-        low, median, high = at_scores(self.law, np.array([-1.0, 0.0, 1.0])).tolist()
+        low, median, high = at_scores(self.distribution, np.array([-1.0, 0.0, 1.0])).tolist()
         return median, 0.5 * (high - low)

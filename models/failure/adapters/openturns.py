@@ -150,7 +150,7 @@ def _function(ot: Any, found: InputFunction) -> Any:
 
 
 def _joint(ot: Any, inputs: JointInputs) -> Any:
-    marginals = [_marginal(ot, Marginal(name, law)) for name, law in inputs.laws.items()]
+    marginals = [_marginal(ot, Marginal(name, distribution)) for name, distribution in inputs.distributions.items()]
     joint = ot.JointDistribution(marginals)
     if inputs.scores is not None:
         correlation = ot.CorrelationMatrix(len(marginals), np.ravel(inputs.scores).tolist())

@@ -72,6 +72,8 @@ class AccuracyParts(Mapping[str, P]):
         self._parts = dict(parts)
 
     def __getitem__(self, kind: str) -> P:
+        if kind not in self._parts:
+            raise KeyError(f"there is no part {kind!r}: choose one of {', '.join(self._parts)}")
         return self._parts[kind]
 
     def __iter__(self) -> Iterator[str]:

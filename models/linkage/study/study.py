@@ -140,13 +140,13 @@ class AccuracyStudy:
         def along(**draws: Array) -> Array:
             return np.asarray(np.einsum("psni,psi->psn", sampled(**draws)[0], way))
 
-        laws = {name: each.distribution for name, each in self.tolerances.items()}
+        distributions = {name: each.distribution for name, each in self.tolerances.items()}
         several = self.propagation.replicates
         n = several * 2 ** int(np.log2(self.propagation.n / several))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", SampleWarning)  # indices that lack a sample are NaN
             return sobol_indices(
-                along, laws, n=n, rng=self._options.get("rng"), axis=2, chunk=CHUNK, replicates=several
+                along, distributions, n=n, rng=self._options.get("rng"), axis=2, chunk=CHUNK, replicates=several
             )
 
     def ranked(self, point: str | None = None, level: float = 0.95) -> RankedContributors:
@@ -376,10 +376,10 @@ def studied(
 ) -> AccuracyStudy:
     """Worst case, in which clearances may count, and samples of what varies."""
     worst = worst_cases(motion, sampled, clearances=clearances)
-    laws = {name: each.distribution for name, each in sampled.tolerances.items()}
+    distributions = {name: each.distribution for name, each in sampled.tolerances.items()}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SampleWarning)  # the study tells of them
-        propagation = propagate(sampled, laws, axis=2, chunk=CHUNK, **options)
+        propagation = propagate(sampled, distributions, axis=2, chunk=CHUNK, **options)
     return AccuracyStudy(motion, sampled.points, sampled.tolerances, accuracy, propagation, worst, sampled, options)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ...distributions import distribution_of
 from ...distributions import tolerance as within
 from ..files.read import Described, linkage_of
@@ -41,7 +42,7 @@ class Tolerance:
     relative
         Whether the draw is a deviation that scales each number, rather than the number itself.
     description
-        The law in words.
+        The distribution in words.
     """
 
     of: tuple[Path, ...]
@@ -138,21 +139,31 @@ def _in_words(
     """A tolerance of numbers by where the file names them and their names."""
     share = PERCENT.fullmatch(given) if isinstance(given, str) else None
     places, nominal = _numbers_of(source, of, relative=share is not None)
-    middle, deviates = next(iter(nominal.values())), True
-    distribution: Distribution
-    if share is not None:
-        half = 0.01 * float(share[2])
-        distribution = within(0.0, f"± {half!r}", share[3] or "uniform")
-    elif isinstance(given, str) and given.strip().startswith(("±", "+")):
-        words, _, kind = given.strip().rpartition(" ")
-        named = kind in ("uniform", "normal")
-        distribution = within(middle, words if named else given, kind if named else "uniform")
-    elif isinstance(given, int | float) and not isinstance(given, bool):
-        distribution = distribution_of(path[1], (middle - given, middle + given))
-    else:
-        distribution, deviates = distribution_of(path[1], given), False
+    try:
+        distribution, deviates = _given_distribution(path[1], given, next(iter(nominal.values())), share)
+    except FrameError as error:
+        # What refuses a distribution need not know of which number it was.
+        source.fail(path, f"{given!r} cannot be meant: {error}")
     found = Tolerance(places, nominal, distribution, share is not None, str(given))
     return _checked(source, path, found, deviates=deviates)
+
+
+def _given_distribution(
+    name: str, given: Uncertain | float, middle: float, share: re.Match[str] | None
+) -> tuple[Distribution, bool]:
+    """The distribution, and whether it was given by how far it deviates from the nominal value."""
+    if share is not None:
+        half = 0.01 * float(share[2])
+        return within(0.0, f"± {half!r}", share[3] or "uniform"), True
+    if isinstance(given, str) and given.strip().startswith(("±", "+")):
+        words, _, kind = given.strip().rpartition(" ")
+        named = kind in ("uniform", "normal")
+        return within(middle, words if named else given, kind if named else "uniform"), True
+    if isinstance(given, int | float) and not isinstance(given, bool):
+        if not 0.0 < given < np.inf:
+            raise FrameError("give a half width above zero, or leave the tolerance out where there is none")
+        return distribution_of(name, (middle - given, middle + given)), True
+    return distribution_of(name, given), False
 
 
 def _numbers_of(
@@ -213,7 +224,7 @@ def _distribution(source: Source, path: tuple[str, str]) -> tuple[Distribution, 
 
 
 def _numbers(source: Source, path: tuple[str, str]) -> tuple[dict[str, float], tuple[str, ...]]:
-    """The law's numbers by name, and which of them are shares of the nominal value."""
+    """The distribution's numbers by name, and which of them are shares of the nominal value."""
     numbers: dict[str, float] = {}
     relative: list[str] = []
     for key in source.table(path, (), tuple(source.get(path))):
