@@ -36,8 +36,20 @@ def pytest_unconfigure() -> None:
         shutil.rmtree(os.environ.pop(FOLDER), ignore_errors=True)
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_finish() -> None:
-    """Spare what is loaded by now, which stays, whenever garbage is sought: a quarter of a second each time."""
+def spare_what_is_there() -> None:
+    """Let garbage be sought among what is made from now on: what is loaded and kept by now, nearly all of it, stays."""
     gc.collect()
     gc.freeze()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """To look through all that is loaded takes longer than most tests do."""
+    spare_what_is_there()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Nor through what the files before have left in the caches."""
+    if nextitem is not None and nextitem.path != item.path:
+        spare_what_is_there()
