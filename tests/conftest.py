@@ -1,16 +1,13 @@
 """What all tests share: hypothesis draws the same examples on every machine, and no deadline on a busy one.
 
-No test leaves machine code in the user's folder, nor takes it from there: one run of the tests has a folder of its own,
-empty at first, for all its processes. Each process calculates in one thread, as several side by side would wait for
-each other.
+No test leaves machine code in the user's folder, nor takes it from there. Each process calculates in one thread, as
+several side by side would wait for each other.
 """
 
 from __future__ import annotations
 
 import gc
 import os
-import shutil
-import tempfile
 
 # before NumPy is loaded, which reads them
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -19,21 +16,9 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
+os.environ["LINKFRAME_CACHE"] = "off"
 settings.register_profile("linkframe", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("linkframe")
-
-# Processes of pytest-xdist and those that tests begin have it from the one that begins them.
-FOLDER = "LINKFRAME_TESTS_CODE"
-FIRST = FOLDER not in os.environ
-if FIRST:
-    os.environ[FOLDER] = tempfile.mkdtemp(prefix="linkframe-tests-")
-os.environ["LINKFRAME_CACHE"] = os.environ[FOLDER]
-
-
-def pytest_unconfigure() -> None:
-    """Remove the machine code of this run."""
-    if FIRST:
-        shutil.rmtree(os.environ.pop(FOLDER), ignore_errors=True)
 
 
 def spare_what_is_there() -> None:

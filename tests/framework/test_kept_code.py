@@ -42,12 +42,6 @@ def test_compiled_once_for_all_processes(tmp_path: Path, monkeypatch: pytest.Mon
     assert [path.suffix for path in (tmp_path / "new" / "folder").iterdir()] == [".o"]
 
 
-def test_the_tests_have_a_folder_of_their_own() -> None:
-    """Not the user's, which lies elsewhere."""
-    assert kept_code.folder() == Path(os.environ["LINKFRAME_TESTS_CODE"])
-    assert kept_code.folder() != kept_code._caches() / "linkframe"
-
-
 def test_another_processor_or_version_has_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compiled: list[str]
 ) -> None:
