@@ -6,14 +6,35 @@ several side by side would wait for each other.
 
 from __future__ import annotations
 
+import gc
 import os
 
 # before NumPy is loaded, which reads them
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
+import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
 os.environ["LINKFRAME_CACHE"] = "off"
 settings.register_profile("linkframe", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("linkframe")
+
+
+def spare_what_is_there() -> None:
+    """Let garbage be sought among what is made from now on: what is loaded and kept by now, nearly all of it, stays."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish() -> None:
+    """To look through all that is loaded takes longer than most tests do."""
+    spare_what_is_there()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Nor through what the files before have left in the caches."""
+    if nextitem is not None and nextitem.path != item.path:
+        spare_what_is_there()

@@ -178,14 +178,14 @@ def test_one_frame_is_right_however_it_comes_about() -> None:
 def test_summary_and_figures(tmp_path: Path) -> None:
     """One benchmark by its command: table, picture, targets, and the summary of them."""
     path = str(Path(__file__).parent)
-    command = [sys.executable, str(Path(run.__file__)), "--quick", "--out", str(tmp_path), "work_precision"]
+    command = [sys.executable, str(Path(run.__file__)), "--quick", "--out", str(tmp_path), "segments"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, env={**os.environ, "PYTHONPATH": path})
-    assert "| 6 work-precision | line load: one beam is exact |" in done.stdout
-    assert (tmp_path / "work_precision_joints.png").read_bytes().startswith(b"\x89PNG")
-    with (tmp_path / "work_precision_joints.csv").open(encoding="utf-8") as file:
-        assert len(list(csv.DictReader(file))) == len(work_precision.STIFFNESSES)
-    targets = json.loads((tmp_path / "work_precision.targets.json").read_text(encoding="utf-8"))
-    assert (tmp_path / "summary.md").read_text(encoding="utf-8").count("\n| 6 ") == len(targets)
+    assert "| 3 segments | at most 1.2 times from 1 to 64 segments |" in done.stdout
+    assert (tmp_path / "segments.png").read_bytes().startswith(b"\x89PNG")
+    with (tmp_path / "segments.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == len(segments.WAYS) * len(segments.COUNTS)
+    targets = json.loads((tmp_path / "segments.targets.json").read_text(encoding="utf-8"))
+    assert (tmp_path / "summary.md").read_text(encoding="utf-8").count("\n| 3 ") == len(targets) > 0
 
 
 def test_unknown_benchmark_is_refused() -> None:

@@ -105,9 +105,9 @@ def test_a_small_load_that_works_is_not_idle(release: bool, scale: float, load: 
     for turn in turns(3):
         frame = loaded(swinging(turn, release, scale), "B", turn, (load, load, load), load * scale)
         assert frame.solve().status == "statically consistent mechanism"
-        loaded(frame, "C", turn, (0.0, 1e-9 * load, 0.0))
-        assert frame.solve().status == "mechanism"
-        assert not frame.solve().free_motion().solvable
+        solution = loaded(frame, "C", turn, (0.0, 1e-9 * load, 0.0)).solve()
+        assert solution.status == "mechanism"
+        assert not solution.free_motion().solvable
 
 
 @pytest.mark.parametrize("turn", turns(3))

@@ -71,7 +71,7 @@ def test_a_loose_bar_turns_into_the_force(degrees: float) -> None:
         assert error <= solution.error_bound("B")[0] < 1e-14
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     st.tuples(st.floats(0.3, 1.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
     st.floats(-8.0, -2.0),

@@ -46,8 +46,7 @@ def rod(axes: np.ndarray, section: Section, segments: int = 16, **load: np.ndarr
     return frame
 
 
-@pytest.mark.parametrize("segments", [8, 16])
-@pytest.mark.parametrize("unit", [1.0, 1e-3])
+@pytest.mark.parametrize(("segments", "unit"), [(8, 1.0), (8, 1e-3), (16, 1.0)])
 def test_the_right_angle_frame_is_stable_up_to_its_critical_loads(segments: int, unit: float) -> None:
     """In its plane; turned, it is in that plane exactly where it is stable there, and beyond leaves it."""
     load = np.array([-0.75, -0.70, -0.66, 1.05, 1.13])

@@ -70,10 +70,10 @@ class EveryChoice:
 
 @pytest.mark.parametrize("combine", ["worst case", "statistical"])
 def test_the_cheapest_of_all_choices(combine: str) -> None:
-    """A hundred four-bars, all 12⁴ choices for their four pins: none that is cheaper holds."""
+    """Fifty four-bars, all 12⁴ choices for their four pins: none that is cheaper holds."""
     rng = np.random.default_rng(4)
     mixed = 0
-    for _ in range(100):
+    for _ in range(50):
         motion = crank_rocker(rng, poses=rng.uniform(0.0, 2.0 * np.pi, 2))
         diameters = dict(zip("ABDE", rng.uniform(0.004, 0.04, 4).tolist(), strict=True))
         prices = dict(zip(TWELVE, (10.0 / np.arange(2, 14) + rng.uniform(0.0, 0.3, 12)).tolist(), strict=True))
@@ -95,7 +95,7 @@ def test_the_cheapest_of_all_choices(combine: str) -> None:
         assert every.reached(own, 720)[0] <= limit * (1.0 + 1e-5)
         assert found.greatest.max() <= limit * (1.0 + 1e-6)
         mixed += len(set(chosen)) > 1
-    assert mixed >= 80
+    assert mixed >= 40
 
 
 def test_all_that_deviates_counts() -> None:

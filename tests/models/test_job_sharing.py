@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import resource
 import signal
@@ -126,6 +127,22 @@ def test_counts_and_greatest_are_put_together() -> None:
             counts[text] = counts.get(text, 0) + more
     assert found.count("why") == counts
     assert found["most"].tolist() == [[59.0]] * 4
+
+
+def test_what_is_there_is_spared_while_parts_are_made_and_no_longer() -> None:
+    """The collector then looks among what they made; what somebody else spares stays as it is."""
+    gc.unfreeze()
+    try:
+        with parts.sparing_what_is_there(False):
+            assert gc.get_freeze_count() == 0
+        with parts.sparing_what_is_there(True):
+            assert gc.get_freeze_count() > 10_000
+        assert gc.get_freeze_count() == 0
+    finally:
+        gc.freeze()
+    with parts.sparing_what_is_there(True):
+        pass
+    assert gc.get_freeze_count() > 10_000
 
 
 def options(*words: str) -> Any:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,26 +33,42 @@ class Rod:
 
     def shot(self, start: Array, axes: Array, force: Array, moment: Array, length: float | None = None) -> Array:
         """Position (3), quaternion (4) and moment (3) at the end, from those at the start; `force` is n, constant."""
-        flexible = 1.0 / np.asarray(self.stretch), 1.0 / np.asarray(self.bend)
+        first, second, third = force.tolist()
 
-        def rates(_: float, y: Array) -> Array:
-            w, v = y[3], y[4:7]
-            turn = matrix(y[3:7])
-            ahead = turn @ (np.array([1.0, 0.0, 0.0]) + flexible[0] * (turn.T @ force))
-            kappa = np.asarray(self.curvature) + flexible[1] * (turn.T @ y[7:])
-            spun = np.concatenate([[-0.5 * v @ kappa], 0.5 * (w * kappa + np.cross(v, kappa))])
-            return np.concatenate([ahead, spun, -np.cross(ahead, force)])
+        def rates(_: float, y: Array) -> list[float]:
+            w, a, b, c, *turning = y[3:].tolist()
+            turn = matrix(w, a, b, c)
+            x1, x2, x3 = turn
+            gamma = [
+                (p * first + q * second + r * third) / k for p, q, r, k in zip(x1, x2, x3, self.stretch, strict=True)
+            ]
+            gamma[0] += 1.0
+            ahead = [sum(p * q for p, q in zip(row, gamma, strict=True)) for row in turn]
+            own = [sum(p * q for p, q in zip(column, turning, strict=True)) for column in zip(*turn, strict=True)]
+            k1, k2, k3 = (k + m / stiff for k, m, stiff in zip(self.curvature, own, self.bend, strict=True))
+            spun = [
+                -a * k1 - b * k2 - c * k3,
+                w * k1 + b * k3 - c * k2,
+                w * k2 + c * k1 - a * k3,
+                w * k3 + a * k2 - b * k1,
+            ]
+            dx, dy, dz = ahead
+            lever = [dz * second - dy * third, dx * third - dz * first, dy * first - dx * second]
+            return [dx, dy, dz, *(0.5 * rate for rate in spun), *lever]
 
         begin = np.concatenate([start, axes, moment])
         span = (0.0, self.length if length is None else length)
         return np.asarray(solve_ivp(rates, span, begin, method="DOP853", rtol=1e-10, atol=1e-10).y[:, -1])
 
 
-def matrix(q: Array) -> Array:
-    """Rotation matrix of a quaternion, scalar first."""
-    w, v = q[0], q[1:]
-    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.asarray(((w * w - v @ v) * np.eye(3) + 2.0 * np.outer(v, v) + 2.0 * w * cross) / (q @ q))
+def matrix(w: float, x: float, y: float, z: float) -> list[list[float]]:
+    """Rotation matrix of a quaternion, scalar first, row by row."""
+    k = 2.0 / (w * w + x * x + y * y + z * z)
+    return [
+        [1.0 - k * (y * y + z * z), k * (x * y - w * z), k * (x * z + w * y)],
+        [k * (x * y + w * z), 1.0 - k * (x * x + z * z), k * (y * z - w * x)],
+        [k * (x * z - w * y), k * (y * z + w * x), 1.0 - k * (x * x + y * y)],
+    ]
 
 
 def cantilever(rod: Rod, force: Array, steps: int = 3) -> Array:
@@ -79,10 +96,13 @@ class PlaneRod:
     def shot(self, start: Array, force: Array, length: float, curvature: float = 0.0) -> Array:
         """x, y, angle and moment at the end, from those at the start; `force` is n, constant."""
 
-        def rates(_: float, y: Array) -> Array:
-            along = np.array([np.cos(y[2]), np.sin(y[2])])
-            ahead = along * (1.0 + along @ force / self.EA)
-            return np.array([*ahead, curvature + y[3] / self.EI, force[0] * ahead[1] - force[1] * ahead[0]])
+        push, lift = force.tolist()
+
+        def rates(_: float, y: Array) -> list[float]:
+            *_, angle, moment = y.tolist()
+            x, y = cos(angle), sin(angle)
+            stretch = 1.0 + (x * push + y * lift) / self.EA
+            return [stretch * x, stretch * y, curvature + moment / self.EI, stretch * (push * y - lift * x)]
 
         return np.asarray(solve_ivp(rates, (0.0, length), start, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1])
 
