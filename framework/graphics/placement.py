@@ -19,6 +19,8 @@ DIRECTIONS, REACHES, ROOM = 16, (0.0, 6.0, 14.0, 24.0), 1.0
 # its own; that covers a line, a joint; that is turned away from where it was wanted by half a turn; and that is a point
 # of type further off.
 COVERS, MISLEADS, CUTS, HIDES, TURNED, FURTHER = 12.0, 5.0, 4.0, 3.0, 2.0, 0.08
+# From line to line of a text, in heights of one.
+LINE = 1.6
 # Up to so many texts are they moved out of each other's way.
 MANY = 150
 
@@ -118,10 +120,10 @@ class TextPlacement:
     def _size(self, text: PlacedText, renderer: Any) -> tuple[float, float]:
         from matplotlib.font_manager import FontProperties
 
-        width, height, _ = renderer.get_text_width_height_descent(
-            text.text, FontProperties(size=text.look["fontsize"]), False
-        )
-        return float(width), float(height)
+        font, lines = FontProperties(size=text.look["fontsize"]), text.text.splitlines() or [""]
+        sizes = [renderer.get_text_width_height_descent(line, font, False)[:2] for line in lines]
+        width, height = np.max(sizes, axis=0)
+        return float(width), float(height) * (1.0 + LINE * (len(lines) - 1))
 
     def _pixels(self) -> float:
         """Pixels to a length of the axes; nothing in space, where places are marked by their size on paper."""

@@ -44,7 +44,7 @@ class LinkageDescription(Joining):
         """
         other = object.__new__(type(self))
         for name, value in vars(self).items():
-            vars(other)[name] = value.copy() if isinstance(value, (dict, list)) else value
+            setattr(other, name, value.copy() if isinstance(value, (dict, list)) else value)
         return other
 
     __copy__ = alike
