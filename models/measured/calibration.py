@@ -168,9 +168,12 @@ def checked_start(start: object) -> dict[str, float]:
         raise FrameError(f"calibrate was given {start!r} for start: name the parameters to be found, with numbers")
     found = {}
     for name, value in start.items():
-        if isinstance(value, str) or np.ndim(value) or not np.isfinite(value):
+        try:
+            found[name] = np.nan if isinstance(value, str) or np.ndim(value) else float(value)
+        except (TypeError, ValueError):
+            found[name] = np.nan
+        if not np.isfinite(found[name]):
             raise FrameError(f"parameter {name!r} begins at {value!r}: give one finite number")
-        found[name] = float(value)
     return found
 
 

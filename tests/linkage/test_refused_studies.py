@@ -51,6 +51,7 @@ def test_a_part_that_is_not_there():
         (arm, ["length"], "name the parameters"),
         (arm, {"length": "0.2"}, "'length' begins at '0.2': give one finite number"),
         (arm, {"length": np.array([0.2, 0.3])}, "'length' begins at .* give one finite number"),
+        (arm, {"length": None}, "'length' begins at None: give one finite number"),
         (arm, {"length": float("nan")}, "'length' begins at nan: give one finite number"),
         (arm(), START, "build is .*: give a function of length"),
         (lambda length: 3.0, START, "build returned 3.0: return the linkage"),
