@@ -115,7 +115,7 @@ def _free(at: Array, scene: Scene, shown: list[int]) -> Array:
     ways = [np.array([0.0, -1.0])] if any(_close(j.at[shown], at, near) for j in _standing(scene)) else []
     ways += [a.force[shown] for a in (*scene.arrows, *scene.moves) if _close(a.at[shown], at, near)]
     for stroke in scene.strokes:
-        if stroke.kind not in ("ghost", "sample", "ordinate"):
+        if stroke.kind not in PASSING:
             ways += _leaving(stroke.points[:, shown], at, near)
     angles = np.sort([np.arctan2(way[1], way[0]) for way in ways if np.linalg.norm(way) > 0.0])
     if not len(angles):

@@ -268,9 +268,7 @@ class Memory:
             for k, value in after:
                 cast(Array, values[k])[...] = cast(Value, value)
 
-    def _bound(
-        self, calls: Sequence[_Call]
-    ) -> Iterator[tuple[Callable[..., object], list[Value | None], Value | None]]:
+    def _bound(self, calls: Sequence[_Call]) -> Iterator[_Bound]:
         """Functions with the arrays that they take and fill, those that do a product and a sum as two."""
         values, spare = self._values, np.empty(self.shape)
         for call in calls:

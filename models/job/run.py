@@ -195,8 +195,10 @@ def _laid_out(figure: Figure, form: str) -> Iterator[None]:
         return
     layout.execute(figure)
     figure.set_layout_engine(None)
-    yield
-    figure.set_layout_engine(layout)
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(layout)
 
 
 def _pictures(folder: Path, captions: Mapping[str, str], formats: Sequence[str]) -> Iterator[tuple[str, str]]:
