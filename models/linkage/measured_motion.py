@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError
-from ..measured.calibration import Calibration, calibrate, checked_start
+from ..measured.calibration import Calibration, calibrate, checked_scales, checked_start
 from ..measured.comparison import Comparison, compare
 from ..measured.table import Measured
 from .derivatives.built import along_inputs
@@ -116,7 +116,8 @@ class MeasuredMotion(UncertainMotion):
             columns = {name: values[:, None] for name, values in dimensions.items()}
             return built(build, columns).move(drives).position(point)
 
-        steps = {name: STEP * abs(float((scales or {}).get(name, value))) for name, value in start.items()}
+        sizes = checked_scales(scales, start)
+        steps = {name: STEP * size for name, size in sizes.items()}
 
         def gradient(**dimensions: float) -> dict[str, Array]:
             rows = {name: np.full(len(measured.position), value) for name, value in dimensions.items()}
@@ -127,7 +128,7 @@ class MeasuredMotion(UncertainMotion):
             return {name: np.stack([slopes[name] for slopes in each], axis=-1) for name in rows}
 
         return calibrate(
-            predict, start, measured.position, uncertainty=measured.uncertainty, scales=scales, gradient=gradient
+            predict, start, measured.position, uncertainty=measured.uncertainty, scales=sizes, gradient=gradient
         )
 
 

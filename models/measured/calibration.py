@@ -145,7 +145,7 @@ def calibrate(
     there = np.isfinite(target)
     spread = checked_uncertainty(uncertainty, target.shape)
     weight = (np.ones(target.shape) if spread is None else 1.0 / spread)[there]
-    model = _Model(predict, start, scales or {}, target.shape, there, weight, gradient)
+    model = _Model(predict, start, checked_scales(scales, start), target.shape, there, weight, gradient)
     if not np.isfinite(model.residual(np.zeros(len(start)))).all():
         raise FrameError("the model predicts no value at the start for something measured: begin elsewhere")
 
@@ -166,15 +166,35 @@ def checked_start(start: object) -> dict[str, float]:
     """Where the parameters begin, checked."""
     if not isinstance(start, Mapping) or not start:
         raise FrameError(f"calibrate was given {start!r} for start: name the parameters to be found, with numbers")
-    found = {}
-    for name, value in start.items():
-        try:
-            found[name] = np.nan if isinstance(value, str) or np.ndim(value) else float(value)
-        except (TypeError, ValueError):
-            found[name] = np.nan
-        if not np.isfinite(found[name]):
-            raise FrameError(f"parameter {name!r} begins at {value!r}: give one finite number")
+    found = {name: _number(value) for name, value in start.items()}
+    for name, value in found.items():
+        if not np.isfinite(value):
+            raise FrameError(f"parameter {name!r} begins at {start[name]!r}: give one finite number")
     return found
+
+
+def checked_scales(scales: object, start: Mapping[str, float]) -> dict[str, float]:
+    """Sizes by which the parameters may change: those given, and of the others those with which they begin."""
+    given = {} if scales is None else scales
+    if not isinstance(given, Mapping):
+        raise FrameError(f"scales is {scales!r}: give sizes by the names of parameters")
+    for name in given.keys() - start.keys():
+        raise FrameError(f"scales names {name!r}, which is not among the parameters {', '.join(start)}")
+    found = {name: abs(_number(given.get(name, value))) for name, value in start.items()}
+    for name, size in found.items():
+        if not 0.0 < size < np.inf:
+            if name in given:
+                raise FrameError(f"the scale of parameter {name!r} is {given[name]!r}: give one number, and not zero")
+            raise FrameError(f"parameter {name!r} begins at {start[name]!r}: give its scale in scales")
+    return found
+
+
+def _number(value: Any) -> float:
+    """One number; NaN of what is none."""
+    try:
+        return np.nan if isinstance(value, str) or np.ndim(value) else float(value)
+    except (TypeError, ValueError):
+        return np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,16 +209,9 @@ class _Model:
     weight: Array
     gradient: Gradient | None = None
 
-    def __post_init__(self) -> None:
-        for name in self.scales.keys() - self.start.keys():
-            raise FrameError(f"scales names {name!r}, which is not among the parameters {', '.join(self.start)}")
-        for name, size in zip(self.start, self.sizes, strict=True):
-            if not size > 0.0 or not np.isfinite(size):
-                raise FrameError(f"parameter {name!r} begins at {self.start[name]!r}: give its scale in scales")
-
     @property
     def sizes(self) -> Array:
-        return np.array([abs(float(self.scales.get(name, value))) for name, value in self.start.items()])
+        return np.array(list(self.scales.values()))
 
     def values(self, changes: Array) -> Array:
         """Parameters (m, p) or (p,)."""

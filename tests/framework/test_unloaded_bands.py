@@ -31,7 +31,7 @@ def test_what_no_load_reaches_rests(method: str | None, force: float) -> None:
 def test_what_no_load_reaches_may_be_singular() -> None:
     """What stands loose beside it is a mechanism for itself."""
     frame = Frame()
-    rod = Beam(Circle(diameter=0.02), Material(E=np.linspace(1e11, 2e11, 1000), nu=0.3))
+    rod = Beam(Circle(diameter=0.02), Material(E=np.linspace(1e11, 2e11, 50), nu=0.3))
     for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "C": (0, 1, 0), "D": (1, 1, 0)}.items():
         frame.node(name, place)
     frame.add("AB", rod, "A", "B")

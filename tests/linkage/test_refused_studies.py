@@ -63,6 +63,27 @@ def test_calibrations_are_refused_at_the_call(build, start, told):
         motion.calibrate("P", Measured(motion.position("P"), 1e-6, {"A": ANGLES}), build, start)
 
 
+@pytest.mark.parametrize(
+    ("scales", "told"),
+    [
+        ({"length": "a"}, "scale of parameter 'length' is 'a': give one number"),
+        ({"length": 0.0}, "scale of parameter 'length' is 0.0: give one number, and not zero"),
+        ({"lenght": 1.0}, "scales names 'lenght', which is not among the parameters length"),
+        ([0.1], r"scales is \[0.1\]: give sizes by the names"),
+    ],
+)
+def test_scales_are_refused_by_their_name(scales, told):
+    motion = arm().move(A=ANGLES)
+    with pytest.raises(FrameError, match=told):
+        motion.calibrate("P", Measured(motion.position("P"), 1e-6, {"A": ANGLES}), arm, START, scales=scales)
+
+
+@pytest.mark.parametrize("width", [np.float32(1e-5), np.float64(1e-5)])
+def test_half_widths_may_be_numbers_of_arrays(width):
+    given = arm().study({"points.P.x": width}, "P", {"A": ANGLES}, n=16, rng=0).tolerances["points.P.x"]
+    assert given.distribution.ppf(1.0) == pytest.approx(0.2 + 1e-5, rel=1e-12)
+
+
 def test_a_zone_is_asked_of_a_linkage_of_its_dimensions():
     with pytest.raises(FrameError, match="but is called with lenght by name"):
         arm().move(A=ANGLES).reliability("P", 1e-5, arm, {"lenght": "0.2 ± 0.1 %"})

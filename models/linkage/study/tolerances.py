@@ -159,10 +159,11 @@ def _given_distribution(
         words, _, kind = given.strip().rpartition(" ")
         named = kind in ("uniform", "normal")
         return within(middle, words if named else given, kind if named else "uniform"), True
-    if isinstance(given, int | float) and not isinstance(given, bool):
-        if not 0.0 < given < np.inf:
+    if isinstance(given, int | float | np.integer | np.floating) and not isinstance(given, bool):
+        width = float(given)
+        if not 0.0 < width < np.inf:
             raise FrameError("give a half width above zero, or leave the tolerance out where there is none")
-        return distribution_of(name, (middle - given, middle + given)), True
+        return distribution_of(name, (middle - width, middle + width)), True
     return distribution_of(name, given), False
 
 
