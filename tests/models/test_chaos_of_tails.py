@@ -34,8 +34,8 @@ def test_what_is_a_polynomial_of_the_inputs_stays_one():
     assert float(found.unexplained) < 1e-20
 
 
-@pytest.mark.parametrize("law", [stats.lognorm(0.5), stats.gamma(3.0), stats.norm(1.0, 2.0)])
-def test_scores_are_exact_in_both_tails(law):
+@pytest.mark.parametrize("distribution", [stats.lognorm(0.5), stats.gamma(3.0), stats.norm(1.0, 2.0)])
+def test_scores_are_exact_in_both_tails(distribution):
     scores = np.array([-9.0, -1.0, 0.0, 2.0, 9.0])
-    values = np.where(scores > 0.0, law.isf(stats.norm.sf(scores)), law.ppf(stats.norm.cdf(scores)))
-    np.testing.assert_allclose(normal_scores("x", law, values), scores, atol=1e-9)
+    values = np.where(scores > 0.0, distribution.isf(stats.norm.sf(scores)), distribution.ppf(stats.norm.cdf(scores)))
+    np.testing.assert_allclose(normal_scores("x", distribution, values), scores, atol=1e-9)
