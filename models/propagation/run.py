@@ -98,9 +98,10 @@ def propagate(
         Who calls `fn`, as in SciPy: this process (1), so many processes, as many as there are processors (−1), a
         callable like ``map``, a `concurrent.futures.Executor`, or a dask ``Client``.
     checkpoint
-        Folder in which each chunk is stored as soon as it is done. The same call goes on from there if the run was
-        ended, by whatever means, and gives the same bits; with a larger `n` it extends the run (whole chunks of it, so
-        that `n` best is a multiple of `chunk`). Chunks that were damaged are done again.
+        Folder in which each chunk is stored when it is done, short ones a tenth of a second of work at a time. The same
+        call goes on from there if the run was ended, by whatever means, and gives the same bits; with a larger `n` it
+        extends the run (whole chunks of it, so that `n` best is a multiple of `chunk`). Chunks that were damaged are
+        done again.
 
     Returns
     -------
