@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,12 +15,13 @@ from .parts import Row, Value, add_row, product, unknowns
 
 # A coefficient smaller than this share of what such coefficients are made of is rounding.
 ROUNDING = 1e-11
-# A pivot may be this much smaller than the largest coefficient of an entry: as much is lost of the digits there.
-_SUITS = 1e-3
-# What is chosen anew is to be no smaller than that.
-_SUITS_WELL = 0.1
+# A pivot may be this share of the largest coefficient of an entry: as much is lost of the digits there. First for one
+# choice for all entries, then for that of parts of them, and for the choice that an entry alone would make.
+SUITS, SUITS_WELL, ALONE = 1e-3, 0.3, 1.0
 
 Mask = NDArray[np.bool_]
+# A constraint, the unknown to solve it for, and entries that this suits.
+Choice = tuple[int, int, Mask]
 _EVERYWHERE = np.ones((), dtype=bool)
 
 
@@ -66,7 +68,7 @@ class Reduced:
     left: dict[int, Row] = field(default_factory=dict)
 
 
-def reduced(given: dict[int, Constraint], entries: Entries) -> Reduced | Mask:
+def reduced(given: dict[int, Constraint], entries: Entries, share: float = SUITS) -> Reduced | Mask:
     """Solve constraints, at each turn the one with the largest coefficient left, for that.
 
     A coefficient counts by its least size over the entries. Constraints go in the order of their pivots, so that nearly
@@ -78,6 +80,8 @@ def reduced(given: dict[int, Constraint], entries: Entries) -> Reduced | Mask:
         The constraints by number.
     entries
         At which of the batch.
+    share
+        How small a pivot may be beside the largest coefficient of an entry; one for the choice of the entry alone.
 
     Returns
     -------
@@ -87,7 +91,7 @@ def reduced(given: dict[int, Constraint], entries: Entries) -> Reduced | Mask:
     out = Reduced()
     waiting = {index: _Waiting(each, _at(each.row, entries), {index: 1.0}) for index, each in given.items()}
     while waiting:
-        index, pivot, suited = _pivot(waiting)
+        index, pivot, suited = _pivot(waiting, share)
         if pivot is None:
             break
         if not suited.all():
@@ -130,12 +134,12 @@ def _at(row: Row, entries: Entries) -> Row:
     return {key: entries(value, 0) if isinstance(value, np.ndarray) else value for key, value in row.items()}
 
 
-def _pivot(waiting: dict[int, _Waiting]) -> tuple[int, int | None, Mask]:
+def _pivot(waiting: dict[int, _Waiting], share: float) -> tuple[int, int | None, Mask]:
     """Constraint to go next, the unknown to solve it for (None where all that is left is rounding), and entries that it
     suits."""
     index = max(waiting, key=lambda index: waiting[index].size)
     first = waiting[index]
-    if first.pivot is not None and first.size >= _SUITS:
+    if first.pivot is not None and first.size >= share != ALONE:
         return index, first.pivot, _EVERYWHERE
     largest = np.zeros(())
     for each in waiting.values():
@@ -143,11 +147,19 @@ def _pivot(waiting: dict[int, _Waiting]) -> tuple[int, int | None, Mask]:
             largest = np.maximum(largest, size)
     if np.all(largest <= ROUNDING):
         return index, None, _EVERYWHERE
-    if first.pivot is not None and _suited(first.sizes[first.pivot], largest, _SUITS).all():
+    if first.pivot is not None and share != ALONE and _suited(first.sizes[first.pivot], largest, share).all():
         return index, first.pivot, _EVERYWHERE
     left = ((number, key, size) for number, each in waiting.items() for key, size in each.sizes.items())
-    choices = [(number, key, _suited(size, largest, _SUITS_WELL)) for number, key, size in left]
-    return max(choices, key=lambda choice: int(choice[2].sum()))
+    choices = [(number, key, _suited(size, largest, max(share, SUITS_WELL))) for number, key, size in left]
+    return max(_first(choices) if share == ALONE else choices, key=lambda choice: int(choice[2].sum()))
+
+
+def _first(choices: list[Choice]) -> Iterator[Choice]:
+    """Each choice at the entries that it is the first to suit."""
+    taken: Mask = np.zeros((), dtype=bool)
+    for index, key, suited in choices:
+        yield index, key, suited & ~taken
+        taken = taken | suited
 
 
 def _suited(size: Value, largest: Array, share: float) -> Mask:

@@ -13,7 +13,7 @@ import numpy as np
 from ..batch import Shape
 from ..entries import WHOLE, Entries, Index
 from .disjoint_sets import DisjointSets
-from .gauss_jordan import Constraint, Mask, Reduced, reduced
+from .gauss_jordan import ALONE, SUITS_WELL, Constraint, Mask, Reduced, reduced
 from .parts import Row, Value, unknowns
 
 # Entries, by batch axis, and what they were solved for.
@@ -38,13 +38,12 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
     """
     whole, idle = Reduced(), dict[int, Value]()
     for loop in _loops(given):
-        shape = _shape(loop.values())
         found = reduced(loop, WHOLE)
         if isinstance(found, Reduced):
             own, spare = found, dict[int, Value]()
         else:
-            everywhere = np.nonzero(np.ones(shape, dtype=bool))
-            own, spare = _merged(_split(loop, everywhere, np.broadcast_to(found, shape).reshape(-1)), shape)
+            shape = _shape(loop.values())
+            own, spare = _merged(_parted(loop, shape, found), shape)
         whole.rows |= own.rows
         whole.sources |= own.sources
         whole.left |= own.left
@@ -71,17 +70,31 @@ def _shape(given: Iterable[Constraint]) -> Shape:
     return np.broadcast_shapes(*arrays)
 
 
-def _split(given: dict[int, Constraint], index: tuple[Index, ...], suited: Mask) -> list[Part]:
-    """Entries, of which one choice of pivots suits some, in parts that each have one."""
+def _parted(given: dict[int, Constraint], shape: Shape, suited: Mask) -> list[Part]:
+    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one.
+
+    Where a loop is singular and constraints share what they carry, which of them carry it is as at the entry alone.
+    """
+    everywhere = np.nonzero(np.ones(shape, dtype=bool))
+    parts = _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
+    most = max(len(found.rows) for _, found in parts)
     out: list[Part] = []
-    for mask in (suited, ~suited):
-        part = tuple(each[mask] for each in index)
-        found = reduced(given, Entries(part))
-        if isinstance(found, Reduced):
-            out.append((part, found))
-        else:
-            out += _split(given, part, np.broadcast_to(found, part[0].shape))
+    for part in parts:
+        out += [part] if len(part[1].rows) == most else _solved(given, part[0], ALONE)
     return out
+
+
+def _solved(given: dict[int, Constraint], index: tuple[Index, ...], share: float) -> list[Part]:
+    """Some entries, in parts as far as it takes."""
+    found = reduced(given, Entries(index), share)
+    if isinstance(found, Reduced):
+        return [(index, found)]
+    return _split(given, index, np.broadcast_to(found, index[0].shape), share)
+
+
+def _split(given: dict[int, Constraint], index: tuple[Index, ...], suited: Mask, share: float) -> list[Part]:
+    """Entries in two and more parts: those that a choice of pivots suits, and the others."""
+    return [part for mask in (suited, ~suited) for part in _solved(given, tuple(each[mask] for each in index), share)]
 
 
 def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]:
