@@ -73,14 +73,13 @@ def _shape(given: Iterable[Constraint]) -> Shape:
 def _parted(given: dict[int, Constraint], shape: Shape, suited: Mask) -> list[Part]:
     """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one.
 
-    Where a loop is singular and constraints share what they carry, which of them carry it is as at the entry alone.
+    Where constraints share what they carry, which of them carry it is as at the entry alone.
     """
     everywhere = np.nonzero(np.ones(shape, dtype=bool))
     parts = _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
-    most = max(len(found.rows) for _, found in parts)
     out: list[Part] = []
     for part in parts:
-        out += [part] if len(part[1].rows) == most else _solved(given, part[0], ALONE)
+        out += _solved(given, part[0], ALONE) if part[1].left else [part]
     return out
 
 

@@ -115,3 +115,48 @@ def test_each_entry_is_as_alone(clamped: bool, push: float, states: list[str]) -
             assert whole.free_motion(entry).count == alone.free_motion(0).count
             assert whole.mechanism(entry) == alone.mechanism(0)
             np.testing.assert_allclose(modes[entry], one.modes(4).frequencies[0], rtol=1e-9, atol=1e-9)
+
+
+def test_a_mechanism_among_others_takes_no_buckling_factors_from_them() -> None:
+    with pytest.warns(MechanismWarning, match=r"2 of 4 batch entries have no factors: at the first, \[0\], the frame is"):
+        found = between_rollers(TURNED, clamped=False).buckling(2).factors
+    alone = between_rollers(TURNED[1:2], clamped=False).buckling(2).factors[0]
+    assert np.isnan(found[[0, 2]]).all()
+    np.testing.assert_allclose(found[[1, 3]], [alone, alone], rtol=1e-9)
+
+
+def test_free_columns_of_an_entry_are_its_own() -> None:
+    """An unknown that is free only where the loop is singular is no column of the matrices elsewhere."""
+    frame = between_rollers(TURNED, clamped=True)
+    for entry, angle in enumerate(TURNED):
+        whole, alone = frame.matrices(entry), between_rollers([angle], clamped=True).matrices(0)
+        assert whole.T.shape == alone.T.shape
+        free = (whole.T.T @ whole.K @ whole.T).toarray()
+        found = whole.T @ np.linalg.solve(free, whole.T.T @ (whole.f - whole.K @ whole.g)) + whole.g
+        end = 6 * list(frame.nodes).index("C")
+        np.testing.assert_allclose(found[end : end + 6], frame.solve().displacement("C")[entry], rtol=1e-9, atol=1e-12)
+
+
+def test_what_carries_all_others_along_is_free_alone_as_in_a_batch() -> None:
+    """What the member resists cancels, to rounding that is not small beside itself."""
+    angles = np.linspace(0.1, 1.5, 8)
+    states = [str(bracket(angle).solve().status) for angle in angles]
+    assert states == ["mechanism"] * 8 == bracket(angles).solve().status.tolist()
+
+
+def bracket(angle: float | Numbers) -> Frame:
+    """A rod whose ends are both on one rigid body, which slides freely across the normal of a roller."""
+    frame = Frame()
+    for name, place in {"A": (0.0, 0.0, 0.0), "B": (1.0, 0.3, 0.2), "C": (2.0, 0.0, 0.5)}.items():
+        frame.node(name, place)
+    frame.node("G", (2.0, 0.0, 0.5))
+    frame.node("H", (2.0, 0.0, 0.5))
+    frame.add("AB", ROD, "A", "B")
+    frame.rigid("C", "A")
+    frame.rigid("C", "B")
+    frame.add("plane", Joint(stiffness=(np.inf, 0.0, 0.0, *(np.inf,) * 3)), "G", "C")
+    frame.add("roller", Joint(stiffness=ROLLER, axes=turned(angle)), "H", "C")
+    frame.fix("G")
+    frame.fix("H")
+    frame.load("A", fx=1.0, fy=2.0, fz=0.5)
+    return frame
