@@ -118,7 +118,9 @@ def test_each_entry_is_as_alone(clamped: bool, push: float, states: list[str]) -
 
 
 def test_a_mechanism_among_others_takes_no_buckling_factors_from_them() -> None:
-    with pytest.warns(MechanismWarning, match=r"2 of 4 batch entries have no factors: at the first, \[0\], the frame is"):
+    with pytest.warns(
+        MechanismWarning, match=r"2 of 4 batch entries have no factors: at the first, \[0\], the frame is"
+    ):
         found = between_rollers(TURNED, clamped=False).buckling(2).factors
     alone = between_rollers(TURNED[1:2], clamped=False).buckling(2).factors[0]
     assert np.isnan(found[[0, 2]]).all()
@@ -138,25 +140,32 @@ def test_free_columns_of_an_entry_are_its_own() -> None:
 
 
 def test_what_carries_all_others_along_is_free_alone_as_in_a_batch() -> None:
-    """What the member resists cancels, to rounding that is not small beside itself."""
-    angles = np.linspace(0.1, 1.5, 8)
+    """What members resist cancels, to rounding that is not small beside itself."""
+    angles = np.linspace(0.1, 1.5, 40)[:6]
     states = [str(bracket(angle).solve().status) for angle in angles]
-    assert states == ["mechanism"] * 8 == bracket(angles).solve().status.tolist()
+    assert states == ["mechanism"] * 6 == bracket(angles).solve().status.tolist()
 
 
 def bracket(angle: float | Numbers) -> Frame:
-    """A rod whose ends are both on one rigid body, which slides freely across the normal of a roller."""
+    """A bent rod whose end and corner are joined to its start, on a roller and on a plane: it slides freely."""
     frame = Frame()
-    for name, place in {"A": (0.0, 0.0, 0.0), "B": (1.0, 0.3, 0.2), "C": (2.0, 0.0, 0.5)}.items():
+    places = {"A": (0.5, 0.5, 0.25), "B": (1.0, 1.0, 0.0), "C": (2.5, 0.5, 0.25)}
+    places |= {"on C": places["A"], "on B": places["A"], "G": places["A"], "H": places["B"]}
+    for name, place in places.items():
         frame.node(name, place)
-    frame.node("G", (2.0, 0.0, 0.5))
-    frame.node("H", (2.0, 0.0, 0.5))
     frame.add("AB", ROD, "A", "B")
-    frame.rigid("C", "A")
-    frame.rigid("C", "B")
-    frame.add("plane", Joint(stiffness=(np.inf, 0.0, 0.0, *(np.inf,) * 3)), "G", "C")
-    frame.add("roller", Joint(stiffness=ROLLER, axes=turned(angle)), "H", "C")
+    frame.add("BC", ROD, "B", "C")
+    frame.rigid("C", "on C")
+    frame.rigid("B", "on B")
+    c, s = np.cos(angle), np.sin(angle)
+    around = np.zeros((*np.shape(angle), 3, 3)) + np.diag([0.0, 0.0, 1.0])
+    around[..., 0, 0], around[..., 0, 1], around[..., 1, 0], around[..., 1, 1] = c, -s, s, c
+    tilted = np.array([[np.cos(0.3), 0.0, np.sin(0.3)], [0.0, 1.0, 0.0], [-np.sin(0.3), 0.0, np.cos(0.3)]])
+    frame.add("roller", Joint(stiffness=(np.inf, 0.0, 0.0, 0.0, 1e6, 1e6), axes=around), "G", "A")
+    frame.add("end", Joint(stiffness=(0.0, 0.0, np.inf, np.inf, 1e6, np.inf), axes=around), "on C", "A")
+    frame.add("plane", Joint(stiffness=(0.0, 0.0, np.inf, np.inf, np.inf, 1e6)), "H", "B")
+    frame.add("corner", Joint(stiffness=(0.0, *(np.inf,) * 5), axes=tilted), "on B", "A")
     frame.fix("G")
     frame.fix("H")
-    frame.load("A", fx=1.0, fy=2.0, fz=0.5)
+    frame.load("C", fx=0.5, fy=-1.0, mz=1.5)
     return frame
