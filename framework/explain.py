@@ -61,12 +61,12 @@ def _described(plan: Plan) -> list[str]:
 def _coordinates(plan: Plan) -> list[str]:
     tree = plan.tree
     ideal = sum(len(branch.edge.ideal) for branch in tree.branches)
-    dependent = len(tree.elimination.rows)
+    dependent = tree.elimination.count
     return [
         f"Joint-relative coordinates: {6 * len(plan.topology.number)} nodal displacements become {len(plan.unknowns)} "
         f"unknowns; {ideal} constrained components are absent"
         + (f", {dependent} more are eliminated because their joints close a loop." if dependent else "."),
-        f"{len(tree.springs)} springs stand on the diagonal or close a loop.",
+        f"{len(tree.springs) - len(tree.elimination.idle)} springs stand on the diagonal or close a loop.",
     ]
 
 

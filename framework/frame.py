@@ -259,7 +259,8 @@ class Frame(InBulk):
         Raises
         ------
         FrameError
-            If `count` is not among these, or the frame is a mechanism without its loads.
+            If `count` is not among these, or the frame is a mechanism without its loads. In a batch of which some
+            entries are, their factors are NaN, and a `MechanismWarning` tells so.
 
         Examples
         --------

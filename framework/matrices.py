@@ -177,10 +177,15 @@ class _Assembly:
             self._loads() + pushed,
             constrained,
             x,
-            self.sparse.spread(rows),
+            self.sparse.spread(rows)[:, self._moving()],
             g,
             self._geometric,
         )
+
+    def _moving(self) -> NDArray[np.bool_]:
+        """Unknowns that stand for something at the entry, (n,)."""
+        idle = [key for key, where in self.plan.tree.elimination.idle.items() if self.sparse.at(where)]
+        return ~np.isin(self.sparse.unknown, idle)
 
     def _geometric(self) -> scipy.sparse.csr_matrix:
         solution = Solution(self.plan.frame, self.plan)

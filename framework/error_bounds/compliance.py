@@ -285,7 +285,8 @@ def by_unknowns(
     ..., e) and their stiffness (..., e), without those that resist nothing."""
     rows, sizes = _rows(kinematics, springs, unknowns, kind)
     none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
-    k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness])
+    idle = [where[..., None] for where in kinematics.idle.values()]
+    k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness, *idle])
     used = np.flatnonzero(_any(k) & _any(sizes))
     k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
     return columns, sizes, k
@@ -299,7 +300,8 @@ def _rows(
     size = len(unknowns)
     ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
     if not size:
-        count = sum(each.rows.shape[-3] * each.rows.shape[-2] for each in springs) + 6 * len(kinematics.links)
+        count = sum(each.rows.shape[-3] * each.rows.shape[-2] for each in springs)
+        count += 6 * len(kinematics.links) + len(kinematics.idle)
         none = np.zeros((0, *(1,) * ndim, count), kind)
         return none, none
     unit = np.eye(size, dtype=kind).reshape(size, *(1,) * ndim, size)
@@ -310,6 +312,9 @@ def _rows(
     parts = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
     of += kinematics.relative_displacements(coordinates, moved)
     parts += kinematics.displacement_sizes(coordinates, spread)
+    # what stands for nothing resists by itself
+    alone = [(np.array(unknowns) == key).astype(kind).reshape(size, *(1,) * (ndim + 1)) for key in kinematics.idle]
+    of, parts = [*of, *alone], [*parts, *alone]
     return _together([none, *of]), _together([none, *parts])
 
 

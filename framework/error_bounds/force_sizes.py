@@ -37,10 +37,7 @@ def reduced_sizes(
         flat = flat + merged(
             _on_coordinates(kinematics, np.zeros((kinematics.count, 6)), _closing(kinematics, flat)), -2, -1
         )
-    for key, (row, _) in kinematics.dependents.items():
-        for k, factor in row.items():
-            flat[..., k] += sizes_of(factor) * flat[..., key]
-    taken: Real = flat[..., list(unknowns)]
+    taken: Real = kinematics.gathered(flat, sizes_of)[..., list(unknowns)]
     return taken
 
 

@@ -7,8 +7,9 @@ an ideal component by one is then as good as any other, and the work that it doe
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -40,8 +41,10 @@ class FrameKinematics:
     links
         Edges of the tree, parents first, then those that close a loop.
     dependents
-        Coordinate that loop-closing ideal components determine: its row over the others, and by (number of the link,
-        component) what corrects it.
+        Coordinate that loop-closing ideal components determine: its row over the unknowns, and by (number of the link,
+        component) what corrects it. An unknown that has a row itself stands for other coordinates where that says so.
+    idle
+        By unknown, one at entries at which it stands for no coordinate, and zero at the others.
     """
 
     count: int
@@ -49,6 +52,7 @@ class FrameKinematics:
     bodies: list[tuple[Index, Real]]
     links: list[KinematicEdge]
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
+    idle: dict[int, Real]
 
     @classmethod
     def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = ()) -> FrameKinematics:
@@ -80,7 +84,8 @@ class FrameKinematics:
             )
             for key, row in tree.elimination.rows.items()
         }
-        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents)
+        idle = {key: np.asarray(where) for key, where in tree.elimination.idle.items()}
+        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents, idle)
 
     def mapped(self, change: Change) -> FrameKinematics:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
@@ -97,7 +102,8 @@ class FrameKinematics:
             key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
             for key, (row, by) in self.dependents.items()
         }
-        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents)
+        idle = {key: change(where, 0) for key, where in self.idle.items()}
+        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents, idle)
 
     # -- coordinates --------------------------------------------------------------------------------------------------
 
@@ -122,9 +128,7 @@ class FrameKinematics:
         shape = np.broadcast_shapes(values.shape[:-1], self.shape, *given)
         out = np.zeros((*shape, 6 * self.count), values.dtype)
         out[..., list(unknowns)] = values
-        for key, (row, _) in self.dependents.items():
-            for k, factor in row.items():
-                out[..., key] += factor * out[..., k]
+        self._determine(out)
         out = out.reshape(*shape, self.count, 6)
         for link, offset in zip(self.links, imposed, strict=True):
             if offset is not None and link.sign:
@@ -143,12 +147,35 @@ class FrameKinematics:
             taken: Real = merged(forces, -2, -1)[..., list(unknowns)]
             return taken
         forces = self._corrected_forces(forces)
-        flat = merged(forces, -2, -1)
+        taken = self.gathered(merged(forces, -2, -1), lambda factor: factor)[..., list(unknowns)]
+        return taken
+
+    def gathered(self, flat: Real, weight: Callable[[Real], Real]) -> Real:
+        """Forces (..., 6 nodes) on all coordinates, those on dependent ones with a `weight` of their rows added to what
+        these follow from, in place."""
+        own = {key: flat[..., key].copy() for key in self._standing}
+        for key in own:
+            flat[..., key] = 0.0
+        for key, (row, _) in self.dependents.items():
+            force = own.get(key)
+            for k, factor in row.items():
+                flat[..., k] += weight(factor) * (flat[..., key] if force is None else force)
+        return flat
+
+    def _determine(self, flat: Real) -> None:
+        """Put dependent coordinates in among all (..., 6 nodes), from the unknowns there."""
+        values = {key: flat[..., key].copy() for key in self._standing}
+        for key in values:
+            flat[..., key] = 0.0
         for key, (row, _) in self.dependents.items():
             for k, factor in row.items():
-                flat[..., k] += factor * flat[..., key]
-        taken = flat[..., list(unknowns)]
-        return taken
+                flat[..., key] += factor * values.get(k, flat[..., k])
+
+    @cached_property
+    def _standing(self) -> list[int]:
+        """Unknowns that stand for other coordinates at some entries."""
+        met = {key for row, _ in self.dependents.values() for key in row}
+        return [key for key in self.dependents if key in met]
 
     @property
     def _rotated(self) -> list[tuple[int, KinematicEdge]]:

@@ -7,14 +7,16 @@ sideways (see `linkframe.framework.results.geometric`).
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
 from ..description import Description
-from ..errors import FrameError
+from ..errors import FrameError, MechanismWarning
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState, among
@@ -70,13 +72,11 @@ def buckling(frame: Description, count: int) -> Buckling:
     plan = solution.plan
     size = len(plan.unknowns)
     check_count("buckling", count, size)
-    moving = np.argwhere(~among(solution.own_state, SolutionState.REGULAR, SolutionState.ABSENT))
-    if len(moving):
-        raise FrameError(f"buckling: the frame is a mechanism even without the load: {solution.mechanism(*moving[0])}")
+    left = _left_out(solution)
     if 0 in frame.shape:
         return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))
     large = plan.large and size > DENSE
-    values, vectors = _sparse(solution, count) if large else _dense(solution)
+    values, vectors = _sparse(solution, count) if large else _dense(solution, left)
     # Axial forces that are zero come with rounding, and their factors would be rounding as well.
     least = _ROUNDINGS * np.finfo(float).eps * size * np.abs(values[..., :1])
     order = np.argsort(-values, axis=-1, kind="stable")[..., :count]
@@ -84,24 +84,41 @@ def buckling(frame: Description, count: int) -> Buckling:
     vectors = np.take_along_axis(vectors, order[..., None, :], axis=-1)
     factors = np.divide(1.0, values, out=np.full(values.shape, np.inf), where=values > least)
     factors = np.array(np.broadcast_to(factors, (*frame.shape, count)))
-    if frame.absent is not None:
-        factors[np.broadcast_to(frame.absent, frame.shape)] = np.nan
+    factors[left] = np.nan
     return Buckling(factors, _plan=plan, _vectors=vectors)
 
 
-def _dense(solution: Solution) -> tuple[Array, Array]:
-    """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is absent
-    those of nothing in particular."""
-    plan, absent = solution.plan, solution.frame.absent
-    taken = -geometric_stiffness(plan, solution.bounds.whole())
+def _left_out(solution: Solution) -> NDArray[np.bool_]:
+    """Entries that have no factors, (...): what is absent, and mechanisms, which are refused where all others are."""
+    left = among(solution.own_state, SolutionState.ABSENT)
+    moving = ~among(solution.own_state, SolutionState.REGULAR, SolutionState.ABSENT)
+    text = "" if not moving.any() else solution.mechanism(*np.argwhere(moving)[0].tolist())
+    return left | _told(moving, ~left, f"a mechanism even without the load: {text}")
+
+
+def _told(wrong: NDArray[np.bool_], present: NDArray[np.bool_], what: str) -> NDArray[np.bool_]:
+    """Entries at which the frame is `what`; a warning where others are not, else an error."""
+    if wrong.any():
+        if (wrong | ~present).all():
+            raise FrameError(f"buckling: the frame is {what}")
+        count, first = f"{wrong.sum()} of {wrong.size}", np.argwhere(wrong)[0].tolist()
+        text = f"buckling: {count} batch entries have no factors: at the first, {first}, the frame is {what}"
+        warnings.warn(text, MechanismWarning, stacklevel=5)
+    return wrong
+
+
+def _dense(solution: Solution, left: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is `left`
+    out those of nothing in particular, and what springs push over is left out, too."""
+    plan = solution.plan
+    with np.errstate(invalid="ignore"):  # of mechanisms
+        taken = -geometric_stiffness(plan, solution.bounds.whole())
     half, root = stiffness_halves(plan)
-    pushed = np.isnan(half).any(axis=(-2, -1)) & (False if absent is None else ~absent)
-    if pushed.any():
-        at = f" at batch entry {np.argwhere(pushed)[0].tolist()}" if pushed.ndim else ""
-        raise FrameError(f"buckling: the frame is unstable even without the load{at}, by the preload of its springs")
-    if absent is not None:
-        left = absent[..., None, None]
-        half, taken = np.where(left, np.eye(len(plan.unknowns)), half), np.where(left, 0.0, taken)
+    pushed = np.broadcast_to(np.isnan(half).any(axis=(-2, -1)), left.shape) & ~left
+    left |= _told(pushed, ~left, "unstable even without the load, by the preload of its springs")
+    if left.any():
+        out = left[..., None, None]
+        half, taken = np.where(out, np.eye(len(plan.unknowns)), half), np.where(out, 0.0, taken)
     return inverse_pencil(half, root, taken, len(plan.unknowns))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..entries import WHOLE, Entries, Stretch
+from ..solvers.rounding import zero_eigenvalue
 from ..structure.assembly import point_masses
 from ..structure.parts import Row, Value
 from ..structure.topology import Group, Index
@@ -54,6 +55,19 @@ def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     return with_springs(plan, reduced(plan, of_members(plan, entries), entries), entries)
 
 
+def resisting(plan: Plan, entries: Entries = WHOLE) -> Array:
+    """The stiffness, zero in rows and columns of unknowns whose own is no more than rounding of what it is made of.
+
+    A node that carries others along moves all of them as it moves itself, and what their members resist cancels.
+    """
+    members = of_members(plan, entries)
+    out = with_springs(plan, reduced(plan, members, entries), entries)
+    root = np.sqrt(np.abs(np.diagonal(members, axis1=-2, axis2=-1)))[..., None, :]
+    made = (root @ np.abs(_substitution(plan, entries)))[..., 0, :] ** 2
+    none = np.diagonal(out, axis1=-2, axis2=-1) <= zero_eigenvalue(members.shape[-1]) * made
+    return np.where(none[..., :, None] | none[..., None, :], 0.0, out)
+
+
 def of_members(plan: Plan, entries: Entries = WHOLE) -> Array:
     """Stiffness of members over all DOFs, in the nodes' axes, (..., N, N)."""
     return nodal(plan, [(group, members(group, entries)) for group in plan.topology.groups])
@@ -80,8 +94,7 @@ def mass(plan: Plan) -> Array:
 
 def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
     """T^T A T for a matrix over all DOFs, with T of ``u = T q + g``."""
-    nodes = range(len(plan.topology.number))
-    change = _spread(plan, [plan.tree.row(node, k) for node in nodes for k in range(6)], entries)
+    change = _substitution(plan, entries)
     out: Array = np.swapaxes(change, -1, -2) @ matrix @ change
     return out
 
@@ -89,6 +102,12 @@ def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
 def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) -> Array:
     """Displacements of `nodes` in global axes from the unknowns, (..., 6 nodes, n)."""
     return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)], entries)
+
+
+def _substitution(plan: Plan, entries: Entries) -> Array:
+    """Displacements of all nodes in their axes from the unknowns, (..., N, n)."""
+    nodes = range(len(plan.topology.number))
+    return _spread(plan, [plan.tree.row(node, k) for node in nodes for k in range(6)], entries)
 
 
 def _spread(plan: Plan, rows: list[Row], entries: Entries) -> Array:

@@ -38,7 +38,7 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
         out[suspects] = _by_bands(plan, index, kept)
         return out
     entries = Entries(index or None)
-    matrix = dense.stiffness(plan, entries)[..., kept, :][..., :, kept]
+    matrix = dense.resisting(plan, entries)[..., kept, :][..., :, kept]
     values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
     out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
     return out
@@ -68,7 +68,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
         shapes = solver.motions()
         change: Array | scipy.sparse.csr_matrix = solver.matrices.global_substitution(nodes)
     else:
-        matrix, root = dense.scaled(_only(dense.stiffness(plan, entries)))
+        matrix, root = dense.scaled(_only(dense.resisting(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)
         shapes = root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]
         change = _only(dense.global_substitution(plan, nodes, entries))

@@ -7,55 +7,45 @@ from functools import reduce
 
 import numpy as np
 
+from ..entries import WHOLE
 from ..errors import FrameError
-from .edge import Edge
-from .parts import RightHandSideParameters, Row, Value, add_row, combine, product, unknowns
+from .gauss_jordan import ROUNDING, Constraint, Reduced, reduced
+from .parts import RightHandSideParameters, Row, Value, add_row, combine, product
+from .turned import by_entry
 
-# A coefficient smaller than this share of what such coefficients are made of is rounding.
-_ROUNDING = 1e-11
-
-
-@dataclass
-class Constraint:
-    """``row = 0``, from one component of an edge.
-
-    Attributes
-    ----------
-    row
-        Over the unknowns and the right-hand-side parameters.
-    edge, component
-        Where it comes from.
-    size
-        Length that arms in the frame are made of.
-    """
-
-    row: Row
-    edge: Edge
-    component: int
-    size: float
-
-    def scaled(self, key: int, value: Value) -> Value:
-        """A coefficient in units of what it is made of: direction cosines, or arms where a rotation displaces."""
-        return value / self.size if self.component < 3 and key % 6 >= 3 else value
+__all__ = ["Constraint", "Elimination", "eliminate"]
 
 
 @dataclass
 class Elimination:
     """Dependent unknowns as combinations of the free ones.
 
+    Where a loop determines other unknowns at some batch entries than at others, `rows` has all of them, each over the
+    unknowns that are left; one that is left may have a row, too, as it stands for another where it is determined.
+
     Attributes
     ----------
     rows
-        By dependent unknown: its row over the free unknowns and the right-hand-side parameters.
+        By unknown that is dependent at some entry: its row over the free unknowns and the right-hand-side parameters.
     sources
-        By dependent unknown: the combination of the given constraints that determines it.
+        By the same: the combination of the given constraints that determines it.
     given
         The constraints.
+    idle
+        By unknown that is left, one at entries at which it stands for nothing, as the loop determines more there, and
+        zero at the others.
     """
 
     rows: dict[int, Row] = field(default_factory=dict)
     sources: dict[int, Row] = field(default_factory=dict)
     given: list[Constraint] = field(default_factory=list)
+    idle: dict[int, Value] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns that all entries have less."""
+        kept = {key for row in self.rows.values() for key in row}
+        return len(self.rows.keys() - kept)
 
     def substituted(self, row: Row) -> Row:
         """`row` over the free unknowns only."""
@@ -68,88 +58,35 @@ class Elimination:
 
 
 def eliminate(rhs_parameters: RightHandSideParameters, given: list[Constraint]) -> Elimination:
-    """Gauss-Jordan elimination of constraints, at each turn of the one with the largest coefficient left, for that.
-
-    A coefficient counts by its least size over the batch. Constraints go in the order of their pivots, so that nearly
-    dependent ones come last and spoil no others.
+    """Solve constraints for unknowns, by one choice of these for all batch entries where one suits all.
 
     Raises
     ------
     FrameError
         Where a redundant constraint contradicts the others.
     """
-    out = Elimination(given=given)
-    waiting = {
-        index: _Waiting(constraint, dict(constraint.row), {index: 1.0}) for index, constraint in enumerate(given)
-    }
-    while waiting:
-        index = max(waiting, key=lambda index: waiting[index].size)
-        if waiting[index].size <= _ROUNDING:
-            break
-        chosen = waiting.pop(index)
-        pivot, row = chosen.pivot, chosen.row
-        assert pivot is not None  # its size is above zero
-        inverse = -1.0 / row.pop(pivot)
-        new = {key: product(value, inverse) for key, value in row.items()}
-        source = {key: product(value, inverse) for key, value in chosen.source.items()}
-        for dependent in out.rows:
-            _substitute(out.rows[dependent], out.sources[dependent], pivot, new, source)
-        for other in waiting.values():
-            if _substitute(other.row, other.source, pivot, new, source):
-                other.look()
-        out.rows[pivot], out.sources[pivot] = new, source
-    for left in waiting.values():
-        _check_redundant(rhs_parameters, left.constraint, left.row)
-    return out
-
-
-class _Waiting:
-    """A constraint that is yet to be solved, with the others put into it, and what it may best be solved for."""
-
-    def __init__(self, constraint: Constraint, row: Row, source: Row) -> None:
-        self.constraint, self.row, self.source = constraint, row, source
-        self.look()
-
-    def look(self) -> None:
-        """Find the largest coefficient."""
-        scaled = {key: self.constraint.scaled(key, self.row[key]) for key in unknowns(self.row)}
-        least = {key: float(np.min(np.abs(value))) for key, value in scaled.items()}
-        self.pivot = max(least, key=lambda key: least[key], default=None)
-        self.size = 0.0 if self.pivot is None else least[self.pivot]
-
-
-def _substitute(row: Row, source: Row, pivot: int, new: Row, combination: Row) -> bool:
-    """Put ``pivot = new`` into a row; whether the row had it."""
-    if pivot not in row:
-        return False
-    factor = row.pop(pivot)
-    add_row(row, new, factor)
-    add_row(source, combination, factor)
-    return True
+    numbered = dict(enumerate(given))
+    found, idle = reduced(numbered, WHOLE), dict[int, Value]()
+    if not isinstance(found, Reduced):
+        found, idle = by_entry(numbered)
+    for number, row in found.left.items():
+        _check_redundant(rhs_parameters, given[number], row)
+    return Elimination(found.rows, found.sources, given, idle)
 
 
 def _check_redundant(rhs_parameters: RightHandSideParameters, constraint: Constraint, row: Row) -> None:
+    """Refuse a constraint that follows from the others but for what is imposed on it."""
+    known = [product(value, rhs_parameters.values[-1 - key]) for key, value in row.items() if key < 0]
+    if not known:
+        return
+    gap = np.abs(combine((1.0, each) for each in known))
+    wrong = np.asarray(gap > ROUNDING * reduce(np.maximum, map(np.abs, known)))
+    if not wrong.any():
+        return
     edge = constraint.edge
     what = f"{edge.kind} {edge.name!r}" if edge.name else edge.kind
-    left = [np.abs(constraint.scaled(key, row[key])) for key in unknowns(row)]
-    if any(_size(each) > _ROUNDING for each in left):
-        turned = np.min(reduce(np.maximum, left)) > _ROUNDING
-        raise FrameError(
-            f"component {constraint.component} of {what} closes a loop of ideal joints that "
-            + (
-                "ties other coordinates at some batch entries than at others"
-                if turned
-                else "is singular at some batch entries only"
-            )
-            + ": solve those apart, or give the joint a finite stiffness"
-        )
-    gaps = [(value, rhs_parameters.values[-1 - key]) for key, value in row.items() if key < 0]
-    if _size(combine(gaps)) > _ROUNDING * max((_size(combine([gap])) for gap in gaps), default=0.0):
-        raise FrameError(
-            f"component {constraint.component} of {what} contradicts the other supports and ideal joints "
-            f"by {_size(combine(gaps)):.3g}: release one of them"
-        )
-
-
-def _size(value: Value) -> float:
-    return float(np.max(np.abs(value)))
+    where = f" at batch entry {tuple(np.argwhere(wrong)[0].tolist())}" if wrong.size > 1 and not wrong.all() else ""
+    raise FrameError(
+        f"component {constraint.component} of {what} contradicts the other supports and ideal joints{where} "
+        f"by {np.max(np.where(wrong, gap, 0.0)):.3g}: release one of them"
+    )

@@ -185,6 +185,8 @@ class JointTree:
         self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
         self.springs = [TreeSpring(change(spring.row), spring.stiffness) for spring in self.springs]
         self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
+        # what stands for nothing at an entry is held there, and by nothing else
+        self.springs += [TreeSpring({key: 1.0}, where) for key, where in self.elimination.idle.items()]
 
 
 def edges_of(topology: Topology, rhs_parameters: RightHandSideParameters) -> list[Edge]:
@@ -279,7 +281,7 @@ def entries(grid: Grid, axes: Array | None) -> Matrix3:
     """Axes (..., 3, 3) as three rows of numbers; None for the global ones."""
     if axes is None:
         return None
-    flat = grid.components(axes, trailing=2) if axes.size > 9 else list[Value](axes.reshape(-1).tolist())
+    flat = grid.components(axes, trailing=2) if axes.size != 9 else list[Value](axes.reshape(-1).tolist())
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
