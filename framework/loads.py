@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,17 +16,36 @@ _VECTORS = {"trailing": 1}
 
 @dataclass(frozen=True)
 class LineLoad:
-    """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member."""
+    """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member.
+
+    With `start_bow` and `end_bow` (..., 3) it is a cubic: what goes linearly from the one to the other, times
+    ``s (1 - s)`` at the share s of the span, comes on top.
+    """
 
     start: Array = field(metadata=_VECTORS)
     end: Array = field(metadata=_VECTORS)
     span: tuple[float, float] | None
     local: bool
+    start_bow: Array | None = field(default=None, metadata=_VECTORS)
+    end_bow: Array | None = field(default=None, metadata=_VECTORS)
+
+    @classmethod
+    def through(cls, values: Sequence[Array]) -> LineLoad:
+        """The cubic over the whole member through four forces per length (..., 3), global, at 0, 1/3, 2/3 and 1."""
+        start, first, second, end = values
+        near, far = 4.5 * first - 3.0 * start - 1.5 * end, 4.5 * second - 1.5 * start - 3.0 * end
+        return cls(start, end, None, local=False, start_bow=2.0 * near - far, end_bow=2.0 * far - near)
+
+    @property
+    def parts(self) -> dict[str, Array]:
+        """Its vectors by name, (..., 3) each."""
+        named = {"start": self.start, "end": self.end, "start_bow": self.start_bow, "end_bow": self.end_bow}
+        return {name: vectors for name, vectors in named.items() if vectors is not None}
 
     @property
     def forces(self) -> tuple[Array, ...]:
         """What may vary over the batch, (..., 3) each."""
-        return self.start, self.end
+        return tuple(self.parts.values())
 
     def clipped(self, lower: Array, upper: Array, length: Array) -> tuple[Array, Array]:
         """Ends of the loaded stretch, measured from the start of the member, within `lower` ... `upper`."""
@@ -41,7 +61,11 @@ class LineLoad:
         for point, weight in zip(*np.polynomial.legendre.leggauss(count), strict=True):
             x = a + half * (1.0 + point)
             share = ((x - x1) / (x2 - x1))[..., None]
-            force = weight * half[..., None] * (self.start * (1.0 - share) + self.end * share)
+            per_length = self.start * (1.0 - share) + self.end * share
+            if self.start_bow is not None and self.end_bow is not None:
+                bow = self.start_bow * (1.0 - share) + self.end_bow * share
+                per_length = per_length + share * (1.0 - share) * bow
+            force = weight * half[..., None] * per_length
             out.append((x, np.concatenate([force, np.zeros_like(force)], axis=-1)))
         return out
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -177,6 +177,30 @@ class DescribedLoads(DescribedSupports):
             wanted = f"two distances 0 <= x1 < x2 <= its length {length:.6g}"
             raise FrameError(f"line load on {member!r} spans {span!r}: give {wanted}")
         return float(ends[0]), float(ends[1])
+
+
+def cubic_line_load(described: DescribedLoads, member: str, values: Sequence[Array]) -> None:
+    """Apply a force per length that is a cubic along the whole of a member.
+
+    Parameters
+    ----------
+    described
+        The frame.
+    member
+        Name of the member.
+    values
+        Force per length in global axes at 0, 1/3, 2/3 and 1 of its length, (..., 3) each.
+
+    Raises
+    ------
+    FrameError
+        If the member is unknown, or shapes do not broadcast.
+    """
+    member = described._member(member, "line load")
+    load = LineLoad.through(values)
+    what = f"line load on {member!r}"
+    described._join({f"the {name} of the {what}": vectors.shape[:-1] for name, vectors in load.parts.items()})
+    described.member_loads.setdefault(member, []).append(load)
 
 
 def _stacked(given: Mapping[int, Array], size: int) -> Array:

@@ -124,6 +124,6 @@ def _local(load: MemberLoad, local_axes: Array) -> MemberLoad:
     if isinstance(load, FormLoad):
         raise TypeError("a form acts in the member's own axes")
     if isinstance(load, LineLoad):
-        start, end = (rotated(local_axes, aligned(side, ndim, 1)) for side in (load.start, load.end))
-        return replace(load, start=start, end=end, local=True)
+        own = {name: rotated(local_axes, aligned(vectors, ndim, 1)) for name, vectors in load.parts.items()}
+        return LineLoad(span=load.span, local=True, **own)
     return replace(load, force=rotated(local_axes, aligned(load.force, ndim, 1)), local=True)

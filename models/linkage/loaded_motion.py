@@ -146,7 +146,9 @@ class LoadedMotion(FramedPoses):
         joint's point. Where it changes from seat to seat with the pose, each seat is a joint ``joint.link.on.seat``
         between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
 
-        A mass that was given sits, rigid, on the link's point nearest to its centre, and its beams weigh nothing.
+        A mass that was given alone is spread along the link's beams as their own is. One that was given its place sits,
+        rigid, on the link's point nearest to its centre, the first of those that are equally near, and the beams weigh
+        nothing.
 
         The frame is linear about the linkage without loads: its links, joints and springs resist with their stiffness
         alone, and what springs exert at rest is one of the loads. That forces turn with the links, joints and springs

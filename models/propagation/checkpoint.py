@@ -68,8 +68,8 @@ class Checkpoint:
             If the folder holds another run or cannot be written, and what differs.
         """
         found = cls(Path(folder))
-        if not found.holds(about):
-            found._begin(about)
+        if not found.holds(about) and not found._begin(about):
+            found.holds(about)  # another process began one meanwhile
         found._remove_abandoned()
         return found
 
@@ -126,13 +126,14 @@ class Checkpoint:
             raise FrameError(f"{path} is of another release: give another folder")
         return found
 
-    def _begin(self, about: Mapping[str, Any]) -> None:
+    def _begin(self, about: Mapping[str, Any]) -> bool:
+        """Begin the run; False where there is one by now."""
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FrameError(f"checkpoint {self.folder} cannot be made: {error.strerror or error}") from error
         text = json.dumps({"format": FORMAT, **about}, indent=1)
-        self._write(ABOUT, [text.encode()], "the run cannot be begun there")
+        return self._write(ABOUT, [text.encode()], "the run cannot be begun there", new=True)
 
     def _remove_abandoned(self) -> None:
         """Remove what processes that have ended left half written."""
@@ -176,19 +177,39 @@ class Checkpoint:
         start, stop, *of = cut
         return self.folder / f"chunk-{'-'.join([f'{start:012d}', f'{stop:012d}', *of])}.bin"
 
-    def _write(self, name: str, content: Sequence[bytes | memoryview], remedy: str) -> None:
-        """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends."""
+    def _write(self, name: str, content: Sequence[bytes | memoryview], remedy: str, *, new: bool = False) -> bool:
+        """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends.
+
+        What is to be new is not written where it is there already; whether it was written.
+        """
         part = self.folder / f".{name}.{self._owner}.part"
         try:
             try:
                 with part.open("wb") as file:
                     file.writelines(content)
+                if new:
+                    return _moved_to_new(part, self.folder / name)
                 part.replace(self.folder / name)
+                return True
             except BaseException:
                 part.unlink(missing_ok=True)
                 raise
         except OSError as error:
             raise FrameError(f"{self.folder / name} cannot be written: {error.strerror or error}; {remedy}") from error
+
+
+def _moved_to_new(part: Path, path: Path) -> bool:
+    """Give a file its name, but for where another process gave it to one of its own; whether it did."""
+    try:
+        os.link(part, path)
+    except FileExistsError:
+        part.unlink()
+        return False
+    except (OSError, NotImplementedError):  # a file has one name there
+        part.replace(path)
+        return True
+    part.unlink()
+    return True
 
 
 def _payload(path: Path) -> bytes | None:

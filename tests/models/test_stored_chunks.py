@@ -103,3 +103,29 @@ def test_what_a_killed_process_left_half_written_is_removed(tmp_path: Path) -> N
         (tmp_path / name).write_bytes(b"half")
     Checkpoint.open(tmp_path, {})
     assert [path.name for path in tmp_path.glob(".*")] == [living]
+
+
+def test_of_two_runs_that_begin_at_once_one_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other begins after this one has found the folder empty."""
+    begin = Checkpoint._begin
+
+    def late(self: Checkpoint, about: dict[str, Any]) -> bool:
+        monkeypatch.setattr(Checkpoint, "_begin", begin)
+        Checkpoint.open(tmp_path, {"load": 1.0})
+        return begin(self, about)
+
+    monkeypatch.setattr(Checkpoint, "_begin", late)
+    with pytest.raises(FrameError, match="belongs to another run: load differs"):
+        Checkpoint.open(tmp_path, {"load": 2.0})
+    assert Checkpoint.known(tmp_path) == {"load": 1.0}
+    assert [path.name for path in tmp_path.iterdir()] == ["run.json"]
+
+
+def test_a_run_begins_where_a_file_has_one_name_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "link", refuse)
+    Checkpoint.open(tmp_path, {"load": 2.0})
+    assert Checkpoint.known(tmp_path) == {"load": 2.0}
+    assert [path.name for path in tmp_path.iterdir()] == ["run.json"]

@@ -26,7 +26,7 @@ from .actions import rotated_tensor, tension, whole_shape
 from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, contact_stiffness
-from .inertia import inertia, is_given, without_mass
+from .inertia import beams_with_mass, inertia, is_given
 from .loading import Pieces, add_inertia_loads, add_loads
 from .nodes import SLIDING, Nodes
 
@@ -245,13 +245,11 @@ class Builder:
     def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
         pieces = [
             (part, ends)
-            for pair, beam in link.beams.items()
+            for pair, beam in beams_with_mass(self.linkage, link).items()
             for part, ends in zip(layout.parts(pair, beam), pairwise(layout.chains[pair]), strict=True)
         ]
-        given = is_given(link)
-        for index, (part, ends) in enumerate(pieces, start=1):
+        for index, (beam, ends) in enumerate(pieces, start=1):
             member = name if len(pieces) == 1 else f"{name}.{index}"
-            beam = without_mass(part) if given else part
             self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
             self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,8 +42,36 @@ class Inertia:
 
 
 def is_given(link: LinkageLink) -> bool:
-    """Whether the link was given its inertia, so that its beams have none of their own."""
-    return any(value is not None for value in (link.mass, link.centre, link.inertia))
+    """Whether the link was given where its mass is, so that its beams have none of their own.
+
+    A mass alone is spread as that of the beams is; see `beams_with_mass`.
+    """
+    placed = link.centre is not None or link.inertia is not None
+    return placed or (link.mass is not None and not _is_spread(link))
+
+
+def _is_spread(link: LinkageLink) -> bool:
+    """Whether the beams carry a mass that was given alone."""
+    return bool(link.beams) and all(isinstance(beam, Beam) for beam in link.beams.values())
+
+
+def beams_with_mass(linkage: LinkageDescription, link: LinkageLink) -> Mapping[tuple[str, str], LineElement]:
+    """The beams of a link in the frame: without mass where that was placed, with all of it where it was given alone."""
+    if is_given(link):
+        return {pair: without_mass(beam) for pair, beam in link.beams.items()}
+    if link.mass is None:
+        return link.beams
+    own = _of_beams(linkage, link).mass
+    share = link.mass / np.where(own > 0.0, own, np.inf)
+    return {pair: _of_density(beam, share * density) for pair, beam, density in _spread_over(link)}
+
+
+def _spread_over(link: LinkageLink) -> Iterator[tuple[tuple[str, str], Beam, Array]]:
+    """Beams over which a mass is spread, and their densities; where none has one, alike."""
+    massive = _massive(link)
+    for pair, beam in link.beams.items():
+        assert isinstance(beam, Beam)
+        yield pair, beam, np.asarray(beam.material.density if massive else 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +103,7 @@ def is_massive(element: LineElement) -> bool:
     return bool(np.any(element.mass_per_length(np.asarray(0.5)) > 0.0))
 
 
-def _of_density(beam: Beam, density: float) -> Beam:
+def _of_density(beam: Beam, density: Array | float) -> Beam:
     stuff = beam.material
     return replace(beam, material=Material(E=stuff.E, G=stuff.G, density=density))
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....framework.arm import crossed, transferred
 from ....framework.batch import Array
+from ....framework.described.loads import cubic_line_load
 from ....framework.dofs import FORCES
 from ....framework.frame import Frame
 from ....framework.protocol import LineElement
@@ -18,6 +20,26 @@ from .nodes import Nodes
 
 # By link: member, beam, start and end in the link's axes.
 Pieces = dict[str, list[tuple[str, LineElement, Array, Array]]]
+
+
+class Rule(NamedTuple):
+    """Shares of a member's length at which its inertia force is taken, and what follows from its values there.
+
+    The weights of the values in the mean along the member, and in that of their product with the share.
+    """
+
+    shares: tuple[float, ...]
+    mean: tuple[float, ...]
+    first: tuple[float, ...]
+
+
+# Exact for a force that is linear along the member, and for a cubic.
+LINEAR = Rule((0.0, 1.0), (1.0 / 2.0, 1.0 / 2.0), (1.0 / 6.0, 1.0 / 3.0))
+CUBIC = Rule(
+    (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0),
+    (1.0 / 8.0, 3.0 / 8.0, 3.0 / 8.0, 1.0 / 8.0),
+    (1.0 / 60.0, 3.0 / 40.0, 3.0 / 10.0, 13.0 / 120.0),
+)
 
 
 def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
@@ -32,22 +54,21 @@ def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
 def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pieces) -> None:
     """Inertia forces of the rigid motion (d'Alembert).
 
-    Beams with a mass of their own carry ``-rho A a`` along their length, taken to vary linearly. What this leaves of
-    the link's inertia force and torque acts at the link's point nearest to its centre of mass: the rotary inertia of
-    the sections, the curvature of ``rho A a`` in a taper, or the whole of a mass that was given.
+    Beams with a mass of their own carry ``-rho A a`` along their length: the acceleration varies linearly there, and
+    with the area of a taper the product is a cubic. What this leaves of the link's inertia force and torque acts at the
+    link's point nearest to its centre of mass: the rotary inertia of the sections, or the whole of a mass that was
+    given.
     """
     for link in motion.linkage.links:
         whole = inertia_force(motion, link)
         rest = whole.wrench
         for member, beam, start, end in pieces.get(link, []):
             if is_massive(beam):
-                forces = _force(motion, link, beam, start, 0.0), _force(motion, link, beam, end, 1.0)
-                names = [k for k in range(3) if any(np.any(force[..., k]) for force in forces)]
-                if names:
-                    given: dict[str, Any] = {FORCES[k]: (forces[0][..., k], forces[1][..., k]) for k in names}
-                    frame.line_load(member, **given)
+                rule = _rule(beam)
+                forces = [_force(motion, link, beam, start, end, share) for share in rule.shares]
+                _along(frame, member, forces)
                 places = motion.position_on(link, start), motion.position_on(link, end)
-                rest = rest - _resultant(places, forces, whole.place)
+                rest = rest - _resultant(rule, places, forces, whole.place)
         point = nodes.centre_node(motion.linkage, link, inertia(motion.linkage, link).centre)
         at = motion.position(point, link)
         _put(frame, nodes.of(link, point), _there(motion, transferred(rest, whole.place - at)))
@@ -60,9 +81,28 @@ def _put(frame: Frame, node: str, wrench: Array) -> None:
         frame.load(node, **given)
 
 
-def _force(motion: Kinematics, link: str, beam: LineElement, place: Array, fraction: float) -> Array:
-    """Inertia force per length at one end of a beam, (..., 3)."""
-    return _there(motion, -beam.mass_per_length(np.asarray(fraction))[..., None] * motion.acceleration_on(link, place))
+def _rule(beam: LineElement) -> Rule:
+    """Where the inertia force of a beam is to be taken; it is linear where the mass per length is even."""
+    start, *others = (beam.mass_per_length(np.asarray(share)) for share in CUBIC.shares)
+    return LINEAR if all(np.array_equal(start, other) for other in others) else CUBIC
+
+
+def _along(frame: Frame, member: str, forces: Sequence[Array]) -> None:
+    """Load a member with a force per length by its values at two stations or at four."""
+    names = [k for k in range(3) if any(np.any(force[..., k]) for force in forces)]
+    if names and len(forces) == len(LINEAR.shares):
+        start, end = forces
+        given: dict[str, Any] = {FORCES[k]: (start[..., k], end[..., k]) for k in names}
+        frame.line_load(member, **given)
+    elif names:
+        cubic_line_load(frame, member, forces)
+
+
+def _force(motion: Kinematics, link: str, beam: LineElement, start: Array, end: Array, share: float) -> Array:
+    """Inertia force per length at a share of a beam's length, (..., 3)."""
+    place = start * (1.0 - share) + end * share
+    per_length = beam.mass_per_length(np.asarray(share))[..., None]
+    return _there(motion, -per_length * motion.acceleration_on(link, place))
 
 
 def _there(motion: Kinematics, vectors: Array) -> Array:
@@ -70,11 +110,17 @@ def _there(motion: Kinematics, vectors: Array) -> Array:
     return vectors if motion.is_assembled.all() else np.where(motion.is_assembled[..., None], vectors, 0.0)
 
 
-def _resultant(places: tuple[Array, Array], forces: tuple[Array, Array], about: Array) -> Array:
-    """Force and moment of a force per length that varies linearly from end to end, (..., 6)."""
-    (start, end), (first, last) = places, forces
-    chord, change, arm = end - start, last - first, start - about
+def _resultant(rule: Rule, places: tuple[Array, Array], forces: Sequence[Array], about: Array) -> Array:
+    """Force and moment of a force per length between two places, by its values at the stations of a rule, (..., 6)."""
+    start, end = places
+    chord = end - start
     length = np.linalg.norm(chord, axis=-1)[..., None]
-    moment = crossed(arm, first + change / 2.0) + crossed(chord, first / 2.0 + change / 3.0)
-    force, moment = np.broadcast_arrays(length * (first + last) / 2.0, length * moment)
+    mean, first = _weighted(rule.mean, forces), _weighted(rule.first, forces)
+    moment = crossed(start - about, mean) + crossed(chord, first)
+    force, moment = np.broadcast_arrays(length * mean, length * moment)
     return np.concatenate([force, moment], axis=-1)
+
+
+def _weighted(weights: Sequence[float], forces: Sequence[Array]) -> Array:
+    """Sum of forces, (..., 3)."""
+    return np.asarray(sum(weight * force for weight, force in zip(weights, forces, strict=True)))

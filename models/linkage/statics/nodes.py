@@ -12,6 +12,9 @@ from ..description.places import place
 # Joints whose two links do not meet at the joint's point of the first.
 SLIDING = ("prismatic", "cylindrical", "planar", "screw")
 
+# Distances that differ by that share of the greatest are equal.
+ALIKE = 1e-9
+
 
 class Nodes:
     """Which node stands for a point of a link.
@@ -50,10 +53,11 @@ class Nodes:
         return self.of(pair.first, pair.point)
 
     def centre_node(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
-        """The point of a link nearest to its centre of mass."""
+        """The point of a link nearest to its centre of mass; of those that are equally far, the first."""
         points = linkage.links[link].points
         away = [float(np.max(np.linalg.norm(centre - place(linkage, link, p), axis=-1))) for p in points]
-        return points[int(np.argmin(away))]
+        # which of the ends of a bar is nearer to its middle would be rounding
+        return next(point for point, far in zip(points, away, strict=True) if far <= min(away) + ALIKE * max(away))
 
     @property
     def _names(self) -> set[str]:
