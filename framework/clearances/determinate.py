@@ -27,7 +27,7 @@ from ..structure.parts import Row, Value, add_row, is_zero, total
 from .contact_state import UNLOADED, ClearanceComponents
 
 # Up to so many chunks are done at once, without writing down what is done; machine code does so many at a time.
-_FEW, _LONGER = 2, 64
+_FEW, _LONGER = 2, 16
 # Lengths between these have squares that hold all digits.
 _LEAST, _LARGEST = 1e-139, 1e139
 # Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
@@ -89,10 +89,7 @@ class DeterminateContact:
 
         def summed(take: Callable[[Value], Any]) -> list[Any]:
             offsets = self._offsets(take)
-            return [
-                take(place) + _sum((take(self._value(u[..., k])), o) for u, o in zip(moved, offsets, strict=True))
-                for place, k in zip(places, rows, strict=True)
-            ]
+            return [_sum((take(self._value(u[..., k])), o) for u, o in zip(moved, offsets, strict=True)) for k in rows]
 
         self._compute(summed, places)
         return out if self._pressed else None
@@ -161,7 +158,7 @@ class DeterminateContact:
     # -- carried out ------------------------------------------------------------------------------------------------
 
     def _compute(self, results: Callable[[Callable[[Value], Any]], list[Any]], places: Sequence[Array]) -> None:
-        """Put results where they belong, and find out whether they hold, unless that is known."""
+        """Add results to what is in their places, and find out whether they hold, unless that is known."""
         if self._pressed is None and not self._sound:
             self._pressed = False
             return
@@ -173,29 +170,29 @@ class DeterminateContact:
             if self._pressed is None:
                 self._pressed = bool((np.asarray(self._margin(take)) > 0.0).all())
             for place, value in zip(places, results(take), strict=True):
-                place[...] = value
+                place += value
 
     def _by_chunks(self, results: Callable[[Callable[[Value], Any]], list[Any]], places: Sequence[Array]) -> None:
-        recording = Recording()
+        recording, shape = Recording(), self._grid.shape
         margin = [self._margin(recording.take)] if self._pressed is None else []
-        found = [*results(recording.take), *margin]
-        if not found:
+        found = results(recording.take)
+        asked = [(place, term) for place, term in zip(places, found, strict=True) if isinstance(term, Term)]
+        terms = [*(term for _, term in asked), *margin]
+        if not terms:
             return
-        if not all(isinstance(value, Term) for value in found):
-            self._pressed = False
-            return
-        shape = self._grid.shape
-        calculation = Calculation.recorded(recording, found, shape)
+        calculation = Calculation.recorded(recording, terms, shape)
         axis, step = steps(self._grid, ())
         step *= _LONGER if calculation.choice.compiled else 1
         pressed = True
         for start in range(0, shape[axis], step):
             indices = slice(start, min(start + step, shape[axis]))
-            part = (slice(None),) * axis + (indices,)
-            cut = (*shape[:axis], indices.stop - start, *shape[axis + 1 :])
-            margins = [np.empty(calculation.of(term.mask, cut)) for term in margin]
-            calculation.run(axis, indices, [*(place[part] for place in places), *margins])
-            pressed = pressed and all(bool((each > 0.0).all()) for each in margins)
+            part, cut = (slice(None),) * axis + (indices,), list(shape)
+            cut[axis] = indices.stop - start
+            made = [np.empty(calculation.of(term.mask, tuple(cut))) for term in terms]
+            calculation.run(axis, indices, made)
+            for (place, _), value in zip(asked, made, strict=False):
+                place[part] += value
+            pressed = pressed and all(bool((value > 0.0).all()) for value in made[len(asked) :])
         self._pressed = pressed if margin else self._pressed
 
     @cached_property

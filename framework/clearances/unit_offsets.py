@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,8 +24,9 @@ Solve = Callable[[Description], LinearResults]
 # Tells which components bear a force.
 Loaded = Callable[[], NDArray[np.bool_]]
 
-# A stiffness against offsets below this share of the members' is the rounding of none.
-_UNRESISTED = 1e-13
+# A stiffness against offsets below this share of the members' is the rounding of none; one up to so many times that may
+# be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
+_UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,11 @@ def _answer(
     members = _members(motions.plan, components)
     root = np.sqrt(members)
     least = _UNRESISTED * root[:, None] * root
+    with np.errstate(invalid="ignore"):
+        doubtful = (np.abs(found) > least) & (np.abs(found) <= _DOUBTFUL * least)
+    if doubtful.any():
+        moved = np.where(unknown, 1.0, _largest_motions(motions, components))
+        least = least * moved[:, None] * moved
     if unknown.any() and not (bearing := loaded()).all():
         found, _ = _falls(_bare(frame, joints), components, bearing, solve)
         apart = bearing[:, None] & bearing
@@ -116,6 +123,22 @@ def _answer(
         unknown,
         motions if determinate else None,
     )
+
+
+def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:
+    """By how much a unit offset in each component moves nodes at most, (n, ...), and not below one.
+
+    Rounding of a force from a stiffness is in proportion to its displacements, as far from equilibrium as they are.
+    """
+    frame, is_rotation = motions.frame, components.is_rotation
+    shape = (len(is_rotation), *frame.shape[1:])
+    if 6 * len(frame.nodes) * math.prod(shape) > _MOST or not frame.size:
+        return np.ones(shape)
+    moved = np.abs(motions.nodal())
+    length, angle = moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2))
+    arms = np.where(is_rotation, 1.0 / frame.size, 1.0).reshape(-1, *(1,) * (len(shape) - 1))
+    out: Array = np.maximum(1.0, arms * np.maximum(length, angle * frame.size))
+    return out
 
 
 def _falls(
