@@ -170,21 +170,30 @@ def _clearances(frame: Description, found: Clearances | None) -> list[str]:
     if found is None:
         names = joints_with_clearance(frame)
         return [f"Clearances of {len(names)} joints are left out: {', '.join(names)}."] if names else []
-    equilibrium = not found.contact_state.stiffness.any()
-    lines = [
-        "Clearances: above is the frame with each joint's offset in contact, found before from the joint forces "
-        "without clearances"
-        + (
-            "; no offset meets any stiffness, so that contact is along these forces."
-            if equilibrium
-            else " and their answer to a unit offset in each joint, at the minimum of energy."
-        )
-    ]
+    lines = [f"Clearances: {_contact(found)}"]
     for name, state in zip(found.names, found.state, strict=True):
         kinds, counts = np.unique(state, return_counts=True)
         text = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
         lines.append(f"  joint {name}: {text} of {state.size} entries.")
     return lines
+
+
+def _contact(found: Clearances) -> str:
+    """How contact was found."""
+    if found.determinate is not None and found.determinate.pressed:
+        return (
+            "above is the frame without them. No offset in a joint meets any stiffness, so that contact is along the "
+            "joint forces, which are the work of the loads on the motions by unit offsets; displacements are those "
+            "without clearances and a sum of these motions."
+        )
+    return (
+        "above is the frame with each joint's offset in contact, found before from the joint forces without clearances"
+        + (
+            " and their answer to a unit offset in each joint, at the minimum of energy."
+            if found.contact_state.stiffness.any()
+            else "; no offset meets any stiffness, so that contact is along these forces."
+        )
+    )
 
 
 def _left_out() -> list[str]:

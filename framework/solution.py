@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from .batched.plan import Plan
 from .clearances.clearance import Clearances, joints_with_clearance
 from .description import Description
 from .explain import explain
@@ -78,7 +77,7 @@ class Solution(ResultsWithBounds):
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
         contact = Clearances(described, without_clearance, cls.of)
-        return cls(described, Plan(contact.offsets(), method=plan.asked), contact)
+        return cls(described, contact.plan() if contact.determinate is None else None, contact)
 
     def explain(self) -> str:
         """What is built at which batch shapes, what is skipped, and why, in plain words.
@@ -88,4 +87,5 @@ class Solution(ResultsWithBounds):
         str
             Lines for a reader.
         """
-        return explain(self, self.clearances)
+        found = self.pressed
+        return explain(self if found is None else found.without_clearance, self.clearances)

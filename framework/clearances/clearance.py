@@ -8,12 +8,14 @@ without clearance, its springs about an offset o that lies where the energy of t
 with f the forces in the joints of the frame without clearance and S their fall for a unit offset in each. So the frame
 is solved once under its loads and once for the unit offsets, whatever it holds, k = inf included; what is left is a
 problem of two or three numbers a joint, see `balls`. Where joint forces follow from equilibrium alone, S vanishes and
-the journals lie along them, ``o = ε f/|f|``: the extreme point of what the linkage can reach in the load's direction.
+the journals lie along them, ``o = ε f/|f|``: the extreme point of what the linkage can reach in the load's direction
+(see `determinate`).
 """
 
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +30,7 @@ from ..errors import MechanismWarning
 from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .contact_state import ClearanceComponents, ContactState
+from .determinate import DeterminateContact, determinate_contact
 from .unit_offsets import Solve, against_offsets
 
 
@@ -52,28 +55,57 @@ class Clearances:
     ----------
     names
         The joints with clearance.
-    contact_state
-        Where their journals are in contact.
+    determinate
+        Contact in closed form where that may do; None elsewhere.
     """
 
     def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve) -> None:
         self.frame, self.names = frame, joints_with_clearance(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
-        components = ClearanceComponents(self.names, own, [k for joint in joints for k in joint.clearance_directions])
+        self._components = ClearanceComponents(
+            self.names, own, [k for joint in joints for k in joint.clearance_directions]
+        )
+        self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
+        self.determinate: DeterminateContact | None = None
+        self._resistance = against_offsets(frame, self._components, self._bearing, solve)
+        if self._resistance.motions is not None and not self._resistance.stiffness.any():
+            radius, motions = [joint.clearance for joint in joints], self._resistance.motions
+            self.determinate = determinate_contact(self._components, radius, without_clearance, motions)
+        if self.determinate is None:
+            # what contact takes of other solutions is taken now, so that they need not be held
+            self.contact_state  # noqa: B018
+            self._resistance = replace(self._resistance, motions=None)
+            del self._without_clearance
+
+    @cached_property
+    def contact_state(self) -> ContactState:
+        """Where the journals are in contact."""
+        frame, resistance = self.frame, self._resistance
+        radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in self.names])
+        force = np.nan_to_num(self._force) if self._singular.any() else self._force
+        load = _load(self._without_clearance.plan)
+        stiffness, members = resistance.stiffness, resistance.members
+        return ContactState(self._components, stiffness, members, force, radius, load, frame.size)
+
+    @cached_property
+    def _force(self) -> Array:
+        """Forces without clearance by component, (n, ...); NaN at mechanisms."""
+        if self.determinate is not None:
+            return self.determinate.forces()
         with warnings.catch_warnings():
             # Entries that are mechanisms have no contact, which their state tells.
             warnings.simplefilter("ignore", MechanismWarning)
-            force = np.stack([without_clearance.joint_force(name)[..., k] for name, k in components.pairs])
-        self._singular = np.asarray(np.isnan(force).any(axis=0))
-        loaded = np.any(force.reshape(len(force), -1) != 0.0, axis=1)
-        self._resistance = against_offsets(frame, components, loaded, solve)
-        radius = np.stack([np.broadcast_to(joint.clearance, frame.shape) for joint in joints])
-        force = np.nan_to_num(force) if self._singular.any() else force
-        resistance, load = self._resistance, _load(without_clearance.plan)
-        self.contact_state = ContactState(
-            components, resistance.stiffness, resistance.members, force, radius, load, frame.size
-        )
+            return np.stack([self._without_clearance.joint_force(name)[..., k] for name, k in self._components.pairs])
+
+    @cached_property
+    def _singular(self) -> NDArray[np.bool_]:
+        found: NDArray[np.bool_] = np.asarray(np.isnan(self._force).any(axis=0))
+        return found
+
+    def _bearing(self) -> NDArray[np.bool_]:
+        """Which components bear a force anywhere, (n,)."""
+        return np.asarray((self._force != 0.0).reshape(len(self._force), -1).any(axis=1))
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
@@ -95,6 +127,10 @@ class Clearances:
             imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
             out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
         return out
+
+    def plan(self) -> Plan:
+        """That frame compiled."""
+        return Plan(self.offsets(), method=self._asked)
 
     def contact(self, name: str) -> Contact:
         """Contact in a joint."""

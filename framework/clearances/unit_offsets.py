@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,9 +21,12 @@ from ..structure.parts import total
 from .contact_state import ClearanceComponents
 
 Solve = Callable[[Description], LinearResults]
+# Tells which components bear a force.
+Loaded = Callable[[], NDArray[np.bool_]]
 
-# A stiffness against offsets below this share of the members' is the rounding of none.
-_UNRESISTED = 1e-13
+# A stiffness against offsets below this share of the members' is the rounding of none; one up to so many times that may
+# be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
+_UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
 
 
 @dataclass(frozen=True)
@@ -38,16 +42,17 @@ class Resistance:
         The members' stiffness, (n, ...).
     unknown
         Where an offset moves a mechanism that the loads do not, and nothing can be said, (...).
+    motions
+        The solution for a unit offset in each component, (n, ...); None where some of these move a mechanism.
     """
 
     stiffness: Array
     members: Array
     unknown: NDArray[np.bool_]
+    motions: LinearResults | None
 
 
-def against_offsets(
-    frame: Description, components: ClearanceComponents, loaded: NDArray[np.bool_], solve: Solve
-) -> Resistance:
+def against_offsets(frame: Description, components: ClearanceComponents, loaded: Loaded, solve: Solve) -> Resistance:
     """How a frame resists offsets in its joints.
 
     Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
@@ -60,7 +65,7 @@ def against_offsets(
     components
         Components of its joints.
     loaded
-        Which of them bear a force anywhere in the batch, (n,): only those count where the others move a mechanism.
+        Tells which of them bear a force anywhere in the batch, (n,): only these count where others move a mechanism.
     solve
         Makes the linear solution of a description, without clearances.
 
@@ -88,18 +93,24 @@ def _answer(
     frame: Description,
     joints: dict[str, JointElement],
     components: ClearanceComponents,
-    loaded: NDArray[np.bool_],
+    loaded: Loaded,
     solve: Solve,
 ) -> Resistance:
     count = len(components.pairs)
-    found, plan = _falls(_bare(frame, joints), components, np.ones(count, dtype=bool), solve)
+    found, motions = _falls(_bare(frame, joints), components, np.ones(count, dtype=bool), solve)
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
-    members = _members(plan, components)
+    determinate = not unknown.any()
+    members = _members(motions.plan, components)
     root = np.sqrt(members)
     least = _UNRESISTED * root[:, None] * root
-    if unknown.any() and not loaded.all():
-        found, _ = _falls(_bare(frame, joints), components, loaded, solve)
-        apart = loaded[:, None] & loaded
+    with np.errstate(invalid="ignore"):
+        doubtful = (np.abs(found) > least) & (np.abs(found) <= _DOUBTFUL * least)
+    if doubtful.any():
+        moved = np.where(unknown, 1.0, _largest_motions(motions, components))
+        least = least * moved[:, None] * moved
+    if unknown.any() and not (bearing := loaded()).all():
+        found, _ = _falls(_bare(frame, joints), components, bearing, solve)
+        apart = bearing[:, None] & bearing
         coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
         unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
         found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), found, 0.0)
@@ -110,13 +121,31 @@ def _answer(
         stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
         members.reshape(count, *new, *members.shape[1:]),
         unknown,
+        motions if determinate else None,
     )
+
+
+def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:
+    """By how much a unit offset in each component moves nodes at most, (n, ...), and not below one.
+
+    Rounding of a force from a stiffness is in proportion to its displacements, as far from equilibrium as they are.
+    """
+    frame, is_rotation = motions.frame, components.is_rotation
+    shape = (len(is_rotation), *frame.shape[1:])
+    if 6 * len(frame.nodes) * math.prod(shape) > _MOST or not frame.size:
+        return np.ones(shape)
+    moved = np.abs(motions.nodal())
+    length, angle = moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2))
+    arms = np.where(is_rotation, 1.0 / frame.size, 1.0).reshape(-1, *(1,) * (len(shape) - 1))
+    out: Array = np.maximum(1.0, arms * np.maximum(length, angle * frame.size))
+    return out
 
 
 def _falls(
     bare: Description, components: ClearanceComponents, asked: NDArray[np.bool_], solve: Solve
-) -> tuple[Array, Plan]:
-    """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms."""
+) -> tuple[Array, LinearResults]:
+    """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms. With
+    the solution."""
     count = len(components.pairs)
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
     for index in np.flatnonzero(asked):
@@ -132,7 +161,7 @@ def _falls(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MechanismWarning)
         found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
-    return found, solution.plan
+    return found, solution
 
 
 def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:

@@ -33,6 +33,8 @@ class NamedResults(FrameStates):
         Solution
             Solution that shares what is known already with this one.
         """
+        if self.determinate is not None:
+            return self  # loads reach no other part
         number = self.plan.topology.number.get(node or "")
         if number is None or self.plan.entry is not None or self.solver.parts < 2:
             return self
@@ -74,8 +76,8 @@ class NamedResults(FrameStates):
         >>> float(frame.solve().displacement("B")[0].round(12))
         0.0001
         """
-        number = self.plan.topology.number[self._node(node)]
-        return self._read(("displacement", node), lambda: self._displacement(number))
+        name = self._node(node)
+        return self._read(("displacement", node), lambda: self._displacement(name))
 
     @of_part(of_joint)
     def joint_displacement(self, joint: str) -> Array:
@@ -178,6 +180,8 @@ class NamedResults(FrameStates):
         [-5.0, -10.0, -20.0, 5.0, 10.0]
         """
         self._member(member)
+        if (found := self.pressed) is not None:
+            return found.without_clearance.end_forces(member)
         return self._read(("ends", member), lambda: self._recovery.end_forces(member))
 
     @of_part(of_node)
@@ -212,6 +216,8 @@ class NamedResults(FrameStates):
         [0.0, 10.0, 0.0, 0.0, 0.0, 10.0]
         """
         node = self._supported(node)
+        if (found := self.pressed) is not None:
+            return found.without_clearance.reaction(node)
         return self._read(("reaction", node), lambda: self._recovery.reaction(node))
 
     @of_part(of_joint)
@@ -242,6 +248,8 @@ class NamedResults(FrameStates):
         [3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
         """
         self._joint(joint)
+        if (found := self.pressed) is not None:
+            return found.without_clearance.joint_force(joint)
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
 
     def contact(self, joint: str) -> Contact:
@@ -304,8 +312,10 @@ class NamedResults(FrameStates):
         apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
         return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
-    def _displacement(self, number: int) -> Array:
-        entry = self.plan.entry
+    def _displacement(self, node: str) -> Array:
+        if self.determinate is not None and (found := self.determinate.displacement(node)) is not None:
+            return found
+        number, entry = self.plan.topology.number[node], self.plan.entry
         if entry is not None:
             return np.array(entry.displacements[number])
         return self._settled(self.plan.tree.global_rows(number))

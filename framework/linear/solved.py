@@ -12,6 +12,7 @@ from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..clearances.clearance import Clearances
+from ..clearances.determinate import DeterminateContact
 from ..description import Description
 from ..error_bounds.resolved import Solved
 from ..factor_cache import Factors
@@ -34,22 +35,47 @@ class SolvedFrame(SavedResults):
     def __init__(
         self,
         frame: Description,
-        plan: Plan,
+        plan: Plan | None,
         clearances: Clearances | None = None,
         primary: Primary | None = None,
     ) -> None:
         require_springs((name, joint.element) for name, joint in frame.joints.items())
-        self.frame, self.plan, self.clearances = frame, plan, clearances
-        self.primary = Primary(plan, Factors(), contact=clearances is not None) if primary is None else primary
+        self.frame, self.clearances = frame, clearances
+        if plan is not None:
+            self.plan = plan
+        if primary is not None:
+            self.primary = primary
         self._known: dict[object, Array] = {}
         self._parts: dict[int, Self] = {}
         self._warned = False
 
     def __getstate__(self) -> dict[str, object]:
         """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
-        primary = Primary(self.plan, Factors(), contact=self.clearances is not None)
-        kept = ("frame", "plan", "clearances", "_known", "_warned")
-        return {name: getattr(self, name) for name in kept} | {"primary": primary, "_parts": {}}
+        kept = ("frame", "clearances", "_known", "_warned")
+        out = {name: getattr(self, name) for name in kept} | {"_parts": {}}
+        return out if self.determinate is not None else out | {"plan": self.plan}
+
+    @cached_property
+    def plan(self) -> Plan:
+        """The compiled frame; where contact is known in closed form, with journals there, once it is asked for."""
+        assert self.clearances is not None
+        return self.clearances.plan()
+
+    @cached_property
+    def primary(self) -> Primary:
+        """Its unknowns, and what solves for them."""
+        return Primary(self.plan, Factors(), contact=self.clearances is not None)
+
+    @property
+    def determinate(self) -> DeterminateContact | None:
+        """Contact in closed form, which may turn out not to hold; None where there is none or it takes a search."""
+        return None if self.clearances is None else self.clearances.determinate
+
+    @property
+    def pressed(self) -> DeterminateContact | None:
+        """Contact in closed form where that holds; None elsewhere."""
+        found = self.determinate
+        return found if found is not None and found.pressed else None
 
     @property
     def journals(self) -> list[str]:

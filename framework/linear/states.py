@@ -50,6 +50,8 @@ class FrameStates(SolvedFrame):
     @cached_property
     def own_state(self) -> States:
         """State of the solution alone, whatever the frame was made from, (...)."""
+        if self.pressed is not None:
+            return self.pressed.without_clearance.own_state
         moving = self.solver.singular(excited=False)
         if isinstance(self.solver, BroadcastSolver):
             moving = moving & ~kinematically_stable(self.plan, moving)
@@ -72,6 +74,8 @@ class FrameStates(SolvedFrame):
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that are kinematically unstable under the loads."""
+        if self.pressed is not None:
+            return np.zeros(self.shape, dtype=bool)
         if self.plan.entry is not None:
             return np.zeros(self.shape, dtype=bool)
         found = self.solver.singular(excited=True)
@@ -174,6 +178,8 @@ class FrameStates(SolvedFrame):
 
     def _warn_free(self) -> None:
         """Warn where no force determines the contact of a journal, so that results are one choice of many."""
+        if self.pressed is not None:
+            return
         free = self.state == SolutionState.FREE
         if free.any():
             self._warned = True

@@ -84,6 +84,14 @@ class LinearResults(Protocol):
         """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
         ...
 
+    def reaction(self, node: str) -> Array:
+        """Force and moment of a support on its node in global axes, (..., 6)."""
+        ...
+
+    def end_forces(self, member: str) -> Array:
+        """Force and moment on each end of a member in its local axes, (..., 12)."""
+        ...
+
     def stacked(self, rows: Sequence[Row]) -> Array:
         """Values of n combinations of unknowns and right-hand-side parameters, (..., n)."""
         ...

@@ -89,3 +89,15 @@ def test_no_number_where_the_loop_stays_open_or_the_pose_is_singular():
     gap = np.array(1e-3 + 0j)
     found = clearance_displacement(parallelogram, {"B": gap, "D": gap, "E": gap})
     assert_array_equal(np.isnan(found[:, 0]), [True, True, False, True])
+
+
+def test_beside_a_singular_pose_contact_is_still_along_the_forces() -> None:
+    """Offsets move links by thousands of times as much there, and rounding with them, but meet no stiffness."""
+    rng = np.random.default_rng(0)
+    pin = np.full((64, 6), 2e11) * rng.uniform(0.8, 1.2, (64, 1)) * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0]
+    turn = np.pi + np.radians(np.linspace(-0.05, 0.05, 40))[:, None]
+    frame = FourBar(stiffness=dict.fromkeys("BDE", pin)).move(turn).frame(dict.fromkeys("BDE", 1e-3))
+    frame.load("P", fy=rng.normal(100.0, 5.0, 64))
+    solution = frame.solve()
+    assert solution.pressed is not None
+    assert (solution.contact("D").state == "closed").all()

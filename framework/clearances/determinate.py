@@ -1,0 +1,271 @@
+"""Contact where offsets in the joints meet no stiffness: in closed form, from equilibrium alone.
+
+A unit offset then moves the links without straining anything, by u_k. The force in that component is the work of the
+loads on this motion, ``f_k = p . u_k``, whatever the stiffness is (principle of virtual work); the journals lie along
+the forces, ``o = radius f / |f|``, and the frame moves by ``sum of u_k o_k`` beside what it moves without clearance.
+Motions vary with the geometry and loads mostly with the sample, so that a few operations for each entry of the batch
+are left, which are written down as one program and run chunk by chunk. It holds while every journal is pressed against
+its bearing; a margin, which comes with each chunk, tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..batch import Array, aligned
+from ..batched.broadcast import BroadcastSolver
+from ..batched.chunks import CHUNK, steps
+from ..program.calculation import Calculation, worth_compiling
+from ..program.direct import Direct
+from ..program.recording import Recording, Term
+from ..results.linear import LinearResults
+from ..structure.parts import Row, Value, add_row, is_zero, total
+from .contact_state import UNLOADED, ClearanceComponents
+
+# Up to so many chunks are done at once, without writing down what is done; machine code does so many at a time.
+_FEW, _LONGER = 2, 16
+# Lengths between these have squares that hold all digits.
+_LEAST, _LARGEST = 1e-139, 1e139
+# Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
+_UNSTRAINED = 1e-9
+# Share of the batch that motions may vary over: they are held in memory.
+_SHARE = 4
+
+
+class DeterminateContact:
+    """Displacement within clearances that no stiffness resists.
+
+    Parameters
+    ----------
+    components
+        The components with clearance.
+    radius
+        Clearance of each joint, (...).
+    without_clearance
+        The solution without clearances.
+    motions
+        That of the frame without loads for a unit offset in each component, (n, ...).
+
+    Attributes
+    ----------
+    pressed
+        Whether all journals are pressed against their bearings at all entries, which it takes; None while nobody knows.
+    """
+
+    def __init__(
+        self,
+        components: ClearanceComponents,
+        radius: Sequence[Array],
+        without_clearance: LinearResults,
+        motions: LinearResults,
+    ) -> None:
+        self.components, self.without_clearance, self.motions = components, without_clearance, motions
+        self._grid = without_clearance.plan.grid
+        self._radius = [self._grid.value(each) for each in radius]
+        self._pressed: bool | None = None
+
+    @property
+    def pressed(self) -> bool:
+        """Whether all journals are pressed against their bearings at all entries, and nothing is singular."""
+        if self._pressed is None:
+            self._compute(lambda take: [], [])
+        assert self._pressed is not None
+        return self._pressed
+
+    def displacement(self, node: str) -> Array | None:
+        """Displacement of a node in global axes, (..., 6); None where a journal is not pressed against its bearing."""
+        if self._pressed is False:
+            return None
+        plan = self.without_clearance.plan
+        number = plan.topology.number[node]
+        out = self.without_clearance.stacked(plan.tree.global_rows(number))
+        moved = self.motions.stacked(self.motions.plan.tree.global_rows(number))
+        rows = [k for k in range(6) if moved[..., k].any()]
+        places = [out[..., k] for k in rows]
+
+        def summed(take: Callable[[Value], Any]) -> list[Any]:
+            offsets = self._offsets(take)
+            return [_sum((take(self._value(u[..., k])), o) for u, o in zip(moved, offsets, strict=True)) for k in rows]
+
+        self._compute(summed, places)
+        return out if self._pressed else None
+
+    def forces(self) -> Array:
+        """Forces without clearance, (n, ...)."""
+        out = np.zeros((len(self._works), *self._grid.shape))
+        for place, work in zip(out, self._works, strict=True):
+            for value, factor in work:
+                place += np.asarray(value * factor, dtype=np.float64)
+        return out
+
+    # -- written down -----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _works(self) -> list[list[tuple[Value, Value]]]:
+        """The force in each component as a sum of products: loads, and the work of a unit of each."""
+        plan, motions = self.without_clearance.plan, self.motions
+        dofs = list(plan.forces)
+        rows = [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs]
+        moved = motions.stacked(rows)
+        out: list[list[tuple[Value, Value]]] = []
+        for u in moved:
+            works: dict[int, Value] = {}
+            for k, dof in enumerate(dofs):
+                if not u[..., k].any():
+                    continue
+                for source, parts in plan.forces[dof].items():
+                    works[source] = works.get(source, 0.0) + total(parts)[1] * self._value(u[..., k])
+            out.append([(plan.rhs_parameters.values[source], work) for source, work in works.items()])
+        return out
+
+    def _forces(self, take: Callable[[Value], Any]) -> list[Any]:
+        return [_sum((take(value), take(factor)) for value, factor in work) for work in self._works]
+
+    def _lengths(self, take: Callable[[Value], Any]) -> list[Any]:
+        """Size of the force in each joint."""
+        forces, own = self._forces(take), self.components.own
+        squares = [_sum((f, f) for f, at in zip(forces, own, strict=True) if at == j) for j in range(len(self._radius))]
+        return [0.0 if is_zero(square) else np.sqrt(square) for square in squares]
+
+    def _offsets(self, take: Callable[[Value], Any]) -> list[Any]:
+        """Displacement within the clearance by component."""
+        lengths = self._lengths(take)
+        return [
+            0.0 if is_zero(force) else take(self._radius[j]) * (force / lengths[j])
+            for force, j in zip(self._forces(take), self.components.own, strict=True)
+        ]
+
+    def _margin(self, take: Callable[[Value], Any]) -> Any:
+        """Above zero where every force is one, by more than is asked of its state, and its square has all digits.
+
+        Sizes of forces are added up, not compared, so that what is no number anywhere is none here.
+        """
+        size, lengths = self.without_clearance.frame.size, self._lengths(take)
+        angular = self.components.is_rotation[self.components.starts]
+        arms = [1.0 / size if rotation else 1.0 for rotation in angular]
+        scale = _sum((length, take(arm)) for length, arm in zip(lengths, arms, strict=True))
+        for value, (force, moment) in _load_bounds(self.without_clearance):
+            scale = scale + abs(take(value)) * take(force + moment / size)
+        found = take(_LARGEST) - scale - sum(lengths[1:], lengths[0])
+        for length, arm in zip(lengths, arms, strict=True):
+            found = np.minimum(found, length - scale * take(UNLOADED / arm) - take(_LEAST))
+        return found
+
+    # -- carried out ------------------------------------------------------------------------------------------------
+
+    def _compute(self, results: Callable[[Callable[[Value], Any]], list[Any]], places: Sequence[Array]) -> None:
+        """Add results to what is in their places, and find out whether they hold, unless that is known."""
+        if self._pressed is None and not self._sound:
+            self._pressed = False
+            return
+        with np.errstate(all="ignore"):
+            if worth_compiling(self._grid.sizes[-1]) or self._grid.sizes[-1] > _FEW * CHUNK:
+                self._by_chunks(results, places)
+                return
+            take = Direct(self._grid.shape).take
+            if self._pressed is None:
+                self._pressed = bool((np.asarray(self._margin(take)) > 0.0).all())
+            for place, value in zip(places, results(take), strict=True):
+                place += value
+
+    def _by_chunks(self, results: Callable[[Callable[[Value], Any]], list[Any]], places: Sequence[Array]) -> None:
+        recording, shape = Recording(), self._grid.shape
+        margin = [self._margin(recording.take)] if self._pressed is None else []
+        found = results(recording.take)
+        asked = [(place, term) for place, term in zip(places, found, strict=True) if isinstance(term, Term)]
+        terms = [*(term for _, term in asked), *margin]
+        if not terms:
+            return
+        calculation = Calculation.recorded(recording, terms, shape)
+        axis, step = steps(self._grid, ())
+        step *= _LONGER if calculation.choice.compiled else 1
+        pressed = True
+        for start in range(0, shape[axis], step):
+            indices = slice(start, min(start + step, shape[axis]))
+            part, cut = (slice(None),) * axis + (indices,), list(shape)
+            cut[axis] = indices.stop - start
+            made = [np.empty(calculation.of(term.mask, tuple(cut))) for term in terms]
+            calculation.run(axis, indices, made)
+            for (place, _), value in zip(asked, made, strict=False):
+                place[part] += value
+            pressed = pressed and all(bool((value > 0.0).all()) for value in made[len(asked) :])
+        self._pressed = pressed if margin else self._pressed
+
+    @cached_property
+    def _sound(self) -> bool:
+        """Whether each joint bears a force, and no pivot raises the suspicion that the frame is singular."""
+        solvers = [each.solver for each in (self.without_clearance, self.motions)]
+        borne = {int(j) for j, work in zip(self.components.own, self._works, strict=True) if work}
+        return len(borne) == len(self._radius) and not any(
+            isinstance(solver, BroadcastSolver) and solver.suspects().any() for solver in solvers
+        )
+
+    def _value(self, array: Array) -> Value:
+        return self._grid.value(aligned(array, len(self._grid.shape)))
+
+
+def determinate_contact(
+    components: ClearanceComponents, radius: Sequence[Array], without_clearance: LinearResults, motions: LinearResults
+) -> DeterminateContact | None:
+    """Contact in closed form where offsets meet no stiffness; None where the frame is not of the kind for it.
+
+    Parameters
+    ----------
+    components, radius, without_clearance, motions
+        As for `DeterminateContact`.
+
+    Returns
+    -------
+    DeterminateContact or None
+        None where offsets reach what loads do not, or several parts of the frame, where they strain a spring or their
+        motions vary over much of the batch, for one entry, and for frames that are not solved by broadcasting.
+    """
+    frame, solvers = without_clearance.frame, (without_clearance.solver, motions.solver)
+    if frame.absent is not None or not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
+        return None
+    if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
+        return None
+    loaded, moved = without_clearance.plan, motions.plan
+    if _SHARE * moved.grid.sizes[-1] > loaded.grid.sizes[-1] or loaded.topology.number != moved.topology.number:
+        return None
+    if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1 or _strained(motions):
+        return None
+    return DeterminateContact(components, radius, without_clearance, motions)
+
+
+def _strained(motions: LinearResults) -> bool:
+    """Whether a unit offset in a joint deforms a spring, so that its motion depends on how stiff that is."""
+    tree, size = motions.plan.tree, motions.frame.size
+    edges = [(branch.edge, [tree.joint_row(branch, k) for k in range(6)]) for branch in tree.branches]
+    rows: list[Row] = []
+    for edge, moved in [*edges, *tree.closing]:
+        for k, row in enumerate(edge.elastic(moved)):
+            if k not in edge.ideal and not is_zero(edge.stiffness[k]):
+                rows.append({})
+                add_row(rows[-1], row, 1.0 if k < 3 else size)
+    return bool(rows) and not bool(np.abs(motions.stacked(rows)).max() <= _UNSTRAINED * min(1.0, size))
+
+
+def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:
+    """Numbers that loads are made of, with the largest force and moment on a node for a unit of each."""
+    largest: dict[int, list[Value]] = {}
+    for a, by_source in solution.plan.forces.items():
+        for source, parts in by_source.items():
+            two = largest.setdefault(source, [0.0, 0.0])
+            two[a % 6 // 3] = np.maximum(two[a % 6 // 3], np.abs(total(parts)[1]))
+    for source, two in largest.items():
+        yield solution.plan.rhs_parameters.values[source], two
+
+
+def _sum(terms: Iterator[tuple[Any, Any]]) -> Any:
+    """Sum of products, without those of exact zeros."""
+    result: Any = 0.0
+    for a, b in terms:
+        if not (is_zero(a) or is_zero(b)):
+            product = a * b
+            result = product if is_zero(result) else result + product
+    return result
