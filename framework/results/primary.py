@@ -12,7 +12,7 @@ from ..batch import Array, Shape
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..description import Description
-from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
+from ..error_bounds.resolved import MOST, Resolved, ResolvedByBands, ResolvedLarge, Solved
 from ..factor_cache import Factors
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
@@ -117,9 +117,14 @@ class Primary:
             found = ResolvedLarge(self.plan, self.solver)
         else:
             suspects = self.solver.suspects()
-            if not suspects.any() or len(self.plan.unknowns) > MOST:
+            if not suspects.any():
                 return None
-            found = Resolved(self.plan, suspects)
+            if len(self.plan.unknowns) <= MOST:
+                found = Resolved(self.plan, suspects)
+            elif isinstance(self.solver, StackedSolver) or not (lost := self.solver.singular(excited=True)).any():
+                return None
+            else:
+                found = ResolvedByBands(self.plan, lost)
         return found if found.mask.any() else None
 
     @cached_property

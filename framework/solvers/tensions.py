@@ -21,11 +21,11 @@ from ..structure.topology import Index
 from .factor import MOTIONS, Factor
 from .patterns import connected_by, filled
 
-# Singular values of A, with columns of length one, below which the frame is a mechanism: an eigenvalue of the
-# stiffness that extended precision tells from zero.
-LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
-# a above, about the singular values that are looked for; and a b, which is added to the eigenvalues of the stiffness.
-_SOFT, _SHIFT = 1e-8, 1e-19
+# Singular values of A, with columns of length one, that are those of a mechanism: coordinates in double precision may
+# make as much of one.
+_LEAST = 1e-12
+# a above, and a b, which is added to the eigenvalues of the stiffness: both below what is to be told.
+_SOFT, _SHIFT = 1e-11, 1e-25
 # Steps of refinement at most, and the relative error that they leave; steps to tell what is singular.
 _STEPS, _FINE, _TELLING = 24, 1e-16, 8
 # Share of a random load out of equilibrium that is surely work on a free motion, by the root of the unknowns.
@@ -119,7 +119,7 @@ class TensionFactor(Factor):
                 return True
             softness = _lengths(found, label) / _lengths(load, label)
             load = _of_length_one(found.astype(np.float64), label)
-        return bool((softness * LEAST**2 >= 1.0).any())
+        return bool((softness * _LEAST**2 >= 1.0).any())
 
     def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
         """Vectors (n, motions) that the matrix sends to zero, by inverse iteration on some at once."""
@@ -132,7 +132,7 @@ class TensionFactor(Factor):
         basis = np.linalg.qr(vectors)[0]
         deformed = np.linalg.qr((self._deformed @ basis).astype(np.float64), mode="r")
         _, values, rows = np.linalg.svd(deformed)
-        rank = int(np.count_nonzero(values > LEAST))
+        rank = int(np.count_nonzero(values > _LEAST))
         motions: Array = self.root[:, None] * (basis @ rows[rank:].T)
         return motions
 
