@@ -64,6 +64,8 @@ class Resolved:
         The compiled frame.
     suspects
         Entries to look at, (...) of the batch shape.
+    unknowns
+        Numbers of the unknowns that count as loaded.
 
     Attributes
     ----------
@@ -71,9 +73,8 @@ class Resolved:
         Those that are solved, (...).
     """
 
-    def __init__(self, plan: Plan, suspects: NDArray[np.bool_]) -> None:
-        self.plan = plan
-        self.unknowns = excited(plan)
+    def __init__(self, plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> None:
+        self.plan, self.unknowns = plan, list(unknowns)
         self.mask = np.zeros(plan.frame.shape, dtype=bool)
         self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
         statics = Statics(plan, determinate=True)

@@ -18,7 +18,7 @@ from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
-from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms
+from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -120,7 +120,7 @@ class Primary:
             if not suspects.any():
                 return None
             if len(self.plan.unknowns) <= MOST:
-                found = Resolved(self.plan, suspects)
+                found = Resolved(self.plan, suspects, loaded(self.plan, self.solver))
             elif isinstance(self.solver, StackedSolver) or not (lost := self.solver.singular(excited=True)).any():
                 return None
             else:
