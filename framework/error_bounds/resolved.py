@@ -19,6 +19,7 @@ from ..entries import WHOLE, Entries
 from ..solvers.refinement import refined_by_springs
 from ..solvers.sparse import SparseSolver
 from ..solvers.spring_residual import SpringResidual
+from ..solvers.stacked import StackedSolver
 from ..structure.parts import Extended, Row
 from .compliance import DenseCompliance, SparseCompliance, softest
 from .equilibrium import EquilibriumResidual, Statics
@@ -63,6 +64,8 @@ class Resolved:
         The compiled frame.
     suspects
         Entries to look at, (...) of the batch shape.
+    unknowns
+        Numbers of the unknowns that count as loaded.
 
     Attributes
     ----------
@@ -70,9 +73,8 @@ class Resolved:
         Those that are solved, (...).
     """
 
-    def __init__(self, plan: Plan, suspects: NDArray[np.bool_]) -> None:
-        self.plan = plan
-        self.unknowns = excited(plan)
+    def __init__(self, plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> None:
+        self.plan, self.unknowns = plan, list(unknowns)
         self.mask = np.zeros(plan.frame.shape, dtype=bool)
         self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
         statics = Statics(plan, determinate=True)
@@ -97,6 +99,40 @@ class Resolved:
         where: Any = () if kept is None else kept
         self.mask[where] = compliance.least > 0.0
         self._values[where] = state.absolute()
+
+
+class ResolvedByBands:
+    """Entries of a batch of frames of many unknowns, solved once more within bands, where tensions tell what is soft.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+
+    Attributes
+    ----------
+    mask
+        Those that are solved, (...).
+    """
+
+    def __init__(self, plan: Plan, suspects: NDArray[np.bool_]) -> None:
+        self.plan, self._solver = plan, banded(plan)
+        self.mask = np.asarray(suspects & ~self._solver.singular(excited=True))
+
+    def values(self, rows: Sequence[Row]) -> Real:
+        """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
+        out = extended(np.zeros((int(self.mask.sum()), len(rows))))
+        shape = self.mask.shape or (1,)
+        for number, value in enumerate(self._solver.values(rows)):
+            out[:, number] = np.broadcast_to(value, shape)[self.mask.reshape(shape)]
+        return out
+
+
+def banded(plan: Plan) -> StackedSolver:
+    """The batch as matrices in bands, whatever solves it."""
+    return StackedSolver(plan, {}, np.isin(plan.graph.unknown, excited(plan)))
 
 
 class ResolvedLarge:
@@ -235,8 +271,10 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
     """
     unknowns = sorted(set(plan.unknowns) - set(excited(plan)))
     out = np.zeros(plan.frame.shape, dtype=bool)
-    if not suspects.any() or len(unknowns) > MOST:
+    if not suspects.any():
         return out
+    if len(unknowns) > MOST:
+        return suspects & ~banded(plan).singular(excited=False)
     statics = Statics(plan, determinate=True)
     with np.errstate(all="ignore"):
         for index in groups(suspects):

@@ -44,8 +44,17 @@ def consistent_mechanisms(
     elif len(plan.unknowns) > MOST:
         return None
     else:
-        found = ConsistentMechanisms(plan, excited(plan), small(Statics(plan, determinate=True), suspects))
+        unknowns = loaded(plan, solver)
+        found = ConsistentMechanisms(plan, unknowns, small(Statics(plan, determinate=True), suspects, unknowns))
     return found if found.mask.any() else None
+
+
+def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver) -> list[int]:
+    """Unknowns that count as loaded where a batch is solved: what is coupled at some entry is so at all for bands."""
+    if isinstance(solver, BroadcastSolver):
+        return excited(plan)
+    found: list[int] = solver.unknown[solver.loaded].tolist()
+    return found
 
 
 class ConsistentMechanisms:

@@ -19,7 +19,7 @@ from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
-from ..error_bounds.resolved import excited, groups, ill_conditioned_state, rest
+from ..error_bounds.resolved import groups, ill_conditioned_state, rest
 from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import constrained_unknowns
 from ..solvers.sparse import SparseSolver
@@ -68,7 +68,7 @@ class ConstrainedSolution:
     consistent: NDArray[np.bool_]
 
 
-def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[ConstrainedSolution]:
+def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) -> Iterator[ConstrainedSolution]:
     """Entries of a batch; those of which rounding hides whether they can move are left out.
 
     Parameters
@@ -77,8 +77,9 @@ def small(statics: Statics, suspects: NDArray[np.bool_]) -> Iterator[Constrained
         The frame.
     suspects
         Entries to look at, (...) of the batch shape.
+    unknowns
+        Numbers of the unknowns that count as loaded.
     """
-    unknowns = excited(statics.plan)
     for index in groups(suspects):
         start = ill_conditioned_state(statics, index, unknowns)
         count = 1 if index is None else len(index[0])

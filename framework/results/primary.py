@@ -12,13 +12,13 @@ from ..batch import Array, Shape
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..description import Description
-from ..error_bounds.resolved import MOST, Resolved, ResolvedLarge, Solved
+from ..error_bounds.resolved import MOST, Resolved, ResolvedByBands, ResolvedLarge, Solved
 from ..factor_cache import Factors
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
-from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms
+from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -117,9 +117,14 @@ class Primary:
             found = ResolvedLarge(self.plan, self.solver)
         else:
             suspects = self.solver.suspects()
-            if not suspects.any() or len(self.plan.unknowns) > MOST:
+            if not suspects.any():
                 return None
-            found = Resolved(self.plan, suspects)
+            if len(self.plan.unknowns) <= MOST:
+                found = Resolved(self.plan, suspects, loaded(self.plan, self.solver))
+            elif isinstance(self.solver, StackedSolver) or not (lost := self.solver.singular(excited=True)).any():
+                return None
+            else:
+                found = ResolvedByBands(self.plan, lost)
         return found if found.mask.any() else None
 
     @cached_property

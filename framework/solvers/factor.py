@@ -36,7 +36,11 @@ class Factor(ABC):
         The scaled matrix (n, n).
     root
         The scale (n,): ``scaled = diag(root) matrix diag(root)``.
+    precise
+        Whether solutions are exact to rounding as they come, so that nothing refines them.
     """
+
+    precise = False
 
     def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         diagonal = matrix.diagonal()

@@ -146,7 +146,8 @@ class SparseSolver:
             factor = self._factor(where)
             with timed(self.plan.times, "solution"):
                 out[where] = factor.solve(self.load[where])
-            if self.plan.method.name != ITERATIVE and where.sum() <= REFINED and not factor.singular:
+            refines = self.plan.method.name != ITERATIVE and not factor.precise
+            if refines and where.sum() <= REFINED and not factor.singular:
                 with timed(self.plan.times, "refinement"):
                     out[where] = self._refined(where, out[where], factor)
         return out

@@ -8,10 +8,11 @@ entries that share a factor. Each load case is refined as often as it takes unti
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TypeVar
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
@@ -31,6 +32,20 @@ Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
 # Bytes that are assembled, factorised and refined at a time; results and factors that are kept.
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
+
+
+def _deformations(plan: Plan, place: Index) -> Deformations | None:
+    """Deformations by the unknowns in their place; None where they vary over the batch."""
+    coupling = plan.coupling
+    constant = all(block.rows is not None for block in coupling.blocks if block.group is not None)
+    rows = coupling.transformation
+    return Deformations(plan, rows, place) if constant and are_described(plan, rows) else None
+
+
+def deformed(plan: Plan, place: Index) -> tuple[scipy.sparse.csr_matrix, Index] | None:
+    """The same as a matrix (springs, unknowns), with the numbers of the springs."""
+    found = _deformations(plan, place)
+    return None if found is None else (found.by_unknowns, found.acting)
 
 
 class StackedSolver:
@@ -199,7 +214,7 @@ class StackedSolver:
         """The matrix of some unknowns."""
         graph = self.plan.graph
         with timed(self.plan.times, "elimination order"):
-            return Bands(self.coupling, where, graph.order(graph.band, where))
+            return Bands(self.coupling, where, graph.order(graph.band, where), partial(deformed, self.plan))
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
         """Numbers of matrices, and their factors, some at a time; none where there are no unknowns."""
@@ -288,7 +303,7 @@ class _Solved:
             values *= factor.root[:, None]
             values[self.singular[matrices]] = np.nan
         # pivots tell what is singular and not what is soft: a step of refinement does
-        hard = np.flatnonzero(~self.singular[matrices])
+        hard = np.flatnonzero(~self.singular[matrices] & ~factor.precise)
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
                 self._refine(matrices, columns, hard, factor, right, values)
@@ -349,9 +364,7 @@ class _Solved:
 
     @cached_property
     def _deformations(self) -> Deformations | None:
-        rows = self.coupling.transformation
-        constant = all(block.rows is not None for block in self.coupling.blocks if block.group is not None)
-        return Deformations(self.plan, rows, self.bands.place) if constant and are_described(self.plan, rows) else None
+        return _deformations(self.plan, self.bands.place)
 
     @property
     def _bytes(self) -> int:

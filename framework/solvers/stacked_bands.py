@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -13,14 +14,19 @@ from ..structure.topology import Index
 from .band_factors import BandFactors, OneByOne, SideBySide, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
-from .factor import ITERATIONS, SUSPECT, probe
+from .factor import ITERATIONS, SUSPECT, Factor, probe
 from .lu import LUFactor
+from .patterns import filled
 from .rounding import zero_eigenvalue
+from .tensions import TensionFactor, affordable
 
 Mask = NDArray[np.bool_]
 # Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
 _SURE = 1e-3
 _EPS = float(np.finfo(np.float64).eps)
+# Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
+# where they vary over the batch.
+Deformed = Callable[[Index], tuple[scipy.sparse.csr_matrix, Index] | None]
 
 
 class Bands:
@@ -35,6 +41,8 @@ class Bands:
     order
         Which of these is eliminated first, second, ..., (size,); what is not coupled is taken apart, so that the band
         is that of a plane alone where planes are not coupled.
+    deformed
+        Tells the deformations by which what is singular to double precision is judged; the stiffness alone where None.
 
     Attributes
     ----------
@@ -46,8 +54,9 @@ class Bands:
         Whether factors are made some at a time.
     """
 
-    def __init__(self, coupling: Coupling, where: Mask, order: Index) -> None:
+    def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
         terms = coupling.terms
+        self._deformed = deformed
         self.where, self.size = where, len(order)
         self.place = np.full(coupling.size, -1, dtype=np.int64)
         ordered = np.flatnonzero(where)[order]
@@ -65,6 +74,13 @@ class Bands:
         self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
         self._diagonal = np.flatnonzero(below == 0)
         self.sums = Sums(coupling, own, target, len(keys))
+
+    @cached_property
+    def deformations(self) -> tuple[scipy.sparse.csr_matrix, Index] | None:
+        """Deformations by the unknowns in their order, and the numbers of the springs; None where nothing asks them."""
+        if self._deformed is None or not affordable(self.size, self.width):
+            return None
+        return self._deformed(self.place)
 
     def factorised(self, picked: Picked) -> StackedFactor:
         """The factors at some entries."""
@@ -98,7 +114,7 @@ class StackedFactor:
         self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
         failed = np.flatnonzero(~(self._factors.pivots > 0.0).all(axis=1)).tolist()
-        self.instead = {entry: LUFactor(self._sparse(values[:, entry])) for entry in failed}
+        self.instead: dict[int, Factor] = {entry: LUFactor(self._sparse(values[:, entry])) for entry in failed}
 
     def _sparse(self, values: Array) -> scipy.sparse.csr_matrix:
         row, column = self.bands.row, self.bands.column
@@ -158,15 +174,42 @@ class StackedFactor:
     def probed(self, entries: Index) -> Array:
         """One over the least eigenvalue at some entries, by inverse iteration where that may be zero, (entries,)."""
         out = np.ones(len(entries))
-        vector = probe(self.bands.size)
+        vector, zero = probe(self.bands.size), zero_eigenvalue(self.bands.size)
         for k, entry in enumerate(entries.tolist() if self.bands.size else ()):
-            if entry in self.instead:
-                # LU without pivots of its own choice may hide that nothing but rounding is left
-                values = np.linalg.eigvalsh(self.instead[entry].scaled.toarray())
-                out[k] = 1.0 / max(np.abs(values).min(), np.finfo(float).tiny)
-            else:
-                out[k] = self._least(entry, vector)
+            growth = np.inf if entry in self.instead else self._least(entry, vector)
+            out[k] = growth if 1.0 / growth > zero else self._confirmed(entry, growth)
         return out
+
+    def _confirmed(self, entry: int, growth: float) -> float:
+        """One over the least eigenvalue of what is singular to double precision, by tensions where these tell more."""
+        if not self.precise[entry] and (better := self._by_tensions(entry)) is not None:
+            self.instead[entry] = better
+        if self.precise[entry]:
+            return np.inf if self.instead[entry].singular else 1.0
+        if entry not in self.instead:
+            return growth
+        # LU without pivots of its own choice may hide that nothing but rounding is left
+        values = np.linalg.eigvalsh(self.instead[entry].scaled.toarray())
+        return float(1.0 / max(np.abs(values).min(), np.finfo(float).tiny))
+
+    @property
+    def precise(self) -> Mask:
+        """Entries of which solutions are exact to rounding as they come, (m,)."""
+        out = np.zeros(len(self.root), dtype=bool)
+        out[[entry for entry, factor in self.instead.items() if factor.precise]] = True
+        return out
+
+    def _by_tensions(self, entry: int) -> Factor | None:
+        """What tells more than the scaled stiffness of an entry; None where deformations do not."""
+        if self.bands.deformations is None:
+            return None
+        deformations, acting = self.bands.deformations
+        springs = self.numbers(acting, np.array([entry]))[:, 0]
+        if (springs < 0.0).any():
+            return None
+        scaled = filled(deformations, deformations.data * self.root[entry][deformations.indices])
+        rough = filled(deformations, scaled.data.astype(np.float64))
+        return TensionFactor(scipy.sparse.csr_matrix(rough.T @ scipy.sparse.diags(springs) @ rough), scaled, springs)
 
     def _least(self, entry: int, vector: Array) -> float:
         """One over the least eigenvalue, about: a random vector may miss it by `SUSPECT`, what it leads to hardly."""

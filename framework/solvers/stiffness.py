@@ -26,6 +26,7 @@ from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part
 from .refinement import REFINED
 from .spring_residual import Deformations, are_described
+from .tensions import TensionFactor, affordable
 
 
 class SparseStiffness:
@@ -113,8 +114,24 @@ class SparseStiffness:
         if not where.any():
             return NoFactor(matrix)
         direct = self.direct(where)
-        if self.method != ITERATIVE:
-            return direct(matrix)
+        found = direct(matrix) if self.method != ITERATIVE else self._iterated(matrix, where, direct)
+        better = self._by_tensions(matrix, where) if found.singular else None
+        return found if better is None else better
+
+    def _by_tensions(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor | None:
+        """What tells more than the stiffness where that is singular to double precision; None where it takes long."""
+        rows, graph = self.unloaded.graph.transformation, self.unloaded.graph
+        if not (affordable(int(where.sum()), graph.width) and are_described(self.unloaded, rows)):
+            return None
+        place = np.where(where, np.cumsum(where) - 1, -1)
+        deformations = Deformations(self.unloaded, rows, place)
+        if (deformations.springs < 0.0).any():
+            return None
+        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs)
+
+    def _iterated(
+        self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_], direct: Callable[..., Factor]
+    ) -> Factor:
         graph = self.unloaded.graph
         free = graph.free & np.array([body is None for body in self.unloaded.topology.bodies])
         places = Places(graph.node, self.unknown % 6, graph.points[graph.node], free[graph.node])
