@@ -65,12 +65,6 @@ def cosine(x: Array) -> Array:
     return out
 
 
-def tangent(x: Array) -> Array:
-    """Tangent."""
-    out: Array = _sine(x) / _cosine(x) if is_recorded(x) else np.tan(x)
-    return out
-
-
 def sinc(x: Array) -> Array:
     """Sine over angle."""
     if not is_recorded(x):

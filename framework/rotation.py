@@ -12,7 +12,6 @@ import numpy as np
 
 from .batch import Array
 from .elementwise import angle, cosine, less, maximum, minimum, sinc, sine, square_root, where
-from .elementwise import tangent as tangent_of_angle
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -179,8 +178,8 @@ def _coefficients(v: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     square = dot(v, v)
     near, far = minimum(square, _SERIES**2), maximum(square, _SERIES**2)
     a = square_root(far)
-    across, half = sine(a), sine(a / 2.0)
-    versine = 2.0 * half * half
+    half = sine(0.5 * a)
+    across, versine = 2.0 * half * cosine(0.5 * a), 2.0 * half * half
     closed = (
         (versine / far, (a * across - 2.0 * versine) / (far * far)),
         ((a - across) / (a * far), (3.0 * across - a * (3.0 - versine)) / (a * (far * far))),
@@ -197,10 +196,10 @@ def _cotangent(v: Array) -> tuple[Array, Array]:
     square = dot(v, v)
     near, far = minimum(square, _SERIES**2), maximum(square, _SERIES**2)
     a = square_root(far)
-    half = sine(a / 2.0)
-    half = half * half
-    value = (1.0 - 0.5 * a / tangent_of_angle(a / 2.0)) / far
-    slope = (a * (a + sine(a)) - 8.0 * half) / (4.0 * (far * far) * half)
+    half, rest = sine(0.5 * a), cosine(0.5 * a)
+    square_of_half = half * half
+    value = (1.0 - 0.5 * a * rest / half) / far
+    slope = (a * (a + 2.0 * half * rest) - 8.0 * square_of_half) / (4.0 * (far * far) * square_of_half)
     return _joined(square, _COTANGENT, near, value, slope)
 
 

@@ -19,6 +19,8 @@ UNLOADED = 1e-12
 _SOFT = 1e-12
 # A joint's share of a free motion below which it does not take part.
 _STILL = 1e-6
+# Squares between these hold all digits of what was squared.
+_LEAST, _LARGEST = 1e-280, 1e280
 # Entries whose matrices are in memory at a time.
 _MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
@@ -50,8 +52,13 @@ class ClearanceComponents:
 
     def length(self, vectors: Array) -> Array:
         """Length of the vectors (n, ...) by joint, (joints, ...)."""
-        # without squares, which leave the range of floats
-        length: Array = np.hypot.reduceat(np.abs(vectors), self.starts, axis=0)
+        with np.errstate(over="ignore", under="ignore"):
+            square, ends = vectors * vectors, [*self.starts[1:], len(vectors)]
+            square = np.stack([square[a:b].sum(axis=0) for a, b in zip(self.starts, ends, strict=True)])
+        length: Array = np.sqrt(square)
+        unsafe = np.asarray(~((square > _LEAST) & (square < _LARGEST)).all(axis=0))
+        if unsafe.any():
+            length[:, unsafe] = np.hypot.reduceat(np.abs(vectors[:, unsafe]), self.starts, axis=0)
         return length
 
 

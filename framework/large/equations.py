@@ -11,10 +11,10 @@ from ..rotation import cross, dot, spin, times
 from ..structure.edge import GROUND
 from . import corotation
 from .configuration import Configuration, motion_of
-from .corotation import Response
 from .links import LinkChange
 from .loops import LoopChange
 from .numbers import summed
+from .response import Response
 from .state import DisplacedState, SpatialLinearisation
 
 
@@ -67,7 +67,7 @@ class EquilibriumEquations(Configuration):
         model = self.model
         nodal: Array = -merged(np.broadcast_to(self.loads, (6, model.count, self.count)), 0, 1)
         assumed = nodal.copy()
-        changes, deformations, true, data = [], [], [], []
+        responses, true, data = [], [], []
         energy = np.zeros(self.count)
         jacobians = self._jacobians(state)
         for k, (stack, pieces) in enumerate(zip(model.stacks, self.pieces, strict=True)):
@@ -79,8 +79,7 @@ class EquilibriumEquations(Configuration):
             if stresses is not None:
                 ends = response.forces(used)
             assumed = assumed + summed(model.gather[k], merged(ends, 0, 1))
-            changes.append(response.global_change())
-            deformations.append(response.at.deformation)
+            responses.append(response)
             true.append(exact)
             energy = energy + 2.0 * corotation.strain_energy(pieces, response.at).sum(axis=0)
             data += self._linked_tangent(k, response.tangent(used, symmetric=self.symmetric), jacobians)
@@ -100,7 +99,7 @@ class EquilibriumEquations(Configuration):
         values = summed(self.model.pattern[0], np.concatenate(blocks))
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
-        return SpatialLinearisation(forces, values, changes, deformations, true, jacobians, energy, nodal, own)
+        return SpatialLinearisation(forces, values, responses, true, jacobians, energy, nodal, own)
 
     def step_stresses(self, at: SpatialLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
@@ -111,9 +110,11 @@ class EquilibriumEquations(Configuration):
         out = []
         for k, stack in enumerate(self.model.stacks):
             ends = np.concatenate([nodal[:, stack.ends[:, 0]], nodal[:, stack.ends[:, 1]]])
-            change = times(at.changes[k], ends)
-            stiffness = corotation.stiffness(self.pieces[k], at.deformations[k], at.stresses[k][0])
-            out.append(at.stresses[k] + times(stiffness, change))
+            response, stress = at.responses[k], at.stresses[k]
+            change = corotation.stress_change(
+                self.pieces[k], response.at.deformation, stress[0], response.deformed(ends)
+            )
+            out.append(stress + change)
         return out
 
     def _changes(self, state: DisplacedState) -> list[LinkChange]:

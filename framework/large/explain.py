@@ -6,8 +6,8 @@ import numpy as np
 
 from ..clearances.clearance import joints_with_clearance
 from ..listing import Explanation
-from .compiled_newton import choice
 from .elimination import LARGE
+from .newton_program import choice
 from .planar_model import PlanarModel
 from .results import LargeResults
 

@@ -21,7 +21,7 @@ from .state import DisplacedState
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 800_000
-# How many times as many entries machine code takes at a time, which keeps all but its results in registers.
+# How many times as many entries a program takes at a time, which goes through them in parts of its own.
 _COMPILED = 8
 
 
@@ -53,7 +53,7 @@ class LoadStepping:
         self.count = int(np.prod(model.frame.shape, dtype=np.int64))
         pieces = sum(len(stack.ends) for stack in model.stacks)
         each = 144 if self.newton.planar_model is None else 36  # a member's stiffness in space, in the plane
-        self.chunk = max(1, _CACHE // max(1, each * pieces)) * (_COMPILED if self.newton.compiled else 1)
+        self.chunk = max(1, _CACHE // max(1, each * pieces)) * (_COMPILED if self.newton.program else 1)
 
     def run(self) -> tuple[FoundEquilibria, History]:
         """Final equilibria and what happened on the way."""

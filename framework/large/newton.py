@@ -14,11 +14,11 @@ import numpy as np
 
 from ..batch import Array
 from ..rotation import dot
-from .compiled_newton import CompiledNewton
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
 from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
+from .newton_program import NewtonProgram
 from .numbers import Where
 from .planar import PlanarEquations
 from .planar_model import PlanarModel
@@ -93,18 +93,18 @@ class Newton:
         )
 
     @cached_property
-    def compiled(self) -> CompiledNewton | None:
-        """The same as machine code, where that pays for the frame's batch."""
-        return CompiledNewton.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
+    def program(self) -> NewtonProgram | None:
+        """The same as a program, where that pays for the frame's batch."""
+        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
-        if self.compiled is None or not isinstance(state, PlanarState | DisplacedState):
+        if self.program is None or not isinstance(state, PlanarState | DisplacedState):
             return self._iterated(where, state, factor)
-        found = self.compiled.solve(where, state, factor)
+        found = self.program.solve(where, state, factor)
         unclear = np.flatnonzero(found.converged & ~found.stable)
         if len(unclear):
             balance = self.equations(tuple(k[unclear] for k in where), len(unclear), factor)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..program.arranging import arranged
 from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
 from .elimination import SymbolicFactorisation
@@ -135,7 +136,7 @@ class NewtonRecording:
         program, places = self.recording.program([self._term(x) for x in outputs])
         # What a round begins with varies, whatever it begins with first.
         program = program.over(program.masks[: program.given])
-        return RecordedNewton(program, places, self.moved, self.carried)
+        return RecordedNewton(arranged(program), places, self.moved, self.carried)
 
     def _later(self) -> Any:
         return cast(Any, self.recording.later(1))

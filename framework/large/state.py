@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from .joint_law import ContactMultipliers
 from .model import Model
+from .response import Response
 
 
 @dataclass
@@ -65,10 +66,8 @@ class SpatialLinearisation:
         Unbalanced force on all coordinates, unknown and prescribed (size, m): inner less outer.
     values
         Tangent on the pattern of `Equations.pattern`.
-    changes
-        By stack, deformations by the ends' displacements and spins (7, 12, n, m).
-    deformations
-        By stack, the deformations (7, n, m).
+    responses
+        By stack, how the deformations follow the ends.
     stresses
         By stack, the true forces on the deformations.
     jacobians
@@ -83,8 +82,7 @@ class SpatialLinearisation:
 
     forces: Array
     values: Array
-    changes: list[Array]
-    deformations: list[Array]
+    responses: list[Response]
     stresses: list[Array]
     jacobians: dict[int, Array]
     energy: Array

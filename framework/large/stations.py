@@ -14,10 +14,11 @@ from ..results.along_member import AlongMembers
 from ..results.member_field import about
 from ..structure.member_loads import applied_forces, weight_forces
 from . import corotation
-from .corotation import CorotatedPieces, Response
+from .corotation import CorotatedPieces
 from .equations import EquilibriumEquations
 from .model import Model
 from .numbers import Numbers, batch_first
+from .response import Response
 from .state import DisplacedState
 
 

@@ -8,12 +8,12 @@ from .. import rotation
 from ..batch import Array, merged
 from ..structure.edge import GROUND
 from . import corotation
-from .corotation import Response
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
 from .loops import LoopChange
 from .model import Model
 from .newton import Newton
+from .response import Response
 from .state import DisplacedState
 
 # Roundings in a deformation, in units of the displacements and rotations that it is the difference of.

@@ -104,10 +104,15 @@ class Calculation:
     def results(self) -> list[Any]:
         """All outputs, each of the shape over which it varies; those that are constants as such."""
         program = self.program
-        held = [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
+        held = self.places()
         self.run(0, slice(None), held)
         fixed = dict(enumerate(program.constants, program.given))
         return [fixed.get(k, out) for k, out in zip(program.outputs, held, strict=True)]
+
+    def places(self) -> list[Array]:
+        """Where all outputs can go, for the whole batch."""
+        program = self.program
+        return [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
 
     def run(self, axis: int, indices: slice, outputs: Sequence[Array], later: Sequence[Value] = ()) -> None:
         """Do the steps for some indices of a batch axis.
@@ -178,7 +183,9 @@ class Calculation:
 
     @cached_property
     def _schedule(self) -> Schedule:
-        return Schedule.before(self.program.bare) if self.choice.compiled else Schedule(self.program)
+        if self.choice.compiled:
+            return Schedule.before(self.program.bare)
+        return Schedule(self.program) if self.program.rounds is None else Schedule.whole(self.program)
 
     @cached_property
     def _combinations(self) -> list[Combination]:

@@ -20,7 +20,15 @@ _NAMES = {
 }
 _LOGIC = {Operation.AND: "and", Operation.OR: "or"}
 _BELOW = {Operation.MINIMUM: "olt", Operation.MAXIMUM: "ogt"}
-_CALLS = {Operation.SQUARE_ROOT: "sqrt", Operation.ABSOLUTE: "fabs", Operation.MULTIPLY_ADD: "fmuladd"}
+_CALLS = {
+    Operation.SQUARE_ROOT: "sqrt",
+    Operation.ABSOLUTE: "fabs",
+    Operation.MULTIPLY_ADD: "fmuladd",
+    Operation.MULTIPLY_SUBTRACT: "fmuladd",
+    Operation.SUBTRACT_PRODUCT: "fmuladd",
+}
+# Which operand of such a call has its sign turned round.
+_TURNED = {Operation.MULTIPLY_SUBTRACT: 2, Operation.SUBTRACT_PRODUCT: 0}
 _DECLARED = "\n".join(
     [
         *(f"declare {_V} @llvm.{name}.v{WIDTH}f64({_V})" for name in ("sqrt", "fabs")),
@@ -154,6 +162,11 @@ class Text:
         if operation in _NAMES:
             yield f"  %v{k} = {_NAMES[operation]} {_V} {a}, {others[0]}"
         elif operation in _CALLS:
+            if operation in _TURNED:
+                operands = [a, *others]
+                yield f"  %f{k} = fneg {_V} {operands[_TURNED[operation]]}"
+                operands[_TURNED[operation]] = f"%f{k}"
+                a, *others = operands
             rest = "".join(f", {_V} {each}" for each in others)
             yield f"  %v{k} = call {_V} @llvm.{_CALLS[operation]}.v{WIDTH}f64({_V} {a}{rest})"
         elif operation in SINES:

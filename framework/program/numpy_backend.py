@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import cast
 
 import numpy as np
 
@@ -12,11 +13,19 @@ from ..batch import Array, Shape
 from ..cache import KERNELS
 from ..structure.parts import Value
 from .combination import Combination
-from .program import Operation, Program
+from .program import Operation, Program, Rounds
 
 
 def _multiply_add(a: Value, b: Value, c: Value, out: Array) -> None:
     np.add(np.multiply(a, b), c, out=out)
+
+
+def _multiply_subtract(a: Value, b: Value, c: Value, out: Array) -> None:
+    np.subtract(np.multiply(a, b), c, out=out)
+
+
+def _subtract_product(a: Value, b: Value, c: Value, out: Array) -> None:
+    np.subtract(c, np.multiply(a, b), out=out)
 
 
 def _choose(condition: Value, a: Value, b: Value, out: Array) -> None:
@@ -31,6 +40,10 @@ def _look_up(table: Array, place: Array, out: Array) -> None:
     out[...] = table[place.astype(np.intp)]
 
 
+def _carry(begin: Value, out: Array) -> None:
+    out[...] = begin
+
+
 # What is true or false is 1 or 0 here.
 _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.ADD: np.add,
@@ -41,6 +54,8 @@ _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.MINIMUM: np.minimum,
     Operation.MAXIMUM: np.maximum,
     Operation.MULTIPLY_ADD: _multiply_add,
+    Operation.MULTIPLY_SUBTRACT: _multiply_subtract,
+    Operation.SUBTRACT_PRODUCT: _subtract_product,
     Operation.SINE: np.sin,
     Operation.COSINE: np.cos,
     Operation.SQUARE_ROOT: np.sqrt,
@@ -53,7 +68,16 @@ _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.CHOOSE: _choose,
     Operation.SEARCH: _search,
     Operation.LOOK_UP: _look_up,
+    Operation.CARRY: _carry,
 }
+# Of functions that do a product and something with it: what, and whether the product comes first.
+_TWO: dict[Callable[..., object] | None, tuple[Callable[..., object], bool]] = {
+    _multiply_add: (np.add, True),
+    _multiply_subtract: (np.subtract, True),
+    _subtract_product: (np.subtract, False),
+}
+# A function with the arrays that it takes, and the one that it fills.
+_Bound = tuple[Callable[..., object], list[Value | None], Value | None]
 # A place in memory: the axes over which it varies, and its number among those.
 _Place = tuple[int, int]
 
@@ -81,7 +105,10 @@ class Schedule:
 
     def __init__(self, program: Program, apart: int | None = None) -> None:
         self.program, self.apart = program, apart
-        self.calls = list(self._apart() if apart is not None else self._calls())
+        # Calls from the first to the last of which rounds are made.
+        self.rounds = (0, 0)
+        calls = list(self._apart() if apart is not None else self._calls())
+        self.calls = calls if apart is not None or program.rounds is None else self._staged(calls, program.rounds)
         self.places: dict[int, _Place] = {}
         self._allot()
 
@@ -91,6 +118,27 @@ class Schedule:
         make = partial(Schedule, program, program.widest)
         schedule: Schedule = KERNELS.found(("before", program), make, len(program.steps))
         return schedule
+
+    @staticmethod
+    def whole(program: Program) -> Schedule:
+        """All steps of a program without matrix products."""
+        schedule: Schedule = KERNELS.found(("whole", program), partial(Schedule, program), len(program.steps))
+        return schedule
+
+    def _staged(self, calls: list[_Call], rounds: Rounds) -> list[_Call]:
+        """What comes before the rounds, the rounds, and what comes after them."""
+        carried = {begins for begins, _ in rounds.carried}
+        late = set(carried)
+        for call in calls:
+            if not late.isdisjoint(call.operands):
+                late.add(call.out)
+        again = self.program.again - carried
+        before = [call for call in calls if call.out not in late]
+        before += [call for call in calls if call.out in carried]
+        inside = [call for call in calls if call.out in again]
+        self.rounds = len(before), len(before) + len(inside)
+        after = late - again - carried
+        return [*before, *inside, *(call for call in calls if call.out in after)]
 
     @cached_property
     def kept(self) -> set[int]:
@@ -120,6 +168,7 @@ class Schedule:
 
     def _allot(self) -> None:
         last = {k: turn for turn, call in enumerate(self.calls) for k in call.operands}
+        self._keep_for_rounds(last)
         free: dict[int, list[int]] = {}
         counts: dict[int, int] = {}
         for turn, call in enumerate(self.calls):
@@ -133,6 +182,17 @@ class Schedule:
                 if not waiting:
                     counts[mask] = counts.get(mask, 0) + 1
                 self.places[call.out] = mask, waiting.pop() if waiting else counts[mask] - 1
+
+    def _keep_for_rounds(self, last: dict[int, int]) -> None:
+        """What is made before the rounds is there in all of them, and what they hand on until it is handed on."""
+        rounds, (start, stop) = self.program.rounds, self.rounds
+        if rounds is None or start == stop:
+            return
+        inside = {call.out for call in self.calls[start:stop]}
+        kept = {k for call in self.calls[start:stop] for k in call.operands} - inside
+        kept |= {rounds.again, *(k for pair in rounds.carried for k in pair)}
+        for k in kept:
+            last[k] = max(last.get(k, 0), stop)
 
 
 class Memory:
@@ -177,7 +237,15 @@ class Memory:
         values[: len(given)] = given
         for k, out in outputs.items():
             values[k] = out
-        for call in self.schedule.calls:
+        start, stop = self.schedule.rounds
+        self._call(self.schedule.calls[:start], outputs, combinations)
+        if stop > start:
+            self._do_rounds(self.schedule.calls[start:stop])
+        self._call(self.schedule.calls[stop:], outputs, combinations)
+
+    def _call(self, calls: Sequence[_Call], outputs: Mapping[int, Array], combinations: Sequence[Combination]) -> None:
+        values = self._values
+        for call in calls:
             if call.function is None:
                 self._multiply(call.out, combinations[call.out], outputs)
             elif len(call.operands) == 2:
@@ -185,6 +253,35 @@ class Memory:
                 call.function(values[a], values[b], out=values[call.out])
             else:
                 call.function(*map(values.__getitem__, call.operands), out=values[call.out])
+
+    def _do_rounds(self, calls: Sequence[_Call]) -> None:
+        values, rounds = self._values, self.schedule.program.rounds
+        assert rounds is not None
+        bound = list(self._bound(calls))
+        begins = {k for k, _ in rounds.carried}
+        for turn in range(rounds.most):
+            for function, operands, out in bound:
+                function(*operands, out=out)
+            if turn == rounds.most - 1 or not np.any(cast(Array, values[rounds.again])):
+                return
+            after = [(k, np.copy(cast(Array, values[a])) if a in begins else values[a]) for k, a in rounds.carried]
+            for k, value in after:
+                cast(Array, values[k])[...] = cast(Value, value)
+
+    def _bound(
+        self, calls: Sequence[_Call]
+    ) -> Iterator[tuple[Callable[..., object], list[Value | None], Value | None]]:
+        """Functions with the arrays that they take and fill, those that do a product and a sum as two."""
+        values, spare = self._values, np.empty(self.shape)
+        for call in calls:
+            operands, out = [values[k] for k in call.operands], values[call.out]
+            if call.function in _TWO and isinstance(out, np.ndarray) and out.shape == self.shape:
+                a, b, c = operands
+                last, product_first = _TWO[call.function]
+                yield np.multiply, [a, b], spare
+                yield last, [spare, c] if product_first else [c, spare], out
+            else:
+                yield cast(Callable[..., object], call.function), operands, out
 
     def _multiply(self, index: int, combination: Combination, outputs: Mapping[int, Array]) -> None:
         product = self.schedule.program.products[index]

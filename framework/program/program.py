@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from functools import cached_property
 from typing import NamedTuple
@@ -38,6 +38,9 @@ class Operation(IntEnum):
     LOOK_UP = 20
     # The value with which a round begins: in the first one that of a.
     CARRY = 21
+    # a b - c and c - a b, rounded once or twice.
+    MULTIPLY_SUBTRACT = 22
+    SUBTRACT_PRODUCT = 23
 
 
 # Operations whose values are true or false.
@@ -138,6 +141,22 @@ class Program:
     outputs: tuple[int, ...]
     products: tuple[Products, ...] = ()
     rounds: Rounds | None = None
+
+    def __hash__(self) -> int:
+        """That of all its parts, found once: long programs are asked for by what they are, again and again."""
+        return self._hash
+
+    def __reduce__(self) -> tuple[type[Program], tuple[object, ...]]:
+        # Hashes of enumerations differ from process to process.
+        return type(self), self._parts
+
+    @property
+    def _parts(self) -> tuple[object, ...]:
+        return tuple(getattr(self, each.name) for each in fields(self))
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash(self._parts)
 
     @property
     def first(self) -> int:

@@ -1,6 +1,7 @@
-"""Newton's method as machine code, for batches of which compiling takes less time than it saves.
+"""Newton's method as a program, for batches of which writing it down takes less time than it saves.
 
-The others are left to `Newton`, which does the same with arrays. Both say the same to rounding.
+It is run as machine code or, where compiling would take longer, by NumPy, a step at a time. The others are left to
+`Newton`, which does the same with arrays. All say the same to rounding.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import numpy as np
 
 from ..cache import KERNELS
 from ..program import machine_code
-from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation, Choice
+from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation
 from .elimination import LARGE, SymbolicFactorisation
 from .limits import NOTHING
 from .model import Model
@@ -24,8 +25,11 @@ from .recorded_numbers import GivenNumbers, PlanarNumbers, SpatialNumbers
 
 # What is compiled is kept on disk, and is likely to be run again: so often it may take to pay for itself.
 _TIMES = 4
-# The same where compiling takes fewer seconds than this.
+# The same where compiling takes fewer seconds than this, and where there is only the program to be written down.
 _SHORT, _OFTEN = 0.3, 25
+# Entries that NumPy works through at a time; seconds of a step for these, by entry, and until it is written down.
+CHUNK = 2048
+_CALL, _EACH, _WRITING = 6e-6, 4e-9, 50e-6
 
 
 @dataclass(frozen=True)
@@ -36,17 +40,22 @@ class _Costs:
     each: float
     steps: int
 
-    def pay(self, steps: int, count: int) -> bool:
+    def pay_by_numpy(self, steps: int, count: int) -> bool:
+        """Whether writing so many steps down takes less time than NumPy saves with them."""
+        saved = self.alone + self.each * count - _CALL * math.ceil(count / CHUNK) - _EACH * count
+        return 0 < steps <= MOST and _TIMES * saved > _WRITING
+
+    def pay_compiled(self, steps: int, count: int) -> bool:
         """Whether compiling so many steps takes less time than it saves."""
         saved = steps * (self.alone + self.each * count)
         compiling = COMPILING * steps * (1.0 + steps / TWICE)
-        return count >= LEAST and (_OFTEN if compiling < _SHORT else _TIMES) * saved > compiling
+        return count >= LEAST and 0 < steps <= MOST and (_OFTEN if compiling < _SHORT else _TIMES) * saved > compiling
 
 
-_PLANE, _SPACE = _Costs(2e-6, 4e-9, 600), _Costs(2e-6, 9e-9, 6000)
+_PLANE, _SPACE = _Costs(4e-6, 12e-9, 400), _Costs(3e-6, 15e-9, 3000)
 
 
-class CompiledNewton:
+class NewtonProgram:
     """The program of a model, with its numbers.
 
     Parameters
@@ -57,17 +66,19 @@ class CompiledNewton:
         The program.
     size
         Length that displacements are compared with.
+    compiled
+        Whether it is run as machine code, or by NumPy.
     """
 
-    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, size: float) -> None:
-        self.numbers, self.recorded, self.size = numbers, recorded, size
+    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, size: float, *, compiled: bool) -> None:
+        self.numbers, self.recorded, self.size, self.compiled = numbers, recorded, size, compiled
 
     @classmethod
     def of(
         cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float, size: float
-    ) -> CompiledNewton | None:
-        """Newton's method for a model as machine code; None where that is not possible or does not pay."""
-        if not choice(model).compiled:
+    ) -> NewtonProgram | None:
+        """Newton's method for a model as a program; None where that is not possible or does not pay."""
+        if not choice(model).recorded:
             return None
         space, costs, steps = _size(model)
         numbers = PlanarNumbers(model) if isinstance(model, PlanarModel) else SpatialNumbers(model)
@@ -75,9 +86,8 @@ class CompiledNewton:
         recorded: RecordedNewton = KERNELS.found(
             key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
         )
-        steps = recorded.program.weight
-        pays = steps <= MOST and costs.pay(steps, math.prod(space.frame.shape))
-        return cls(numbers, recorded, size) if pays else None
+        found = _way(costs, recorded.program.weight, math.prod(space.frame.shape))
+        return cls(numbers, recorded, size, compiled=found.compiled) if found.recorded else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads; stable where all pivots of the last tangent were positive."""
@@ -85,9 +95,15 @@ class CompiledNewton:
         count = state.displacements.shape[-1]
         rows = [*self.numbers.values(where, factor), np.full(1, 1.0 / self.size)]
         rows += [np.full(1, NOTHING * min(1.0, self.size)), *(number.of(state) for number in recorded.moved)]
-        work = Calculation(recorded.program, [rows[place] for place in recorded.places], (count,), compiled=True)
+        given = [rows[place] for place in recorded.places]
+        work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
+        outs = work.places()
+        chunk = count if self.compiled else math.ceil(count / math.ceil(count / CHUNK))
         with np.errstate(all="ignore"):
-            outs = [np.broadcast_to(out, (count,)) for out in work.results()]
+            for start in range(0, count, chunk):
+                part = slice(start, min(start + chunk, count))
+                work.run(0, part, [out[part] if len(out) == count else out for out in outs])
+        outs = [np.broadcast_to(out, (count,)) for out in outs]
         found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
         found.converged[:] = outs[-3]
         found.stable[:] = found.converged & outs[-2].astype(bool)
@@ -95,21 +111,47 @@ class CompiledNewton:
         return found
 
 
-def choice(model: Model | PlanarModel) -> Choice:
-    """Whether machine code promises to be faster, by the frame and its batch alone, and why."""
+@dataclass(frozen=True)
+class NewtonChoice:
+    """How Newton's method is done, and why, in words.
+
+    Attributes
+    ----------
+    recorded
+        Whether as a program, or with arrays.
+    compiled
+        Whether as machine code.
+    """
+
+    recorded: bool
+    compiled: bool
+    reason: str
+
+
+def choice(model: Model | PlanarModel) -> NewtonChoice:
+    """What promises to be fastest, by the frame and its batch alone."""
     space, costs, steps = _size(model)
-    if not machine_code.available():
-        return Choice(False, "by arrays; llvmlite (extra 'fast'), which would compile it, is not installed")
-    if not machine_code.fused():
-        return Choice(False, "by arrays; machine code takes a processor with fused operations for sines")
     if not _suits(space):
         what = "loops, contacts, laws, moments in space, and loads or strains of members"
-        return Choice(False, f"by arrays, as all is where there are {what}")
+        return NewtonChoice(False, False, f"by arrays, as all is where there are {what}")
     if not 0 < steps <= MOST or space.free > LARGE:
-        return Choice(False, "by arrays; with so many pieces it would take too long to compile")
-    if not costs.pay(steps, math.prod(space.frame.shape)):
-        return Choice(False, "by arrays; for so few entries compiling it would take longer")
-    return Choice(True, "as machine code, all iterations of an entry at once")
+        return NewtonChoice(False, False, "by arrays; with so many pieces writing it down would take too long")
+    return _way(costs, steps, math.prod(space.frame.shape))
+
+
+def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:
+    """How so many steps are done for so many entries."""
+    if not machine_code.available():
+        why = "llvmlite (extra 'fast'), which would compile it, is not installed"
+    elif not machine_code.fused():
+        why = "machine code takes a processor with fused operations for sines"
+    elif costs.pay_compiled(steps, count):
+        return NewtonChoice(True, True, "as machine code, all iterations of an entry at once")
+    else:
+        why = "for so few entries compiling it would take longer"
+    if costs.pay_by_numpy(steps, count):
+        return NewtonChoice(True, False, f"step by step by NumPy, {CHUNK} entries at a time; {why}")
+    return NewtonChoice(False, False, f"by arrays; {why}")
 
 
 def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
