@@ -7,6 +7,7 @@ arrays hold terms of one (arrays of objects, with plain numbers where a value is
 from __future__ import annotations
 
 import operator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,36 @@ def zeros(shape: tuple[int, ...], *like: Array) -> Array:
     """Zeros, for numbers or for terms as these arrays hold."""
     out: Array = np.zeros(shape)
     return out.astype(object) if is_recorded(*like) else out
+
+
+def contracted(pattern: str, *arrays: Array) -> Array:
+    """Sum of products as `np.einsum` has it, of arrays whose batch axes come last.
+
+    Terms are added in the order of their indices, however long the batch is: NumPy would add those of a lone number
+    in another order, and an entry would differ by rounding from itself in a batch.
+    """
+    if any(array.shape[-1:] != (1,) for array in arrays) or is_recorded(*arrays):
+        return np.asarray(np.einsum(pattern, *arrays))
+    batches = [array.shape[leading:] for array, leading in zip(arrays, _leading(pattern), strict=True)]
+    if not all(batches):
+        return np.asarray(np.einsum(pattern, *arrays))
+    if max(map(max, batches)) > 1:  # along these, if they come last in memory
+        return np.asarray(np.einsum(pattern, *map(np.ascontiguousarray, arrays)))
+    twice = np.einsum(pattern, *(np.repeat(array, 2, axis=-1) for array in arrays))
+    return np.ascontiguousarray(twice[..., :1])
+
+
+@cache
+def _leading(pattern: str) -> tuple[int, ...]:
+    """How many axes of each array are no batch axes."""
+    return tuple(len(each.replace("...", "m")) - 1 for each in pattern.split("->")[0].split(","))
+
+
+def added(terms: Array) -> Array:
+    """Sum over the first axis of terms (n, m), in the order of their indices, however long the batch is."""
+    lone = terms.shape[-1] == 1 and len(terms) > 0 and not is_recorded(terms)
+    out: Array = np.cumsum(terms, axis=0)[-1] if lone else terms.sum(axis=0)
+    return out
 
 
 def square_root(x: Array) -> Array:

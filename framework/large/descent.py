@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from .elimination import LARGE
 from .limits import CLOSE, NOTHING
 from .newton import Newton
@@ -47,7 +48,7 @@ class Descent:
         for _ in range(iterations):
             at = balance.linearised(state)
             step, stable, saddle = self._step(at, balance, state)
-            close = self.newton.is_close(at, step) & ~saddle
+            close = self.newton.is_close(balance, at, step) & ~saddle
             found.left[active] |= saddle
             here = tuple(k[active] for k in where)
             share = np.where(close, 1.0, self._searched(here, balance, state, at, step, factor))
@@ -71,7 +72,7 @@ class Descent:
         A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step.
         """
         found: Place = balance.advanced(state, share * step)
-        far = self.newton.limited(step)
+        far = self.newton.limited(balance, step)
         waiting = np.flatnonzero(share < _SHORT * far)
         if self.model.free > LARGE or not len(waiting):
             return found
@@ -97,7 +98,7 @@ class Descent:
             load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
             share = np.where(np.abs(values) > _STIFF, load / np.where(values == 0.0, 1.0, values), 0.0)
             step = self._whole(share, vectors, root)
-            out = balance.advanced(out, self.newton.limited(step) * step)
+            out = balance.advanced(out, self.newton.limited(balance, step) * step)
         return out
 
     def _prescribed(self, balance: Balance, state: Place) -> Place:
@@ -121,7 +122,7 @@ class Descent:
         share = load / np.maximum(np.abs(values), floor)
         # nothing but rounding drives along the mode, but the energy falls there
         still = np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy
-        still |= self.newton.largest(self._whole(share, vectors, root)) <= NOTHING
+        still |= self.newton.largest(balance, self._whole(share, vectors, root)) <= NOTHING
         saddle = (values[:, 0] < -floor) & still
         if saddle.any():
             mode = (vectors[:, :, 0] * root).T
@@ -152,9 +153,9 @@ class Descent:
         self, where: Where, balance: Balance, state: Place, at: Linearisation, step: Array, factor: float
     ) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
-        share = self.newton.limited(step)
+        share = self.newton.limited(balance, step)
         start = balance.energy(state)
-        slope = np.minimum(np.einsum("im,im->m", at.forces, step), 0.0)
+        slope = np.minimum(contracted("im,im->m", at.forces, step), 0.0)
         noise = 64.0 * np.finfo(float).eps * (at.energy + np.abs(start))
         waiting = np.arange(len(share))
         for _ in range(_HALVINGS):

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
@@ -40,10 +41,6 @@ class Newton:
 
     Attributes
     ----------
-    size
-        Length that displacements are compared with.
-    scale
-        Makes steps of coordinates radians or sizes of the frame (size,); zero for multipliers.
     multiplier_count
         Number of multipliers.
     zero
@@ -55,10 +52,6 @@ class Newton:
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
         self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
-        self.size = model.length
-        scale = np.zeros(model.size + 1)
-        scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
-        self.scale = scale[:-1]
         self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
 
@@ -95,7 +88,7 @@ class Newton:
     @cached_property
     def program(self) -> NewtonProgram | None:
         """The same as a program, where that pays for the frame's batch."""
-        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
+        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.zero)
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
@@ -125,8 +118,8 @@ class Newton:
             regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
-            share = self.limited(step)
-            close = usable & (share == 1.0) & self.is_close(at, step, first=iteration == 0)
+            share = self.limited(balance, step)
+            close = usable & (share == 1.0) & self.is_close(balance, at, step, first=iteration == 0)
             found.iterations[active] += 1
             state = balance.advanced(state, share * step)
             done = close | ~usable
@@ -174,25 +167,25 @@ class Newton:
             load = load - self.elimination.prescribed_forces(at.values, prescribed_residual)
         return np.concatenate([solve(load), prescribed_residual])
 
-    def limited(self, step: Array) -> Array:
+    def limited(self, balance: Balance, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
-        return 1.0 / np.maximum(self.largest(step) / LONGEST, 1.0)
+        return 1.0 / np.maximum(self.largest(balance, step) / LONGEST, 1.0)
 
-    def largest(self, step: Array) -> Array:
+    def largest(self, balance: Balance, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""
-        out: Array = (np.abs(step) * self.scale[:, None]).max(axis=0, initial=0.0)
+        out: Array = (np.abs(step) * balance.scale).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
+    def is_close(self, balance: Balance, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however
         small, is all that there is of a displacement, and holds the rounding of the factors: another one follows it.
         """
         nothing = 0.0 if first else NOTHING
-        work = np.abs(np.einsum("im,im->m", at.forces, step))
-        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * min(1.0, self.size)
-        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= nothing)
+        work = np.abs(contracted("im,im->m", at.forces, step))
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * np.minimum(1.0, balance.lengths)
+        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(balance, step) <= nothing)
         return near
 
 

@@ -55,6 +55,16 @@ class Balance(Protocol):
     """Equations of some entries, see `equations.Equations`; its states and `Linearisation` are of one kind."""
 
     @property
+    def lengths(self) -> Array:
+        """Length that displacements are compared with (m,) or (1,)."""
+        ...
+
+    @property
+    def scale(self) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame (size, m or 1); zero for multipliers."""
+        ...
+
+    @property
     def prescribed_values(self) -> Array:
         """Values of the prescribed coordinates (prescribed, m)."""
         ...

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from .elimination import LARGE
 from .limits import CLOSE
 from .newton import Newton, bordered
@@ -122,7 +123,7 @@ class Saddle:
     ) -> tuple[Place, Array, Mask]:
         """Equilibria with `more` of the mode, the force `generalised_force` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
-        weight = weight / np.einsum("im,im->m", weight, mode)
+        weight = weight / contracted("im,im->m", weight, mode)
         left, stresses = more, None
         constrained = np.zeros(len(generalised_force), dtype=bool)
         for _ in range(_ITERATIONS):
@@ -135,11 +136,11 @@ class Saddle:
             step = np.where(constrained | ~np.isfinite(step).all(axis=0), 0.0, step)
             unbalanced = at.forces.copy()
             unbalanced[: self.model.free] -= generalised_force * weight
-            work = np.abs(np.einsum("im,im->m", unbalanced, step))
+            work = np.abs(contracted("im,im->m", unbalanced, step))
             generalised_force = np.where(
                 constrained | ~np.isfinite(change), generalised_force, generalised_force + change
             )
-            left = left - np.einsum("im,im->m", weight, step[: self.model.free])
+            left = left - contracted("im,im->m", weight, step[: self.model.free])
             state = balance.advanced(state, step)
             stresses = balance.step_stresses(at, step)
             found.iterations += ~constrained

@@ -12,6 +12,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
+from ..elementwise import contracted
 from .newton import Newton
 from .protocols import Balance, Index, Place
 
@@ -26,12 +27,12 @@ def amount(newton: Newton, balance: Balance, state: Place, mode: Array) -> Array
     Positive where the mode as it stands leads to the side to which `state` is to be left.
     """
     free = newton.model.free
-    scale = newton.scale[:free, None]
+    scale = balance.scale[:free]
     weighted = mode * scale
     size: Array = np.abs(weighted).max(axis=0)
     size = np.where(size > 0.0, size, 1.0)
     load, compliance = _at_rest(newton, balance, scale * weighted)
-    along = np.einsum("im,im->m", load, compliance)
+    along = contracted("im,im->m", load, compliance)
     load = np.divide(load, scale, out=np.zeros_like(load), where=scale > 0.0)
     most = np.abs(load).max(axis=0, initial=0.0) * np.abs(scale * compliance).max(axis=0, initial=0.0)
     pushed = np.abs(along) > _NEITHER * most
@@ -55,7 +56,7 @@ def _at_rest(newton: Newton, balance: Balance, weights: Array) -> tuple[Array, A
 def _seen(newton: Newton, balance: Balance, state: Place, mode: Array) -> Array:
     """Of the largest displacements and rotations of the described nodes in a mode, the first (m,)."""
     each = node_motion(newton, balance, state, mode)
-    each[3:] *= newton.size
+    each[3:] *= balance.lengths
     # displacements of all nodes before rotations
     each = each.reshape(2, 3, *each.shape[1:]).swapaxes(1, 2).reshape(-1, mode.shape[-1])
     first: Index = (np.abs(each) >= _ALIKE * np.abs(each).max(axis=0)).argmax(axis=0)

@@ -280,8 +280,9 @@ class LargeSolution(TurnedDirections, SavedResults):
     def residual(self) -> Array:
         """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
         at = self.linear
-        newton = self._load_stepping.newton
-        rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
+        scale, lengths = self.equations.scale, self.equations.lengths
+        turns = np.isin(np.arange(len(scale)), self.model.columns[3:])[:, None]
+        rows = np.where(turns, scale / lengths, scale > 0.0)[: self.model.free]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1), initial=0.0)
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
         return self._masked((unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape))

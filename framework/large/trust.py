@@ -6,6 +6,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array, merged
+from ..elementwise import contracted
 from ..structure.edge import GROUND
 from . import corotation
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
@@ -54,7 +55,7 @@ class Trust:
         for k in range(6):
             load = np.zeros((self.model.free, self.equations.count))
             load[chain[inside]] = rows[k, inside]
-            worst = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
+            worst = contracted("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
             out[k] = np.where(np.isnan(worst), np.inf, worst)  # nothing is known where something moves freely
         size = np.concatenate([self.state.displacements[:, node], rotation.logarithm(self.state.rotations[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
@@ -77,7 +78,7 @@ class Trust:
             stiffness = np.abs(corotation.stiffness(pieces, at.deformation, self.at.stresses[k][0]))
             wrong = rotation.times(stiffness, off) + np.abs(self.at.stresses[k])
             change = np.abs(Response(pieces, at).global_change())
-            ends = np.einsum("ji...,j...->i...", change, wrong)
+            ends = contracted("ji...,j...->i...", change, wrong)
             nodal += model.gather[k] @ merged(ends, 0, 1)
         forces = _ROUNDINGS * _EPS * (nodal.reshape(6, model.count, count) + np.abs(self.equations.loads))
         out = np.zeros((model.size + 1, count))
@@ -87,7 +88,7 @@ class Trust:
             jacobian = np.abs(self.at.jacobians[joint.child])
             chain = model.chains[joint.child]
             # the chain of a node holds those of its parents, so that nothing need be handed up
-            np.add.at(out, chain, np.einsum("ijm,im->jm", jacobian, forces[:, joint.child]))
+            np.add.at(out, chain, contracted("ijm,im->jm", jacobian, forces[:, joint.child]))
         plain = np.flatnonzero(model.plain)
         np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
         return out[:-1]
