@@ -35,6 +35,8 @@ _BELOW = (
 _LACK = 6.123233995736765886130e-17
 # Added and taken off again, it leaves the nearest whole number.
 _WHOLE = 1.5 * 2.0**52
+# Strides of an axis that comes last in memory, or along which numbers are alike.
+_LAST = ((8,), (0,))
 
 
 def is_recorded(*arrays: Array) -> bool:
@@ -51,15 +53,14 @@ def zeros(shape: tuple[int, ...], *like: Array) -> Array:
 def contracted(pattern: str, *arrays: Array) -> Array:
     """Sum of products as `np.einsum` has it, of arrays whose batch axes come last.
 
-    Terms are added in the order of their indices, however long the batch is: NumPy would add those of a lone number
-    in another order, and an entry would differ by rounding from itself in a batch.
+    Terms are added in the order of their indices, however long the batch is: NumPy adds along the axis that comes last
+    in memory in another order, so that an entry alone would differ by rounding from itself in a batch.
     """
     if any(array.shape[-1:] != (1,) for array in arrays) or is_recorded(*arrays):
-        return np.asarray(np.einsum(pattern, *arrays))
+        last = (array if array.strides[-1:] in _LAST else np.ascontiguousarray(array) for array in arrays)
+        return np.asarray(np.einsum(pattern, *last))
     batches = [array.shape[leading:] for array, leading in zip(arrays, _leading(pattern), strict=True)]
-    if not all(batches):
-        return np.asarray(np.einsum(pattern, *arrays))
-    if max(map(max, batches)) > 1:  # along these, if they come last in memory
+    if not all(batches) or max(map(max, batches)) > 1:
         return np.asarray(np.einsum(pattern, *map(np.ascontiguousarray, arrays)))
     twice = np.einsum(pattern, *(np.repeat(array, 2, axis=-1) for array in arrays))
     return np.ascontiguousarray(twice[..., :1])
@@ -74,7 +75,7 @@ def _leading(pattern: str) -> tuple[int, ...]:
 def added(terms: Array) -> Array:
     """Sum over the first axis of terms (n, m), in the order of their indices, however long the batch is."""
     lone = terms.shape[-1] == 1 and len(terms) > 0 and not is_recorded(terms)
-    out: Array = np.cumsum(terms, axis=0)[-1] if lone else terms.sum(axis=0)
+    out: Array = np.cumsum(terms, axis=0)[-1] if lone else np.ascontiguousarray(terms).sum(axis=0)
     return out
 
 
