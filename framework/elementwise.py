@@ -36,7 +36,7 @@ _LACK = 6.123233995736765886130e-17
 # Added and taken off again, it leaves the nearest whole number.
 _WHOLE = 1.5 * 2.0**52
 # Strides of an axis that comes last in memory, or along which numbers are alike.
-_LAST = ((8,), (0,))
+_LAST = (8, 0)
 
 
 def is_recorded(*arrays: Array) -> bool:
@@ -56,14 +56,21 @@ def contracted(pattern: str, *arrays: Array) -> Array:
     Terms are added in the order of their indices, however long the batch is: NumPy adds along the axis that comes last
     in memory in another order, so that an entry alone would differ by rounding from itself in a batch.
     """
-    if any(array.shape[-1:] != (1,) for array in arrays) or is_recorded(*arrays):
-        last = (array if array.strides[-1:] in _LAST else np.ascontiguousarray(array) for array in arrays)
-        return np.asarray(np.einsum(pattern, *last))
-    batches = [array.shape[leading:] for array, leading in zip(arrays, _leading(pattern), strict=True)]
-    if not all(batches) or max(map(max, batches)) > 1:
-        return np.asarray(np.einsum(pattern, *map(np.ascontiguousarray, arrays)))
-    twice = np.einsum(pattern, *(np.repeat(array, 2, axis=-1) for array in arrays))
-    return np.ascontiguousarray(twice[..., :1])
+    lone, ordered = True, True
+    for array, leading in zip(arrays, _leading(pattern), strict=True):
+        strides, batch = array.strides[leading:], array.shape[leading:]
+        if batch and batch[-1] != 1:
+            lone, ordered = False, ordered and strides[-1] in _LAST
+        elif len(batch) == 2 and batch[0] != 1:
+            lone, ordered = False, ordered and strides[0] in _LAST
+        elif len(batch) != 1 and batch != (1, 1):
+            lone = False
+    if not lone:
+        return np.asarray(np.einsum(pattern, *(arrays if ordered else map(np.ascontiguousarray, arrays))))
+    if is_recorded(*arrays):
+        return np.asarray(np.einsum(pattern, *arrays))
+    twice = np.einsum(pattern, *[np.concatenate((array, array), axis=-1) for array in arrays])
+    return twice[..., :1].copy()
 
 
 @cache

@@ -17,7 +17,7 @@ from ..elementwise import contracted
 from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
+from .limits import CLOSE, FREE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
 from .newton_program import NewtonProgram
 from .numbers import Where
@@ -45,6 +45,8 @@ class Newton:
         Number of multipliers.
     zero
         Eigenvalue of a scaled tangent that is rounding.
+    free
+        Pivot or eigenvalue, some roundings more, at which a motion is free.
     """
 
     def __init__(self, model: Model) -> None:
@@ -54,6 +56,7 @@ class Newton:
         self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
         self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
+        self.free = FREE * self.zero
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -88,7 +91,7 @@ class Newton:
     @cached_property
     def program(self) -> NewtonProgram | None:
         """The same as a program, where that pays for the frame's batch."""
-        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.zero)
+        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.free)
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
@@ -101,7 +104,9 @@ class Newton:
         unclear = np.flatnonzero(found.converged & ~found.stable)
         if len(unclear):
             balance = self.equations(tuple(k[unclear] for k in where), len(unclear), factor)
-            found.stable[unclear] = self.definite(balance.linearised(found.state.taken(unclear)).values)
+            values = balance.linearised(found.state.taken(unclear)).values
+            found.stable[unclear] = self.definite(values)
+            found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
         return found
 
     def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
@@ -113,9 +118,9 @@ class Newton:
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
-            positive: Mask = np.asarray((factors.pivots > self.zero).all(axis=0))
+            positive: Mask = np.asarray((factors.pivots > self.free).all(axis=0))
             step = self.step(at, balance.prescribed_residual(state), factors.solve)
-            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
+            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.free).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
             share = self.limited(balance, step)
@@ -126,7 +131,9 @@ class Newton:
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                found.stable[active[done]] = (close & self.definite(at.values, positive))[done]
+                stable = close & self.definite(at.values, positive)
+                found.stable[active[done]] = stable[done]
+                found.neutral[active[done]] = (stable & self.neutral(at.values, positive))[done]
                 active = active[~done]
             if not len(active):
                 break
@@ -160,6 +167,18 @@ class Newton:
             out[asked] = (factors.pivots > 0.0).all(axis=0)
         return out
 
+    def neutral(self, values: Array, known: Mask | None = None) -> Mask:
+        """Whether tangents have an eigenvalue that is rounding or negative (m,); entries `known` to have none do not.
+
+        Where constraints have multipliers, or loads no energy, that is not told.
+        """
+        out = np.zeros(values.shape[-1], dtype=bool)
+        asked = np.arange(len(out)) if known is None else np.flatnonzero(~known)
+        if len(asked) and self.model.symmetric and not self.multiplier_count:
+            lowered = self.elimination.raised(values[:, asked], np.full(len(asked), -self.free))
+            out[asked] = ~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0)
+        return out
+
     def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:
         """Newton's step of all coordinates, the prescribed ones by their residual (size, m)."""
         load = -at.forces[: self.model.free]
@@ -185,7 +204,9 @@ class Newton:
         nothing = 0.0 if first else NOTHING
         work = np.abs(contracted("im,im->m", at.forces, step))
         there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * np.minimum(1.0, balance.lengths)
-        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(balance, step) <= nothing)
+        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (
+            self.largest(balance, step) <= nothing
+        )
         return near
 
 

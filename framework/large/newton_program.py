@@ -72,9 +72,7 @@ class NewtonProgram:
         self.numbers, self.recorded, self.compiled = numbers, recorded, compiled
 
     @classmethod
-    def of(
-        cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float
-    ) -> NewtonProgram | None:
+    def of(cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float) -> NewtonProgram | None:
         """Newton's method for a model as a program; None where that is not possible or does not pay."""
         if not choice(model).recorded:
             return None

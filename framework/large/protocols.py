@@ -104,6 +104,8 @@ class FoundEquilibria:
         Where they are.
     converged, stable
         Whether that is an equilibrium, and one at which the energy has a minimum.
+    neutral
+        Whether no stiffness beyond rounding resists some motion there.
     left
         Whether a saddle of the energy was left on the way.
     iterations
@@ -113,6 +115,7 @@ class FoundEquilibria:
     state: Place
     converged: Mask
     stable: Mask
+    neutral: Mask
     left: Mask
     iterations: Index
 
@@ -122,7 +125,7 @@ class FoundEquilibria:
         count = state.displacements.shape[-1]
         no = np.zeros(count, dtype=bool)
         place = state.taken(np.arange(count)) if copied else state
-        return cls(place, no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
+        return cls(place, no.copy(), no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
 
     @property
     def good(self) -> Mask:
@@ -139,9 +142,11 @@ class FoundEquilibria:
                 other.state.taken(kept),
                 other.converged[kept],
                 other.stable[kept],
+                other.neutral[kept],
                 other.left[kept],
                 other.iterations[kept],
             )
         self.state.put(where, other.state)
         self.converged[where], self.stable[where] = other.converged, other.stable
+        self.neutral[where] = other.neutral
         self.left[where] |= other.left

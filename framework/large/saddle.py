@@ -15,7 +15,7 @@ from .limits import CLOSE
 from .newton import Newton, bordered
 from .numbers import Where
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
-from .sides import amount
+from .sides import amount, softest
 
 # Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
 _BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
@@ -108,8 +108,8 @@ class Saddle:
         """
         elimination = self.newton.elimination
         if self.model.free <= LARGE:
-            root, _, vectors = elimination.spectrum(at.values)
-            mode = (vectors[:, :, 0] * root).T
+            root, values, vectors = elimination.spectrum(at.values)
+            mode = softest(values, vectors, root)
         else:
             mode = np.random.default_rng(0).standard_normal((self.model.free, at.values.shape[-1]))
             factors = elimination.factor(at.values)

@@ -26,8 +26,12 @@ class StateOfEntries:
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Self:
         """Some of the entries."""
         index = np.flatnonzero(kept) if kept.dtype == np.bool_ else kept
-        arrays = (np.take(each, index, axis=-1) for each in (self.displacements, self.rotations, self.own))
-        return type(self)(*arrays, self.contact_multipliers.taken(kept))
+        return type(self)(
+            np.take(self.displacements, index, axis=-1),
+            np.take(self.rotations, index, axis=-1),
+            np.take(self.own, index, axis=-1),
+            self.contact_multipliers.taken(kept),
+        )
 
     def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: Self) -> None:
         """Replace some of the entries."""
