@@ -69,7 +69,7 @@ def contracted(pattern: str, *arrays: Array) -> Array:
         return np.asarray(np.einsum(pattern, *(arrays if ordered else map(np.ascontiguousarray, arrays))))
     if is_recorded(*arrays):
         return np.asarray(np.einsum(pattern, *arrays))
-    twice = np.einsum(pattern, *[np.concatenate((array, array), axis=-1) for array in arrays])
+    twice: Array = np.einsum(pattern, *[np.concatenate((array, array), axis=-1) for array in arrays])
     return twice[..., :1].copy()
 
 

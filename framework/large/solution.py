@@ -320,8 +320,8 @@ class LargeSolution(TurnedDirections, SavedResults):
         Returns
         -------
         ndarray
-            By component of `displacement`, (..., 6); rotation as a spin; inf where a motion that nothing resists moves
-        the node.
+            By component of `displacement`, (..., 6); rotation as a spin; inf where a motion that nothing resists
+            moves the node.
         """
         number = self.model.topology.number[self._node(node)]
         return self._shaped(self.trust.bound(number))

@@ -25,7 +25,7 @@ _STILL = 1e-6
 _EPS = float(np.finfo(np.float64).eps)
 
 
-class FreeMotion:
+class SingularTangents:
     """Tangents of which some eigenvalues are rounding.
 
     Parameters
@@ -88,7 +88,9 @@ class Trust:
         some = np.zeros(0, dtype=np.int64) if neutral is None else np.flatnonzero(neutral)
         self.neutral: Index = some
         if len(some) and self.model.free <= LARGE and not newton.multiplier_count:
-            self.free_motion: FreeMotion | None = FreeMotion(elimination, self.at.values[:, some], newton.free)
+            self.free_motion: SingularTangents | None = SingularTangents(
+                elimination, self.at.values[:, some], newton.free
+            )
         else:
             self.free_motion = None
 

@@ -34,7 +34,9 @@ def random_chain(seed: int, entry: int | None = None) -> Frame:
     """A random one; with an `entry`, that of its three alone."""
     rng = np.random.default_rng(seed)
     straight, count = rng.random() < 0.5, int(rng.integers(2, 4))
-    steps = rng.normal(size=(count, 1, 3)) * [1.0, 1.0, 0.0] if not straight else np.tile([1.0, 0.0, 0.0], (count, 1, 1))
+    steps = (
+        rng.normal(size=(count, 1, 3)) * [1.0, 1.0, 0.0] if not straight else np.tile([1.0, 0.0, 0.0], (count, 1, 1))
+    )
     places = np.concatenate([np.zeros((1, 1, 3)), np.cumsum(steps, axis=0)]) * rng.uniform(0.5, 1.5, (1, 3, 1))
     push = -(10.0 ** rng.uniform(1.0, 4.0, 3))
     pin = (INF,) * 5 + (float(rng.choice([0.0, 10.0])),)
@@ -56,11 +58,11 @@ def test_a_batch_is_its_entries(seed: int) -> None:
             np.testing.assert_array_equal(alone.error_bound(node), whole.error_bound(node)[entry])
 
 
-@pytest.mark.parametrize("tilt", [0.0, 1e-16, -1e-16])
+@pytest.mark.parametrize("tilt", [1e-16, -1e-16])
 def test_of_mirror_images_the_side_is_no_matter_of_rounding(tilt: float) -> None:
     """A straight chain of two bars pushed along itself bends up, and says that it might have bent down."""
     places = np.array([[0.0, 0.0, 0.0], [1.0, tilt, 0.0], [2.0, 0.0, 0.0]])
-    solution = chain(places, (INF,) * 5 + (10.0,), np.array([-25.0, -30.0, -40.0])).solve(large=True)
+    solution = chain(places, (INF,) * 5 + (10.0,), np.array([-30.0])).solve(large=True)
     assert (solution.status == "stable beyond a saddle").all()
     assert (solution.displacement("b0")[:, 1] > 0.5).all()
 
