@@ -7,6 +7,7 @@ arrays hold terms of one (arrays of objects, with plain numbers where a value is
 from __future__ import annotations
 
 import operator
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,8 @@ _BELOW = (
 _LACK = 6.123233995736765886130e-17
 # Added and taken off again, it leaves the nearest whole number.
 _WHOLE = 1.5 * 2.0**52
+# Strides of an axis that comes last in memory, or along which numbers are alike.
+_LAST = (8, 0)
 
 
 def is_recorded(*arrays: Array) -> bool:
@@ -45,6 +48,42 @@ def zeros(shape: tuple[int, ...], *like: Array) -> Array:
     """Zeros, for numbers or for terms as these arrays hold."""
     out: Array = np.zeros(shape)
     return out.astype(object) if is_recorded(*like) else out
+
+
+def contracted(pattern: str, *arrays: Array) -> Array:
+    """Sum of products as `np.einsum` has it, of arrays whose batch axes come last.
+
+    Terms are added in the order of their indices, however long the batch is: NumPy adds along the axis that comes last
+    in memory in another order, so that an entry alone would differ by rounding from itself in a batch.
+    """
+    lone, ordered = True, True
+    for array, leading in zip(arrays, _leading(pattern), strict=True):
+        strides, batch = array.strides[leading:], array.shape[leading:]
+        if batch and batch[-1] != 1:
+            lone, ordered = False, ordered and strides[-1] in _LAST
+        elif len(batch) == 2 and batch[0] != 1:
+            lone, ordered = False, ordered and strides[0] in _LAST
+        elif len(batch) != 1 and batch != (1, 1):
+            lone = False
+    if not lone:
+        return np.asarray(np.einsum(pattern, *(arrays if ordered else map(np.ascontiguousarray, arrays))))
+    if is_recorded(*arrays):
+        return np.asarray(np.einsum(pattern, *arrays))
+    twice: Array = np.einsum(pattern, *[np.concatenate((array, array), axis=-1) for array in arrays])
+    return twice[..., :1].copy()
+
+
+@cache
+def _leading(pattern: str) -> tuple[int, ...]:
+    """How many axes of each array are no batch axes."""
+    return tuple(len(each.replace("...", "m")) - 1 for each in pattern.split("->")[0].split(","))
+
+
+def added(terms: Array) -> Array:
+    """Sum over the first axis of terms (n, m), in the order of their indices, however long the batch is."""
+    lone = terms.shape[-1] == 1 and len(terms) > 0 and not is_recorded(terms)
+    out: Array = np.cumsum(terms, axis=0)[-1] if lone else np.ascontiguousarray(terms).sum(axis=0)
+    return out
 
 
 def square_root(x: Array) -> Array:

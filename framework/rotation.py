@@ -11,7 +11,7 @@ from math import factorial
 import numpy as np
 
 from .batch import Array
-from .elementwise import angle, cosine, less, maximum, minimum, sinc, sine, square_root, where
+from .elementwise import angle, contracted, cosine, less, maximum, minimum, sinc, sine, square_root, where
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -29,13 +29,13 @@ def cross(a: Array, b: Array) -> Array:
 
 def dot(a: Array, b: Array) -> Array:
     """Scalar product of (n, ...) and (n, ...)."""
-    out: Array = np.einsum("i...,i...->...", a, b)
+    out: Array = contracted("i...,i...->...", a, b)
     return out
 
 
 def times(a: Array, b: Array) -> Array:
     """Matrix product of (i, j, ...) and (j, k, ...), or of (i, j, ...) and a vector (j, ...)."""
-    out: Array = np.einsum("ij...,jk...->ik..." if a.ndim == b.ndim else "ij...,j...->i...", a, b)
+    out: Array = contracted("ij...,jk...->ik..." if a.ndim == b.ndim else "ij...,j...->i...", a, b)
     return out
 
 

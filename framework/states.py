@@ -22,7 +22,7 @@ class State(IntEnum):
 class SolutionState(State):
     """State of a solution at one batch entry: `Solution.state` and `LargeSolution.state` hold these numbers.
 
-    Linear solutions have the first six, and the last.
+    Linear solutions have the first six, and the last; those at large displacement the second, too.
 
     * ``REGULAR``: all results hold.
     * ``STATICALLY_CONSISTENT_MECHANISM``: the frame can move, but the load does no work on its free motion; forces

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array
+from ..elementwise import added, contracted
 from ..rotation import dot
 from ..structure.edge import GROUND
 from . import corotation
@@ -48,6 +49,16 @@ class Configuration:
     def links(self) -> list[EdgeGeometry]:
         """Links of the tree."""
         return [joint.at(self.where) for joint in self.model.joints]
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Length that displacements are compared with (m,) or (1,)."""
+        return self.model.lengths.at(self.where)
+
+    @cached_property
+    def scale(self) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1)."""
+        return self.model.scale(self.where)
 
     @cached_property
     def loads(self) -> Array:
@@ -121,7 +132,7 @@ class Configuration:
         """Energy in members and joints (m,)."""
         total = np.zeros(self.count)
         for pieces, motion in zip(self.pieces, motions or self.motions(state), strict=True):
-            total += corotation.strain_energy(pieces, motion).sum(axis=0)
+            total += added(corotation.strain_energy(pieces, motion))
         for number in range(len(self.model.edges)):
             total += self.resistance(state, number, self.own(state, number))[0]
         return total
@@ -144,9 +155,9 @@ class Configuration:
     def load_work(self, state: DisplacedState, motions: list[CorotatedPieces]) -> Array:
         """Work of forces from rest on, if they had acted whole (m,)."""
         loads = np.broadcast_to(self.loads[:3], state.displacements.shape)
-        total: Array = np.einsum("ij...,ij...->...", loads, state.displacements)
+        total: Array = contracted("ij...,ij...->...", loads, state.displacements)
         for pieces, motion in zip(self.pieces, motions, strict=True):
-            total = total + corotation.work(pieces, motion).sum(axis=0)
+            total = total + added(corotation.work(pieces, motion))
         for node, push, arm in self.offset_forces:
             total = total + dot(
                 push, rotation.rotated(state.rotations[:, node], arm + np.zeros_like(state.displacements[:, 0]))

@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
-from ..elementwise import less, square_root, where
+from ..elementwise import contracted, less, square_root, where
 from ..rotation import dot, times, transposed
 
 Law = Callable[[Array], tuple[Array, Array, Array]]
@@ -170,7 +170,7 @@ def work(pieces: Pieces, at: CorotatedPieces) -> Array:
     """Work of tensions, and of the loads between the ends beyond that of their shares at the ends (n, m)."""
     out: Array = np.zeros_like(at.chord)
     if pieces.work is not None:
-        out = np.einsum("ab...,abj...,j...->...", at.turn, pieces.work, at.deformation)
+        out = contracted("ab...,abj...,j...->...", at.turn, pieces.work, at.deformation)
     return out if pieces.tension is None else out - pieces.tension * at.deformation[0]
 
 

@@ -7,15 +7,18 @@ sense in which the loads do work on it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from .elimination import LARGE
-from .limits import CLOSE, NOTHING
+from .limits import CLOSE, NEITHER, NOTHING
 from .newton import Newton
 from .numbers import Where
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
-from .sides import amount
+from .sides import amount, softest
 
 _HALVINGS = 40
 # Modes that are stiff, by their eigenvalue beside a unit diagonal; Newton steps in which they settle.
@@ -46,8 +49,8 @@ class Descent:
         state = self._prescribed(balance, state.taken(active))
         for _ in range(iterations):
             at = balance.linearised(state)
-            step, stable, saddle = self._step(at, balance, state)
-            close = self.newton.is_close(at, step) & ~saddle
+            step, (stable, neutral), saddle = self._step(at, balance, state)
+            close = self.newton.is_close(balance, at, step) & ~saddle
             found.left[active] |= saddle
             here = tuple(k[active] for k in where)
             share = np.where(close, 1.0, self._searched(here, balance, state, at, step, factor))
@@ -57,6 +60,7 @@ class Descent:
                 found.state.put(active[close], state.taken(close))
                 found.converged[active[close]] = True
                 found.stable[active[close]] = stable[close]
+                found.neutral[active[close]] = neutral[close]
                 active = active[~close]
                 if not len(active):
                     return found
@@ -71,7 +75,7 @@ class Descent:
         A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step.
         """
         found: Place = balance.advanced(state, share * step)
-        far = self.newton.limited(step)
+        far = self.newton.limited(balance, step)
         waiting = np.flatnonzero(share < _SHORT * far)
         if self.model.free > LARGE or not len(waiting):
             return found
@@ -97,7 +101,7 @@ class Descent:
             load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
             share = np.where(np.abs(values) > _STIFF, load / np.where(values == 0.0, 1.0, values), 0.0)
             step = self._whole(share, vectors, root)
-            out = balance.advanced(out, self.newton.limited(step) * step)
+            out = balance.advanced(out, self.newton.limited(balance, step) * step)
         return out
 
     def _prescribed(self, balance: Balance, state: Place) -> Place:
@@ -106,28 +110,54 @@ class Descent:
         if not prescribed_residual.any():
             return state
         at = balance.linearised(state)
-        step = self.newton.step(at, prescribed_residual, self.newton.factor(at).solve)
+        step = self.newton.step(at, prescribed_residual, self._resisted(at))
         step[: self.model.free, ~np.isfinite(step).all(axis=0)] = 0.0
         advanced: Place = balance.advanced(state, step)
         return advanced
 
-    def _step(self, at: Linearisation, balance: Balance, state: Place) -> tuple[Array, Mask, Mask]:
-        """A step down the energy, whether no direction goes down from there, and whether the step leaves a saddle."""
+    def _resisted(self, at: Linearisation) -> Callable[[Array], Array]:
+        """What solves the equations of the tangent, free motions left out."""
+        if self.model.free > LARGE:
+            return self.newton.factor(at).solve
+        root, values, vectors = self.newton.elimination.spectrum(at.values)
+        free = np.abs(values) <= self.newton.free
+
+        def solve(load: Array) -> Array:
+            share = np.einsum("mji,mj,jm->mi", vectors, root, load)
+            share = np.where(free, 0.0, share / np.where(free, 1.0, values))
+            return self._whole(share, vectors, root)[: self.model.free]
+
+        return solve
+
+    def _step(self, at: Linearisation, balance: Balance, state: Place) -> tuple[Array, tuple[Mask, Mask], Mask]:
+        """A step down the energy; whether none goes down from there, and some neither; whether it leaves a saddle."""
         if self.model.free > LARGE:
             return self._shifted(at)
         root, values, vectors = self.newton.elimination.spectrum(at.values)
         load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
         floor = self.newton.zero
+        # nothing resists a free motion: it goes where the loads drive it, and nowhere by their rounding
+        free = np.abs(values) <= self.newton.free
+        pushed = np.maximum(np.abs(load).max(axis=1), self._pushed(balance, root))
+        load = np.where(free & (np.abs(load) <= NEITHER * pushed[:, None]), 0.0, load)
         share = load / np.maximum(np.abs(values), floor)
         # nothing but rounding drives along the mode, but the energy falls there
         still = np.abs(np.einsum("mi,mi->m", load, share)) <= CLOSE * at.energy
-        still |= self.newton.largest(self._whole(share, vectors, root)) <= NOTHING
+        still |= self.newton.largest(balance, self._whole(share, vectors, root)) <= NOTHING
         saddle = (values[:, 0] < -floor) & still
         if saddle.any():
-            mode = (vectors[:, :, 0] * root).T
+            mode = softest(values, vectors, root)
             share[saddle, 0] = (_PERTURBATION / amount(self.newton, balance, state, mode))[saddle]
         whole = self._whole(share, vectors, root)
-        return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), values[:, 0] > -floor, saddle
+        stable: Mask = values[:, 0] > -floor
+        neutral: Mask = stable & (values[:, 0] <= self.newton.free)
+        return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), (stable, neutral), saddle
+
+    def _pushed(self, balance: Balance, root: Array) -> Array:
+        """Largest load on a coordinate at rest, in the units of `root` (m, n), (m,)."""
+        at = balance.linearised(self.newton.start(len(root)))
+        out: Array = np.abs(at.forces[: self.model.free].T * root).max(axis=1, initial=0.0)
+        return out
 
     def _whole(self, share: Array, vectors: Array, root: Array) -> Array:
         """Steps of all coordinates (size, m) for shares of the modes (m, n)."""
@@ -135,26 +165,27 @@ class Descent:
         out[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
         return out
 
-    def _shifted(self, at: Linearisation) -> tuple[Array, Mask, Mask]:
+    def _shifted(self, at: Linearisation) -> tuple[Array, tuple[Mask, Mask], Mask]:
         """The same for a large frame: the diagonal raised until all pivots are positive."""
         elimination = self.newton.elimination
         shift = np.zeros(at.values.shape[-1])
         stable = self.newton.definite(at.values)
+        neutral = stable & self.newton.neutral(at.values)
         for _ in range(_HALVINGS):
             factors = elimination.factor(elimination.raised(at.values, shift))
             positive = (factors.pivots > 0.0).all(axis=0)
             if positive.all():
                 break
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
-        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), stable, np.zeros_like(stable)
+        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), (stable, neutral), np.zeros_like(stable)
 
     def _searched(
         self, where: Where, balance: Balance, state: Place, at: Linearisation, step: Array, factor: float
     ) -> Array:
         """Share of a step that lowers the energy enough (m,)."""
-        share = self.newton.limited(step)
+        share = self.newton.limited(balance, step)
         start = balance.energy(state)
-        slope = np.minimum(np.einsum("im,im->m", at.forces, step), 0.0)
+        slope = np.minimum(contracted("im,im->m", at.forces, step), 0.0)
         noise = 64.0 * np.finfo(float).eps * (at.energy + np.abs(start))
         waiting = np.arange(len(share))
         for _ in range(_HALVINGS):

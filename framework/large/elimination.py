@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.order import Pattern, link, order
 from ..cache import KERNELS
+from ..elementwise import contracted
 from ..structure.parts import Grid
 
 Index = NDArray[np.int64]
@@ -192,7 +193,7 @@ class SmallFactor(StackFactor):
             ):
                 out[k] *= inverse
                 if below:
-                    out[k] -= np.einsum("im,im->m", low, out[below])
+                    out[k] -= contracted("im,im->m", low, out[below])
         return out
 
 

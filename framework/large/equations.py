@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array, merged
-from ..elementwise import zeros
+from ..elementwise import added, contracted, zeros
 from ..rotation import cross, dot, spin, times
 from ..structure.edge import GROUND
 from . import corotation
@@ -43,7 +43,7 @@ class EquilibriumEquations(Configuration):
         forces = [part.linearised(state).forces for part, state in ((before, old), (self, new))]
         prescribed = slice(self.model.free, None)
         mean = 0.5 * (forces[0][prescribed] + forces[1][prescribed])
-        total += np.einsum("im,im->m", mean, (1.0 - share) * self.prescribed_values)
+        total += contracted("im,im->m", mean, (1.0 - share) * self.prescribed_values)
         for stack, pair in zip(self.model.stacks, zip(before.pieces, self.pieces, strict=True), strict=True):
             if stack.free is not None:
                 ways = zip(pair, (old, new), strict=True)
@@ -81,7 +81,7 @@ class EquilibriumEquations(Configuration):
             assumed = assumed + summed(model.gather[k], merged(ends, 0, 1))
             responses.append(response)
             true.append(exact)
-            energy = energy + 2.0 * corotation.strain_energy(pieces, response.at).sum(axis=0)
+            energy = energy + 2.0 * added(corotation.strain_energy(pieces, response.at))
             data += self._linked_tangent(k, response.tangent(used, symmetric=self.symmetric), jacobians)
         shape = (6, model.count, self.count)
         nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
@@ -106,7 +106,7 @@ class EquilibriumEquations(Configuration):
         nodal = self.nodal(step)
         padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
         for node, jacobian in at.jacobians.items():
-            nodal[:, node] = np.einsum("ij...,j...->i...", jacobian, padded[self.model.chains[node]])
+            nodal[:, node] = contracted("ij...,j...->i...", jacobian, padded[self.model.chains[node]])
         out = []
         for k, stack in enumerate(self.model.stacks):
             ends = np.concatenate([nodal[:, stack.ends[:, 0]], nodal[:, stack.ends[:, 1]]])
@@ -201,7 +201,7 @@ class EquilibriumEquations(Configuration):
         stored, force, resistance = self.resistance(state, place, change.own)
         force = force + state.own[:, place]
         rows = change.jacobian()
-        ends = np.einsum("ji...,j...->i...", rows, force)
+        ends = contracted("ji...,j...->i...", rows, force)
         for forces in nodal:
             forces[:, loop.child] += ends[6:]
             if loop.parent != GROUND:

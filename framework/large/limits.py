@@ -6,5 +6,9 @@ from __future__ import annotations
 CLOSE = 1e-16
 # Iterations after which one that has not settled wanders, and smaller steps find their way in less.
 ITERATIONS = 16
+# Share of what loads of that size could do that is rounding, and drives no free motion to either side.
+NEITHER = 3e-8
+# Roundings of an eigenvalue, as `Newton.zero` has them, within which a motion is free.
+FREE = 64.0
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 LONGEST, NOTHING = 1.0, 1e-13

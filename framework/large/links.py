@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array
-from ..elementwise import zeros
+from ..elementwise import contracted, zeros
 from ..rotation import cross, spin, times, transposed
 
 
@@ -146,7 +146,7 @@ class LinkChange:
 
     def forces(self, force: Array) -> tuple[Array, Array]:
         """Forces on the parent and on the link's own coordinates, for one on the child, all (6, m)."""
-        pushed = np.einsum("ji...,j...->i...", self.jacobian(), force)
+        pushed = contracted("ji...,j...->i...", self.jacobian(), force)
         return pushed[:6], pushed[6:]
 
     def geometric(self, force: Array) -> Array:

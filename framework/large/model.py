@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 import scipy
@@ -141,6 +141,21 @@ class Model:
         softest = min((float(each.min()) for each in springs if each.size), default=np.inf)
         deflection = sum(given) + float(np.abs(self.loads.nodal.array[:3]).sum(axis=(0, 1)).max(initial=0.0)) / softest
         return deflection if 0.0 < deflection < np.inf else 1.0
+
+    @cached_property
+    def lengths(self) -> Numbers:
+        """Length that displacements are compared with, (...): of an entry alone, whatever its neighbours are."""
+        if self.frame.size == 0.0 or self.topology.plain_positions is not None:
+            return Numbers.of(np.full((1,) * self.ndim, self.length), self.ndim, 0)
+        reach = [np.abs(self.frame.position(name)).max(axis=-1) for name in self.frame.nodes]
+        found = reduce(np.maximum, reach)
+        return Numbers.of(np.where(found > 0.0, found, self.length), self.ndim, 0)
+
+    def scale(self, where: Where) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1); zero for multipliers."""
+        out = np.zeros((self.size + 1, *self.lengths.at(where).shape))
+        out[self.columns[:3]], out[self.columns[3:]] = 1.0 / self.lengths.at(where), 1.0
+        return out[:-1]
 
     def driven_values(self, where: Where, count: int, factor: float) -> Array:
         """Values that the prescribed coordinates are to have at some entries, under a share of the loads, (prescribed,

@@ -13,10 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
+from .limits import CLOSE, FREE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
 from .newton_program import NewtonProgram
 from .numbers import Where
@@ -40,14 +41,12 @@ class Newton:
 
     Attributes
     ----------
-    size
-        Length that displacements are compared with.
-    scale
-        Makes steps of coordinates radians or sizes of the frame (size,); zero for multipliers.
     multiplier_count
         Number of multipliers.
     zero
         Eigenvalue of a scaled tangent that is rounding.
+    free
+        Pivot or eigenvalue, some roundings more, at which a motion is free.
     """
 
     def __init__(self, model: Model) -> None:
@@ -55,12 +54,9 @@ class Newton:
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
         self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
-        self.size = model.length
-        scale = np.zeros(model.size + 1)
-        scale[model.columns[:3]], scale[model.columns[3:]] = 1.0 / self.size, 1.0
-        self.scale = scale[:-1]
         self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
+        self.free = FREE * self.zero
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -95,7 +91,7 @@ class Newton:
     @cached_property
     def program(self) -> NewtonProgram | None:
         """The same as a program, where that pays for the frame's batch."""
-        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.zero, self.size)
+        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.free)
 
     def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
@@ -108,7 +104,9 @@ class Newton:
         unclear = np.flatnonzero(found.converged & ~found.stable)
         if len(unclear):
             balance = self.equations(tuple(k[unclear] for k in where), len(unclear), factor)
-            found.stable[unclear] = self.definite(balance.linearised(found.state.taken(unclear)).values)
+            values = balance.linearised(found.state.taken(unclear)).values
+            found.stable[unclear] = self.definite(values)
+            found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
         return found
 
     def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
@@ -120,20 +118,22 @@ class Newton:
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
-            positive: Mask = np.asarray((factors.pivots > self.zero).all(axis=0))
+            positive: Mask = np.asarray((factors.pivots > self.free).all(axis=0))
             step = self.step(at, balance.prescribed_residual(state), factors.solve)
-            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.zero).all(axis=0)
+            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.free).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
-            share = self.limited(step)
-            close = usable & (share == 1.0) & self.is_close(at, step, first=iteration == 0)
+            share = self.limited(balance, step)
+            close = usable & (share == 1.0) & self.is_close(balance, at, step, first=iteration == 0)
             found.iterations[active] += 1
             state = balance.advanced(state, share * step)
             done = close | ~usable
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                found.stable[active[done]] = (close & self.definite(at.values, positive))[done]
+                stable = close & self.definite(at.values, positive)
+                found.stable[active[done]] = stable[done]
+                found.neutral[active[done]] = (stable & self.neutral(at.values, positive))[done]
                 active = active[~done]
             if not len(active):
                 break
@@ -167,6 +167,18 @@ class Newton:
             out[asked] = (factors.pivots > 0.0).all(axis=0)
         return out
 
+    def neutral(self, values: Array, known: Mask | None = None) -> Mask:
+        """Whether tangents have an eigenvalue that is rounding or negative (m,); entries `known` to have none do not.
+
+        Where constraints have multipliers, or loads no energy, that is not told.
+        """
+        out = np.zeros(values.shape[-1], dtype=bool)
+        asked = np.arange(len(out)) if known is None else np.flatnonzero(~known)
+        if len(asked) and self.model.symmetric and not self.multiplier_count:
+            lowered = self.elimination.raised(values[:, asked], np.full(len(asked), -self.free))
+            out[asked] = ~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0)
+        return out
+
     def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:
         """Newton's step of all coordinates, the prescribed ones by their residual (size, m)."""
         load = -at.forces[: self.model.free]
@@ -174,25 +186,27 @@ class Newton:
             load = load - self.elimination.prescribed_forces(at.values, prescribed_residual)
         return np.concatenate([solve(load), prescribed_residual])
 
-    def limited(self, step: Array) -> Array:
+    def limited(self, balance: Balance, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
-        return 1.0 / np.maximum(self.largest(step) / LONGEST, 1.0)
+        return 1.0 / np.maximum(self.largest(balance, step) / LONGEST, 1.0)
 
-    def largest(self, step: Array) -> Array:
+    def largest(self, balance: Balance, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""
-        out: Array = (np.abs(step) * self.scale[:, None]).max(axis=0, initial=0.0)
+        out: Array = (np.abs(step) * balance.scale).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
+    def is_close(self, balance: Balance, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however
         small, is all that there is of a displacement, and holds the rounding of the factors: another one follows it.
         """
         nothing = 0.0 if first else NOTHING
-        work = np.abs(np.einsum("im,im->m", at.forces, step))
-        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * min(1.0, self.size)
-        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (self.largest(step) <= nothing)
+        work = np.abs(contracted("im,im->m", at.forces, step))
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * np.minimum(1.0, balance.lengths)
+        near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (
+            self.largest(balance, step) <= nothing
+        )
         return near
 
 

@@ -64,19 +64,15 @@ class NewtonProgram:
         Numbers of the model.
     recorded
         The program.
-    size
-        Length that displacements are compared with.
     compiled
         Whether it is run as machine code, or by NumPy.
     """
 
-    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, size: float, *, compiled: bool) -> None:
-        self.numbers, self.recorded, self.size, self.compiled = numbers, recorded, size, compiled
+    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, *, compiled: bool) -> None:
+        self.numbers, self.recorded, self.compiled = numbers, recorded, compiled
 
     @classmethod
-    def of(
-        cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float, size: float
-    ) -> NewtonProgram | None:
+    def of(cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float) -> NewtonProgram | None:
         """Newton's method for a model as a program; None where that is not possible or does not pay."""
         if not choice(model).recorded:
             return None
@@ -87,14 +83,15 @@ class NewtonProgram:
             key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
         )
         found = _way(costs, recorded.program.weight, math.prod(space.frame.shape))
-        return cls(numbers, recorded, size, compiled=found.compiled) if found.recorded else None
+        return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads; stable where all pivots of the last tangent were positive."""
         recorded = self.recorded
         count = state.displacements.shape[-1]
-        rows = [*self.numbers.values(where, factor), np.full(1, 1.0 / self.size)]
-        rows += [np.full(1, NOTHING * min(1.0, self.size)), *(number.of(state) for number in recorded.moved)]
+        lengths = self.numbers.space.lengths.at(where)
+        rows = [*self.numbers.values(where, factor), 1.0 / lengths]
+        rows += [NOTHING * np.minimum(1.0, lengths), *(number.of(state) for number in recorded.moved)]
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
         outs = work.places()

@@ -36,7 +36,7 @@ class Numbers:
 
     def at(self, where: Where) -> Array:
         """Numbers of some entries, (components..., m), or (components..., 1) where they are all alike."""
-        return picked(self.array, where, leading=self.array.ndim - self.ndim)
+        return np.ascontiguousarray(picked(self.array, where, leading=self.array.ndim - self.ndim))
 
 
 def batch_first(array: Array, shape: tuple[int, ...], leading: int) -> Array:

@@ -20,6 +20,7 @@ from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import component
+from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
 from .load_stepping import LoadStepping
@@ -162,7 +163,7 @@ class _Tracer:
         where = LoadStepping(model, 1).where(np.arange(count))
         self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
         self.state = self.newton.start(count)
-        self.weight = self.newton.scale[:, None] ** 2
+        self.weight = self.whole.scale**2
         absent = False if model.frame.absent is None else model.frame.absent
         self.going = ~np.broadcast_to(absent, model.frame.shape).reshape(-1)
         self.reached = np.zeros(model.frame.shape, dtype=bool)
@@ -244,7 +245,7 @@ class _Tracer:
         return np.where(self._norm(ahead, self.along) < 0.0, -1.0, 1.0)
 
     def _norm(self, a: Array, b: Array) -> Array:
-        out: Array = np.einsum("im,im->m", self.weight * a, b)
+        out: Array = contracted("im,im->m", self.weight * a, b)
         return out
 
     def _prescribed(self) -> Array:
@@ -292,7 +293,7 @@ class _Tracer:
             factor = np.where(done | ~usable, factor, factor + change)
             stresses = self.whole.step_stresses(at, step)
             iterations += ~done
-            work = np.abs(np.einsum("im,im->m", at.forces, step)) + np.abs(change * np.einsum("im,im->m", load, step))
+            work = np.abs(contracted("im,im->m", at.forces, step)) + np.abs(change * contracted("im,im->m", load, step))
             # the plane leaves a single coordinate no step: the load factor alone, in which forces are linear, balances
             close = ~done & usable & (work <= _CLOSE * at.energy)
             stable = np.where(close, self.stable, stable)

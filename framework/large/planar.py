@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
-from ..elementwise import zeros
+from ..elementwise import contracted, zeros
 from ..structure.edge import GROUND
 from . import planar_pieces
 from .joint_law import ContactMultipliers
@@ -56,6 +56,16 @@ class PlanarEquations:
             ContactMultipliers.none(len(model.contacts), count),
         )
         return PlanarState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contact_multipliers)
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Length that displacements are compared with (m,) or (1,)."""
+        return self.model.lengths.at(self.where)
+
+    @cached_property
+    def scale(self) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1)."""
+        return self.model.scale(self.where)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
@@ -120,10 +130,10 @@ class PlanarEquations:
             )
         for number in range(len(self.links)):
             total += self.resistance(state, number)[0]
-        total -= np.einsum(
+        total -= contracted(
             "ijm,ijm->m", np.broadcast_to(self.loads[:2], state.displacements.shape), state.displacements
         )
-        total -= np.einsum("jm,jm->m", np.broadcast_to(self.loads[2], state.rotations.shape), state.rotations)
+        total -= contracted("jm,jm->m", np.broadcast_to(self.loads[2], state.rotations.shape), state.rotations)
         return total
 
     def resistance(self, state: PlanarState, number: int) -> tuple[Array, Array, Array]:
@@ -187,7 +197,7 @@ class PlanarEquations:
             joint = planar_joint.joint
             own = nodal[:, joint.child]
             parent = np.zeros_like(own) if joint.parent == GROUND else nodal[:, joint.parent]
-            nodal[:, joint.child] = np.einsum("ijm,jm->im", transfer, np.concatenate([parent, own]))
+            nodal[:, joint.child] = contracted("ijm,jm->im", transfer, np.concatenate([parent, own]))
         out = []
         for k, stack in enumerate(self.planar_model.stacks):
             first, second = stack.ends.T
@@ -236,7 +246,7 @@ class PlanarEquations:
             return rows
         number = self._number[node]
         transfer, parent = transfers[number], self.planar_model.joints[number].joint.parent
-        own: Array = np.einsum("ijm,ikm->jkm", transfer[:, 3:], rows)
+        own: Array = contracted("ijm,ikm->jkm", transfer[:, 3:], rows)
         if parent == GROUND:
             return own
         above = rows.copy()
@@ -256,7 +266,7 @@ class PlanarEquations:
             if joint.parent == GROUND:
                 out.append(matrix[3:, 3:])
                 continue
-            nodal[:, joint.parent] += np.einsum("ijm,im->jm", transfers[number][:, :3], force)
+            nodal[:, joint.parent] += contracted("ijm,im->jm", transfers[number][:, :3], force)
             half = np.concatenate([self._up(matrix[:3], joint.parent, transfers), matrix[3:]])
             half = np.swapaxes(half, 0, 1)
             out.append(np.concatenate([self._up(half[:3], joint.parent, transfers), half[3:]]))
@@ -268,7 +278,7 @@ class PlanarEquations:
         nodal = nodal.copy()
         for number in range(len(self.links) - 1, -1, -1):
             joint = self.planar_model.joints[number].joint
-            pushed = np.einsum("ijm,im->jm", transfers[number], nodal[:, joint.child])
+            pushed = contracted("ijm,im->jm", transfers[number], nodal[:, joint.child])
             out[self.planar_model.columns[:, joint.child]] = pushed[3:] + resisted[number]
             if joint.parent != GROUND:
                 nodal[:, joint.parent] += pushed[:3]

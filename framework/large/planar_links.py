@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..batch import Array
-from ..elementwise import cosine, sine, zeros
+from ..elementwise import contracted, cosine, sine, zeros
 from .joint_law import ContactMultipliers
 from .joints import TreeJoint
 from .model import Model
@@ -100,13 +100,13 @@ class PlanarLink:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs."""
         force, tangent = self.stiffness * elastic, zeros((3, 3, self.stiffness.shape[-1]), elastic)
         tangent[range(3), range(3)] = self.stiffness
-        return 0.5 * np.einsum("im,im->m", force, elastic), force, tangent
+        return 0.5 * contracted("im,im->m", force, elastic), force, tangent
 
     def child(self, place: Array, turn: Array, own: Array) -> tuple[Array, Array]:
         """Displacement (2, m) and angle (m,) of the child."""
         angle = self.sense * own[2]
         first = turn if self.forward else turn - angle
-        shift = np.einsum("ijm,jm->im", self.axes, own[:2])
+        shift = contracted("ijm,jm->im", self.axes, own[:2])
         if self.follows:
             half = sine(0.5 * first)
             across, less = sine(first), -2.0 * half * half
@@ -120,7 +120,7 @@ class PlanarLink:
             return self.axes + 0.0 * first, np.zeros_like(own[:2])
         c, s = cosine(first), sine(first)
         axes = np.stack([c * self.axes[0] - s * self.axes[1], s * self.axes[0] + c * self.axes[1]])
-        arm = np.einsum("ijm,jm->im", axes, own[:2])
+        arm = contracted("ijm,jm->im", axes, own[:2])
         if self.arm.any():
             arm = arm + np.stack([c * self.arm[0] - s * self.arm[1], s * self.arm[0] + c * self.arm[1]])
         return axes, arm

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..elementwise import angle, is_recorded, rounded, square_root
+from ..elementwise import added, angle, is_recorded, rounded, square_root
 from .loading import Stack
 from .numbers import Numbers
 from .planar_state import PlanarState
@@ -129,7 +129,7 @@ def strain_energy(stiffness: Array, deformation: Array, bow: Bow) -> Array:
     axis, _, _ = bow
     _, first, second = deformation
     each = k0 * axis * axis + (k11 * first + 2.0 * k12 * second) * first + k22 * second * second
-    out: Array = each.sum(axis=0)
+    out: Array = added(each)
     return out
 
 

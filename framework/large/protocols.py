@@ -55,6 +55,16 @@ class Balance(Protocol):
     """Equations of some entries, see `equations.Equations`; its states and `Linearisation` are of one kind."""
 
     @property
+    def lengths(self) -> Array:
+        """Length that displacements are compared with (m,) or (1,)."""
+        ...
+
+    @property
+    def scale(self) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame (size, m or 1); zero for multipliers."""
+        ...
+
+    @property
     def prescribed_values(self) -> Array:
         """Values of the prescribed coordinates (prescribed, m)."""
         ...
@@ -94,6 +104,8 @@ class FoundEquilibria:
         Where they are.
     converged, stable
         Whether that is an equilibrium, and one at which the energy has a minimum.
+    neutral
+        Whether no stiffness beyond rounding resists some motion there.
     left
         Whether a saddle of the energy was left on the way.
     iterations
@@ -103,6 +115,7 @@ class FoundEquilibria:
     state: Place
     converged: Mask
     stable: Mask
+    neutral: Mask
     left: Mask
     iterations: Index
 
@@ -112,7 +125,7 @@ class FoundEquilibria:
         count = state.displacements.shape[-1]
         no = np.zeros(count, dtype=bool)
         place = state.taken(np.arange(count)) if copied else state
-        return cls(place, no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
+        return cls(place, no.copy(), no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
 
     @property
     def good(self) -> Mask:
@@ -129,9 +142,11 @@ class FoundEquilibria:
                 other.state.taken(kept),
                 other.converged[kept],
                 other.stable[kept],
+                other.neutral[kept],
                 other.left[kept],
                 other.iterations[kept],
             )
         self.state.put(where, other.state)
         self.converged[where], self.stable[where] = other.converged, other.stable
+        self.neutral[where] = other.neutral
         self.left[where] |= other.left

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
-from ..elementwise import less, where, zeros
+from ..elementwise import contracted, less, where, zeros
 from ..rotation import times, transposed
 from .corotation import CorotatedPieces, Pieces, elongated, slope
 
@@ -101,8 +101,8 @@ class Response:
         arm, right, left = (self._by_end(each) for each in (bent, k[0, 1:], k[1:, 0]))
         row = k[0, 0] * arm + right
         beam = (k[1:, 1:] + axial_force * even(self.pieces.bow)).reshape(2, 3, 2, 3, *at.chord.shape)
-        half = np.einsum("aci...,iajb...->icjb...", self.back, beam)
-        beam = np.einsum("icjb...,bdj...->icjd...", half, self.back)
+        half = contracted("aci...,iajb...->icjb...", self.back, beam)
+        beam = contracted("icjb...,bdj...->icjd...", half, self.back)
         turned = even(times(rotation.inverse_tangent_slope(self.vectors, _ends(force[1:])), self.back))
         twist = total[0] / _upright(at.ends[0] + at.ends[1])
         turned = turned - twist * _twist(np.stack(at.ends, axis=1), symmetric=symmetric)
@@ -158,7 +158,7 @@ class Response:
         """Blocks of three components (9, ..., n, m) from the moving to the global axes."""
         split = rows.reshape(3, 3, *rows.shape[1:])
         pattern = "ij...,bj...->bi..." if rows.ndim == 3 else "ij...,bjk...->bik..."
-        out: Array = np.einsum(pattern, self.at.axes, split)
+        out: Array = contracted(pattern, self.at.axes, split)
         return out.reshape(rows.shape)
 
     def _loaded(self, stress: Array) -> tuple[Array, Array | None, tuple[Array, Array]]:
@@ -169,12 +169,12 @@ class Response:
             stress = stress + self.pieces.tension * (np.arange(len(stress)) == 0)[:, None, None]
         if work is None:
             return stress, None, (stress, stress)
-        seen = np.einsum("ab...,acj...->bcj...", at.turn, work)
+        seen = contracted("ab...,acj...->bcj...", at.turn, work)
         mixed = np.moveaxis(_axial(seen), 0, 1)
-        whole = np.einsum("abj...,j...->ab...", seen, at.deformation)
-        trace = np.einsum("aa...->...", whole)
+        whole = contracted("abj...,j...->ab...", seen, at.deformation)
+        trace = whole[0, 0] + whole[1, 1] + whole[2, 2]
         spun = trace * np.eye(3)[..., None, None] - whole
-        push = np.einsum("bbj...->j...", seen)
+        push = seen[0, 0] + seen[1, 1] + seen[2, 2]
         return stress - push, _axial(whole), (mixed, -spun)
 
 
@@ -244,6 +244,6 @@ def _mirrored(a: Array) -> Array:
 def _both(axes: Array, a: Array) -> Array:
     """A 9 x 9 matrix turned from the moving to the global axes on both sides."""
     split = a.reshape(3, 3, 3, 3, *a.shape[2:])
-    half = np.einsum("ij...,bjcl...->bicl...", axes, split)
-    out: Array = np.einsum("kl...,bicl...->bick...", axes, half)
+    half = contracted("ij...,bjcl...->bicl...", axes, split)
+    out: Array = contracted("kl...,bicl...->bick...", axes, half)
     return out.reshape(a.shape)

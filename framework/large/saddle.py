@@ -9,12 +9,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
+from ..elementwise import contracted
 from .elimination import LARGE
 from .limits import CLOSE
 from .newton import Newton, bordered
 from .numbers import Where
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
-from .sides import amount
+from .sides import amount, softest
 
 # Steps of the amount, in radians or sizes of the frame: the first, the longest, and one at which the way is given up.
 _BEGIN, _LONGEST, _LEAST = 0.03, 0.3, 1e-3
@@ -107,8 +108,8 @@ class Saddle:
         """
         elimination = self.newton.elimination
         if self.model.free <= LARGE:
-            root, _, vectors = elimination.spectrum(at.values)
-            mode = (vectors[:, :, 0] * root).T
+            root, values, vectors = elimination.spectrum(at.values)
+            mode = softest(values, vectors, root)
         else:
             mode = np.random.default_rng(0).standard_normal((self.model.free, at.values.shape[-1]))
             factors = elimination.factor(at.values)
@@ -122,7 +123,7 @@ class Saddle:
     ) -> tuple[Place, Array, Mask]:
         """Equilibria with `more` of the mode, the force `generalised_force` along it, and whether they were found."""
         weight = self.newton.elimination.diagonal(self._start(balance, state)) * mode
-        weight = weight / np.einsum("im,im->m", weight, mode)
+        weight = weight / contracted("im,im->m", weight, mode)
         left, stresses = more, None
         constrained = np.zeros(len(generalised_force), dtype=bool)
         for _ in range(_ITERATIONS):
@@ -135,11 +136,11 @@ class Saddle:
             step = np.where(constrained | ~np.isfinite(step).all(axis=0), 0.0, step)
             unbalanced = at.forces.copy()
             unbalanced[: self.model.free] -= generalised_force * weight
-            work = np.abs(np.einsum("im,im->m", unbalanced, step))
+            work = np.abs(contracted("im,im->m", unbalanced, step))
             generalised_force = np.where(
                 constrained | ~np.isfinite(change), generalised_force, generalised_force + change
             )
-            left = left - np.einsum("im,im->m", weight, step[: self.model.free])
+            left = left - contracted("im,im->m", weight, step[: self.model.free])
             state = balance.advanced(state, step)
             stresses = balance.step_stresses(at, step)
             found.iterations += ~constrained

@@ -37,7 +37,10 @@ class LargeSolution(TurnedDirections, SavedResults):
 
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
     weights go with the material that carries them. Where a load step ends in a saddle of the energy, such as a column
-    beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. A frame in a
+    beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. Of its two sides
+    that is the one to which the first little share of the loads moves the frame; where that is neither, as where the
+    two are mirror images, the one at which the first of the largest displacements of the nodes, in the order of their
+    description, is positive. So is a mechanism at rest whose loads do no work on its free motion. A frame in a
     coordinate plane under loads in it is kept to the plane; `stable` looks out of it. Journals whose contact stiffness
     is inf lie on their circles to rounding; screws advance through any number of turns.
 
@@ -233,9 +236,11 @@ class LargeSolution(TurnedDirections, SavedResults):
     def status(self) -> NDArray[np.str_]:
         """State of each batch entry in words, (...).
 
-        ``stable``; ``stable beyond a saddle`` where a free mode had to be followed; ``unstable`` (or neutral); ``not
-        converged``, and the results are where the iteration stopped; ``absent`` where the entry was left out. Where the
-        frame was made from a motion, entries at which that is not regular carry its words as well.
+        ``stable``; ``stable beyond a saddle`` where a free mode had to be followed, to one of its two sides: another
+        equilibrium may lie as near on the other; ``statically consistent mechanism`` where neither loads nor stiffness
+        resist some motion, so that the place is one of many, see `neutral`; ``unstable``; ``not converged``, and the
+        results are NaN; ``absent`` where the entry was left out. Where the frame was made from a motion, entries at
+        which that is not regular carry its words as well.
         """
         return with_origin(words(self.state, SolutionState), self.frame.made_from, self.shape)
 
@@ -243,7 +248,9 @@ class LargeSolution(TurnedDirections, SavedResults):
     def state(self) -> States:
         """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
         left = np.asarray(self._found.left).reshape(self.shape)
-        state = put(states_of(self.shape, SolutionState.STABLE), left, SolutionState.STABLE_BEYOND_A_SADDLE)
+        state = states_of(self.shape, SolutionState.STABLE)
+        state = put(state, self.neutral, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        state = put(state, left, SolutionState.STABLE_BEYOND_A_SADDLE)
         state = put(state, ~self.stable, SolutionState.UNSTABLE)
         state = put(state, ~self.converged, SolutionState.NOT_CONVERGED)
         return state if self.frame.absent is None else put(state, self.frame.absent, SolutionState.ABSENT)
@@ -264,6 +271,17 @@ class LargeSolution(TurnedDirections, SavedResults):
         return out.reshape(self.shape)
 
     @cached_property
+    def neutral(self) -> NDArray[np.bool_]:
+        """Whether neither loads nor stiffness resist some motion from there, (...): the place is one of many.
+
+        Not told where joints move in clearances, where it is the smallest of forces that holds a journal in place,
+        where loops are closed by ideal joints, and under moments in space.
+        """
+        if any(joint.clearance_directions for joint in self.model.edges):
+            return np.zeros(self.shape, dtype=bool)
+        return self._found.neutral.reshape(self.shape) & self.converged
+
+    @cached_property
     def converged(self) -> NDArray[np.bool_]:
         """Whether an equilibrium was found, (...)."""
         found = self._found.converged
@@ -280,11 +298,13 @@ class LargeSolution(TurnedDirections, SavedResults):
     def residual(self) -> Array:
         """Largest unbalanced force over the largest force at a node, (...); moments are divided by the frame's size."""
         at = self.linear
-        newton = self._load_stepping.newton
-        rows = np.where(newton.scale == 1.0, 1.0 / newton.size, newton.scale > 0.0)[: self.model.free, None]
+        scale, lengths = self.equations.scale, self.equations.lengths
+        turns = np.isin(np.arange(len(scale)), self.model.columns[3:])[:, None]
+        rows = np.where(turns, scale / lengths, scale > 0.0)[: self.model.free]
         largest = np.abs(at.nodal[:3]).max(axis=(0, 1), initial=0.0)
         unbalanced = np.abs(rows * at.forces[: self.model.free]).max(axis=0, initial=0.0)
-        return self._masked((unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape))
+        share = (unbalanced / np.where(largest > 0.0, largest, 1.0)).reshape(self.shape)
+        return share if self.frame.absent is None else np.where(self.frame.absent, np.nan, share)
 
     def error_bound(self, node: str) -> Array:
         """Bound on the numerical error of a displacement, of first order: Newton's residual through the tangent.
@@ -300,7 +320,8 @@ class LargeSolution(TurnedDirections, SavedResults):
         Returns
         -------
         ndarray
-            By component of `displacement`, (..., 6); rotation as a spin.
+            By component of `displacement`, (..., 6); rotation as a spin; inf where a motion that nothing resists
+            moves the node.
         """
         number = self.model.topology.number[self._node(node)]
         return self._shaped(self.trust.bound(number))
@@ -374,7 +395,7 @@ class LargeSolution(TurnedDirections, SavedResults):
     @cached_property
     def trust(self) -> Trust:
         """Bounds on the numerical error of displacements."""
-        return Trust(self._load_stepping.newton, self.equations, self.displaced)
+        return Trust(self._load_stepping.newton, self.equations, self.displaced, self.neutral.reshape(-1))
 
     @cached_property
     def _recovery(self) -> Stations:
@@ -384,10 +405,10 @@ class LargeSolution(TurnedDirections, SavedResults):
         return self._masked(batch_first(array, self.shape, array.ndim - 1))
 
     def _masked(self, array: Array) -> Array:
-        if self.frame.absent is None:
+        nothing = ~self.converged if self.frame.absent is None else ~self.converged | self.frame.absent
+        if not nothing.any():
             return array
-        absent = np.broadcast_to(self.frame.absent, self.shape)
-        return np.where(absent.reshape(*self.shape, *(1,) * (array.ndim - absent.ndim)), np.nan, array)
+        return np.where(nothing.reshape(*self.shape, *(1,) * (array.ndim - nothing.ndim)), np.nan, array)
 
     def _edge(self, number: int) -> EdgeGeometry:
         return self.model.edges[number].at(self.equations.where)

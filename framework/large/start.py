@@ -71,7 +71,7 @@ def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedStat
         directions = list(joint.clearance_directions)
         force[directions, place] = forces[directions, number]
         is_rotation = directions[0] >= 3
-        radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if is_rotation else newton.size))
+        radius = np.maximum(joint.clearance.at(equations.where), _SMALL * (1.0 if is_rotation else equations.lengths))
         nodes = [joint.child] if number < len(model.joints) else slice(None)
         columns = model.columns[3:] if is_rotation else model.columns[:3]
         pressed = np.hypot.reduce(force[:, place], axis=0) / radius

@@ -25,10 +25,11 @@ class StateOfEntries:
 
     def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Self:
         """Some of the entries."""
+        index = np.flatnonzero(kept) if kept.dtype == np.bool_ else kept
         return type(self)(
-            self.displacements[..., kept],
-            self.rotations[..., kept],
-            self.own[..., kept],
+            np.take(self.displacements, index, axis=-1),
+            np.take(self.rotations, index, axis=-1),
+            np.take(self.own, index, axis=-1),
             self.contact_multipliers.taken(kept),
         )
 

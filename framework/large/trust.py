@@ -6,19 +6,57 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array, merged
+from ..elementwise import contracted
 from ..structure.edge import GROUND
 from . import corotation
-from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
+from .elimination import LARGE, ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
 from .loops import LoopChange
 from .model import Model
 from .newton import Newton
+from .protocols import Index, Mask
 from .response import Response
 from .state import DisplacedState
 
 # Roundings in a deformation, in units of the displacements and rotations that it is the difference of.
 _ROUNDINGS = 16.0
+# Share of a free motion below which a displacement takes no part in it.
+_STILL = 1e-6
 _EPS = float(np.finfo(np.float64).eps)
+
+
+class SingularTangents:
+    """Tangents of which some eigenvalues are rounding.
+
+    Parameters
+    ----------
+    elimination
+        Their pattern.
+    values
+        The tangents (entries, m).
+    zero
+        Eigenvalue that is rounding.
+    """
+
+    def __init__(self, elimination: SymbolicFactorisation, values: Array, zero: float) -> None:
+        self.root, self.values, self.vectors = elimination.spectrum(values)
+        # the least is, as no factor told it from rounding
+        self.free = np.abs(self.values) <= np.maximum(zero, np.abs(self.values).min(axis=1, keepdims=True))
+
+    def solve(self, load: Array) -> Array:
+        """Solution for loads (n, m), free motions left out."""
+        share = np.where(self.free, 0.0, self._share(load) / np.where(self.free, 1.0, self.values))
+        return np.asarray(np.einsum("mij,mj,mi->im", self.vectors, share, self.root))
+
+    def moves(self, load: Array) -> Mask:
+        """Whether a load does work on a free motion (m,)."""
+        share = np.abs(self._share(load))
+        size = np.sqrt((share * share).sum(axis=1, keepdims=True))
+        return np.asarray((self.free & (share > _STILL * size)).any(axis=1))
+
+    def _share(self, load: Array) -> Array:
+        out: Array = np.einsum("mji,mj,jm->mi", self.vectors, self.root, load)
+        return out
 
 
 class Trust:
@@ -30,9 +68,13 @@ class Trust:
         Iterations on the model.
     equations, state
         The whole batch and where it is, in space.
+    neutral
+        Entries at which some motion is free (m,).
     """
 
-    def __init__(self, newton: Newton, equations: EquilibriumEquations, state: DisplacedState) -> None:
+    def __init__(
+        self, newton: Newton, equations: EquilibriumEquations, state: DisplacedState, neutral: Mask | None = None
+    ) -> None:
         self.model: Model = equations.model
         self.equations, self.state = equations, state
         self.at = equations.linearised(state)
@@ -43,6 +85,14 @@ class Trust:
         else:
             self.factor = elimination.factor(self.at.values, symmetric=self.model.symmetric)
         self.wrong = np.abs(self.at.forces) + self._rounding()
+        some = np.zeros(0, dtype=np.int64) if neutral is None else np.flatnonzero(neutral)
+        self.neutral: Index = some
+        if len(some) and self.model.free <= LARGE and not newton.multiplier_count:
+            self.free_motion: SingularTangents | None = SingularTangents(
+                elimination, self.at.values[:, some], newton.free
+            )
+        else:
+            self.free_motion = None
 
     def bound(self, node: int) -> Array:
         """Bound on displacement and spin of a node (6, m): what the wrong forces do at their worst."""
@@ -54,10 +104,20 @@ class Trust:
         for k in range(6):
             load = np.zeros((self.model.free, self.equations.count))
             load[chain[inside]] = rows[k, inside]
-            worst = np.einsum("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
+            worst = contracted("im,im->m", np.abs(self.factor.solve(load)), self.wrong[: self.model.free])
             out[k] = np.where(np.isnan(worst), np.inf, worst)  # nothing is known where something moves freely
+            if len(self.neutral):
+                out[k, self.neutral] = self._beside(load[:, self.neutral])
         size = np.concatenate([self.state.displacements[:, node], rotation.logarithm(self.state.rotations[:, node])])
         return np.asarray(out + 2.0 * _EPS * np.abs(size))
+
+    def _beside(self, load: Array) -> Array:
+        """The same for a displacement of neutral entries that is the work of `load` (free, n): inf where it is free."""
+        if self.free_motion is None:
+            return np.where(load.any(axis=0), np.inf, 0.0)
+        wrong = self.wrong[: self.model.free, self.neutral]
+        worst = contracted("im,im->m", np.abs(self.free_motion.solve(load)), wrong)
+        return np.where(self.free_motion.moves(load), np.inf, worst)
 
     def _rounding(self) -> Array:
         """Rounding in the unbalanced forces (size, m)."""
@@ -77,7 +137,7 @@ class Trust:
             stiffness = np.abs(corotation.stiffness(pieces, at.deformation, self.at.stresses[k][0]))
             wrong = rotation.times(stiffness, off) + np.abs(self.at.stresses[k])
             change = np.abs(Response(pieces, at).global_change())
-            ends = np.einsum("ji...,j...->i...", change, wrong)
+            ends = contracted("ji...,j...->i...", change, wrong)
             nodal += model.gather[k] @ merged(ends, 0, 1)
         forces = _ROUNDINGS * _EPS * (nodal.reshape(6, model.count, count) + np.abs(self.equations.loads))
         out = np.zeros((model.size + 1, count))
@@ -87,7 +147,7 @@ class Trust:
             jacobian = np.abs(self.at.jacobians[joint.child])
             chain = model.chains[joint.child]
             # the chain of a node holds those of its parents, so that nothing need be handed up
-            np.add.at(out, chain, np.einsum("ijm,im->jm", jacobian, forces[:, joint.child]))
+            np.add.at(out, chain, contracted("ijm,im->jm", jacobian, forces[:, joint.child]))
         plain = np.flatnonzero(model.plain)
         np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
         return out[:-1]
