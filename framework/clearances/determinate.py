@@ -247,7 +247,7 @@ def _strained(motions: LinearResults) -> bool:
             if k not in edge.ideal and not is_zero(edge.stiffness[k]):
                 rows.append({})
                 add_row(rows[-1], row, 1.0 if k < 3 else size)
-    return bool(rows) and not bool(np.abs(motions.stacked(rows)).max() <= _UNSTRAINED * min(1.0, size))
+    return bool(rows) and not bool(np.abs(motions.stacked(rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
 
 
 def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:

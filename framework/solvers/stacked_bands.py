@@ -26,7 +26,7 @@ _SURE = 1e-3
 _EPS = float(np.finfo(np.float64).eps)
 # Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
 # where they vary over the batch.
-Deformed = Callable[[Index], tuple[scipy.sparse.csr_matrix, Index] | None]
+Deformed = Callable[[Index], "tuple[scipy.sparse.csr_matrix, Index] | None"]
 
 
 class Bands:
