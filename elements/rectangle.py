@@ -11,6 +11,7 @@ import numpy as np
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real, as_real
+from .rectangle_sides import raise_along
 
 CATALAN = 0.915965594177219015054603514932384110774
 # Sum of 1 / n^5 over all n, Riemann's zeta function of five.
@@ -70,12 +71,14 @@ class Rectangle(CrossSection):
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, in the corners, at mid-sides and in the centre.
+        """Extreme stresses, along the four sides and in the centre.
 
         Normal stress is extreme in a corner. Von Mises stress is the greatest over the corners
-        (no shear), the four mid-sides (torsion, and 3/2 of the mean shear along the side) and the centre. Between
-        these it can be greater where a strip is bent across its long side and twisted, each to about the same stress:
-        by 2 % where the sides are as 2 to 1, by 10 % as 4 to 1, by 26 % as 20 to 1.
+        (no shear), the four sides (bending, torsion by Saint-Venant's series, and the parabola of the shear force along
+        the side, 3/2 of the mean at its middle) and the centre. Sides are looked at in places of their own between
+        their middles and corners, so close that the greatest is missed by less than 0.1 %, always downwards; in
+        corners, at mid-sides and in the centre nothing is missed. Inside, off the centre, nothing is looked at: there
+        two shear forces beside bending can make it greater by about 2 %.
 
         Parameters
         ----------
@@ -108,6 +111,8 @@ class Rectangle(CrossSection):
             von_mises(axial + by_z, shear_y - twist_z),
             von_mises(axial - by_z, shear_y + twist_z),
         )
+        worst = raise_along(worst, self.z / self.y, (axial, by_y, by_z), shear_z, twist_y)
+        worst = raise_along(worst, self.y / self.z, (axial, by_z, by_y), shear_y, -twist_z)
         return np.stack(np.broadcast_arrays(axial - bending, axial + bending, worst), axis=-1)
 
 

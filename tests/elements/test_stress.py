@@ -132,11 +132,12 @@ def test_rim_where_the_greatest_stress_is_flat() -> None:
 
 @given(forces=FORCES)
 def test_rectangle_at_every_point_that_is_known(forces: Array) -> None:
-    """Stresses at corners, mid-sides and centre one by one, torsion turning y towards z."""
+    """Not below stresses at corners, mid-sides and centre one by one, torsion turning y towards z."""
     b, h = 0.04, 0.06
     n, vy, vz, t, my, mz = forces
     modulus = dict(zip("yz", RECTANGLE.torsion_moduli, strict=True))
     worst = 0.0
+    sizes = np.zeros(2)
     for y in (-1, 0, 1):
         for z in (-1, 0, 1):
             normal = n / RECTANGLE.A - mz * y * h / 2 / RECTANGLE.Iz + my * z * b / 2 / RECTANGLE.Iy
@@ -147,7 +148,11 @@ def test_rectangle_at_every_point_that_is_known(forces: Array) -> None:
             if z == 0 and y != 0:
                 xy = 0.0
             worst = max(worst, np.sqrt(normal**2 + 3 * (xy**2 + xz**2)))
-    assert_allclose(RECTANGLE.stress(forces)[2], worst, rtol=1e-12)
+            sizes = np.maximum(sizes, [abs(normal), np.hypot(xy, xz)])
+    found = RECTANGLE.stress(forces)[2]
+    assert worst * (1 - 1e-12) <= found <= np.hypot(sizes[0], ROOT3 * sizes[1]) * (1 + 1e-12)
+    if (not forces[4:].any() and not (forces[1:3].any() and forces[3])) or not forces[1:4].any():
+        assert found == pytest.approx(worst, rel=1e-12)
 
 
 @pytest.mark.parametrize(
