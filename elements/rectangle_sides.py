@@ -72,7 +72,7 @@ def raise_along(worst: Array, ratio: Real, normal: tuple[Real, Real, Real], shea
     steepest = np.sqrt(1.42 + 0.78 * np.asarray(ratio))
     steep = ROOT3 * (np.sqrt(PARABOLA) * shear + steepest * twist)
     wanted = several & (SURELY * steep > np.sqrt(along) * np.sqrt(2.0 * more + along))
-    kept = np.broadcast_to(wanted, worst.shape)
+    kept = wanted & np.isfinite(worst)
     if not kept.any():
         return worst
 
