@@ -109,6 +109,23 @@ def test_an_entry_without_load_is_left_to_the_search(monkeypatch: pytest.MonkeyP
     assert_array_equal(found.contact("D").state, np.where(np.tile(loaded, (POSES, 1)), "closed", "free"))
 
 
+def test_a_force_that_rounding_may_have_made_is_left_to_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clamped crank bears 1 MN by itself; beside that, what 1e-10 N would press together is free."""
+
+    def pressed_crank() -> Frame:
+        frame = four_bar(2, size=np.where(np.arange(60) == 7, 1e-12, 1.0))
+        frame.load("B1", fy=1e6)
+        return frame
+
+    found, expected = pressed_crank().solve(), searched(pressed_crank(), monkeypatch)
+    for solution in (found, expected):
+        with pytest.warns(MechanismWarning, match="4 of 240 batch entries are free"):
+            solution.displacement("P")
+    assert found.pressed is None
+    assert_array_equal(found.status, expected.status)
+    assert_array_equal(found.contact("D").state, np.where(np.tile(np.arange(60) == 7, (POSES, 1)), "free", "closed"))
+
+
 def test_a_load_that_fades_away_is_still_one() -> None:
     """Contact depends on the direction of the load alone."""
     whole, faded = (four_bar(2, size=size).solve() for size in (1.0, 1e-30))
