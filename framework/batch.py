@@ -20,16 +20,22 @@ _FEW = 16
 
 def numbers(value: ArrayLike, what: str) -> Array:
     """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
+    array = as_numbers(value, what, copy=True)
+    array.setflags(write=False)
+    return array
+
+
+def as_numbers(value: ArrayLike, what: str, *, copy: bool = False) -> Array:
+    """`value` as a float array; without a copy the one that was given, where it is one, to be read and forgotten."""
     if hasattr(value, "_mask") and np.ma.is_masked(value):
         raise FrameError(f"{what} has masked entries: give a number for each, or leave them out")
     try:
-        given = np.array(value)
+        given = np.array(value, copy=copy or None)
         if given.dtype.kind not in "biufO":
             raise TypeError
         array: Array = given.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError):
         raise FrameError(f"{what} is {_short(value)}: give a number or an array of numbers") from None
-    array.setflags(write=False)
     return array
 
 

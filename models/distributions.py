@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -328,6 +328,51 @@ def distributions_of(given: object) -> dict[str, Distribution]:
     if not isinstance(given, Mapping):
         raise FrameError(f"distributions are {given!r}: give a mapping of names to frozen ones of scipy.stats")
     return {name: distribution_of(name, each) for name, each in given.items()}
+
+
+def quantiles(distribution: Distribution, probabilities: Array) -> Array:
+    """Quantiles of an input: those of its `ppf`, bit by bit.
+
+    SciPy takes apart what has a quantile and what has none, which takes longer than the quantiles of the distributions
+    that are used most.
+
+    Parameters
+    ----------
+    distribution
+        Distribution of the input.
+    probabilities
+        Within (0, 1), (m,).
+
+    Returns
+    -------
+    array
+        (m,).
+    """
+    known = _location_scale(distribution)
+    if known is None:
+        return np.asarray(distribution.ppf(probabilities), dtype=np.float64)
+    standard, location, scale = known
+    return standard(probabilities) * scale + location
+
+
+def _location_scale(distribution: Any) -> tuple[Callable[[Array], Array], float, float] | None:
+    """Quantiles of SciPy's standard normal, lognormal or uniform distribution, its location and scale; else None."""
+    kind = type(getattr(distribution, "dist", None))
+    name = kind.__name__.removesuffix("_gen")
+    if kind.__module__ != "scipy.stats._continuous_distns" or name not in ("norm", "lognorm", "uniform"):
+        return None
+    names = ("s", "loc", "scale") if name == "lognorm" else ("loc", "scale")
+    given = {"loc": 0.0, "scale": 1.0} | dict(zip(names, distribution.args, strict=False)) | distribution.kwds
+    if any(np.ndim(value) for value in given.values()) or not min(given["scale"], given.get("s", 1.0)) > 0.0:
+        return None
+    from scipy.special import ndtri
+
+    standard: dict[str, Callable[[Array], Array]] = {
+        "norm": ndtri,
+        "lognorm": lambda q: np.exp(given["s"] * ndtri(q)),
+        "uniform": lambda q: q,
+    }
+    return standard[name], given["loc"], given["scale"]
 
 
 def log_density(name: str, distribution: Distribution, x: Array) -> Array:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..framework.batch import numbers
+from ..framework.batch import as_numbers
 from ..framework.errors import FrameError
 from .distributions import Distribution as Distribution  # taken from here, too
 from .distributions import Normal as Normal
-from .distributions import Uncertain, distributions_of
+from .distributions import Uncertain, distributions_of, quantiles
 
 if TYPE_CHECKING:
     from scipy.stats import qmc
@@ -77,7 +77,7 @@ def sample_blocks(
     points = points_of(list(known), n, root_seed(rng), sampler)
     for start in range(0, n, BLOCK):
         columns = zip(known.items(), points.take(start, min(BLOCK, n - start)).T, strict=True)
-        yield {name: np.asarray(distribution.ppf(column), dtype=np.float64) for (name, distribution), column in columns}
+        yield {name: quantiles(distribution, column) for (name, distribution), column in columns}
 
 
 def draw(distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sampler = "random") -> dict[str, Array]:
@@ -93,9 +93,9 @@ def whole(value: object, what: str, least: int) -> int:
     return int(value)
 
 
-def samples_first(result: ArrayLike, size: int, axis: int) -> Array:
-    """`result` with its axis of `size` samples first."""
-    array = numbers(result, f"what the function returned for {size} samples")
+def samples_first(result: ArrayLike, size: int, axis: int, *, copy: bool = True) -> Array:
+    """`result` with its axis of `size` samples first; without a copy, to be read before the next call."""
+    array = as_numbers(result, f"what the function returned for {size} samples", copy=copy)
     if not -array.ndim <= axis < array.ndim or array.shape[axis] != size:
         raise FrameError(
             f"the function returned shape {array.shape} for {size} samples: it must have them along axis {axis},"
@@ -159,7 +159,7 @@ class _RandomPoints(Points):
             each.bit_generator.advance(count)  # type: ignore[attr-defined]
 
     def _block(self) -> Array:
-        return np.stack([each.random(BLOCK) for each in self._streams], axis=-1) if self.names else np.empty((BLOCK, 0))
+        return np.stack([each.random(BLOCK) for each in self._streams]).T if self.names else np.empty((BLOCK, 0))
 
 
 class _Sequence(Points):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..moments import SUMS, Moments
 from ..sampling import BLOCK
+from . import block_code
 
 Array = NDArray[np.float64]
 # Blocks, rows of samples, and these samples (rows, blocks, samples of a block).
@@ -19,8 +20,9 @@ Tile = tuple[slice, slice, Array]
 
 # Blocks of a row of samples that are worked on at once: with two arrays like them they fit into the processor's cache.
 TILE = 64
-# Sets of samples that are pooled at a time.
+# Sets of samples that are pooled; and numbers that wait for it, so that it is done for many sets at once.
 POOL = 16
+WAITING = 2**18
 _own = threading.local()
 
 
@@ -49,17 +51,14 @@ class BlockStatistics:
         # Entries in the order in which they lie there can be seen as rows of samples without a copy.
         order = sorted(range(1, results.ndim), key=lambda axis: -abs(results.strides[axis]))
         shape = [results.shape[axis] for axis in order]
-        entries = math.prod(shape)
-        lower, upper = (np.fmin, np.fmax) if nan_policy == "omit" else (np.minimum, np.maximum)
-        blocks = -(-len(results) // BLOCK)
+        entries, blocks = math.prod(shape), -(-len(results) // BLOCK)
+        lower, upper = _extremes(nan_policy)
         found = np.empty((7, blocks, entries))
         by_replicate = np.empty((5, blocks, replicates if replicates > 1 else 0, entries))
-        laid, *rooms = _own_memory()
-        for which, where, tile in _tiles(results.transpose((*order, 0)), entries, laid):
-            off, square = (room[: tile.size].reshape(tile.shape) for room in rooms)
-            found[0, which, where] = lower.reduce(tile, axis=-1).T
-            found[1, which, where] = upper.reduce(tile, axis=-1).T
-            found[2:, which, where] = _numbers(Moments.of_rows(tile, nan_policy, (off, square))).swapaxes(1, 2)
+        compiled = block_code.serves(results.size)
+        laid, *room = _own_memory()
+        for which, where, tile in _tiles(results.transpose((*order, 0)), entries, laid, compiled):
+            found[:, which, where] = _of_tile(tile, nan_policy, room, compiled).swapaxes(1, 2)
             if replicates > 1:
                 turns = tile.reshape(*tile.shape[:-1], -1, replicates).swapaxes(-1, -2)
                 each = Moments.of_rows(np.ascontiguousarray(turns), nan_policy)
@@ -75,6 +74,25 @@ class BlockStatistics:
 
         replicated = _moments(back(by_replicate)) if replicates > 1 else None
         return cls(_moments(back(found[2:])), replicated, back(least)[()], back(greatest)[()])
+
+
+def _extremes(nan_policy: str) -> tuple[np.ufunc, np.ufunc]:
+    """What finds the least and the greatest number."""
+    return (np.fmin, np.fmax) if nan_policy == "omit" else (np.minimum, np.maximum)
+
+
+def _of_tile(tile: Array, nan_policy: str, room: Sequence[Array], compiled: bool) -> Array:
+    """Extremes, numbers of samples, means and sums of samples (rows, blocks, m), (7, rows, blocks)."""
+    if compiled and tile.shape[-1] == BLOCK:
+        found = block_code.numbers_of_blocks(tile)
+        lost = np.isnan(found[3])
+        if lost.any():
+            found[:, lost] = _of_tile(tile[lost][:, None], nan_policy, (), False)[..., 0]
+        return found
+    lower, upper = _extremes(nan_policy)
+    rooms = (room[0][: tile.size].reshape(tile.shape), room[1][: tile.size].reshape(tile.shape)) if room else None
+    moments = Moments.of_rows(tile, nan_policy, rooms)
+    return np.concatenate([[lower.reduce(tile, axis=-1), upper.reduce(tile, axis=-1)], _numbers(moments)])
 
 
 def _numbers(moments: Moments) -> Array:
@@ -95,28 +113,34 @@ def _own_memory() -> tuple[Array, Array, Array]:
     return found
 
 
-def _tiles(samples: Array, entries: int, room: Array) -> Iterator[Tile]:
-    """Samples (..., m) in contiguous pieces that fit into the cache, each to be used before the next one."""
+def _tiles(samples: Array, entries: int, room: Array, compiled: bool) -> Iterator[Tile]:
+    """Samples (..., m) with those of a block side by side, each piece to be used before the next one.
+
+    Pieces fit into the cache. Machine code, which reads each number once, gets what lies in order as it is.
+    """
     m = samples.shape[-1]
     rows = samples[..., :1].reshape(entries, 1)
     if np.may_share_memory(rows, samples):
-        yield from _tiles_of_rows(samples.reshape(entries, m), 0, room)
+        yield from _tiles_of_rows(samples.reshape(entries, m), 0, room, compiled)
         return
     # Entries that cannot be seen as rows are laid out block by block.
     laid = np.empty((*samples.shape[:-1], BLOCK))
     for block, start in enumerate(range(0, m, BLOCK)):
         size = min(BLOCK, m - start)
         laid[..., :size] = samples[..., start : start + size]
-        yield from _tiles_of_rows(laid.reshape(entries, BLOCK)[:, :size], block, room)
+        yield from _tiles_of_rows(laid.reshape(entries, BLOCK)[:, :size], block, room, compiled)
 
 
-def _tiles_of_rows(rows: Array, block: int, room: Array) -> Iterator[Tile]:
+def _tiles_of_rows(rows: Array, block: int, room: Array, compiled: bool) -> Iterator[Tile]:
     """Samples (e, m) from a block on."""
     entries, m = rows.shape
     full, rest = divmod(m, BLOCK)
     contiguous = rows.strides[1] == rows.itemsize
     for first, blocks, size in ((0, full, BLOCK), (full, min(rest, 1), rest)):
         if not blocks:
+            continue
+        if compiled and contiguous and size == BLOCK:
+            yield slice(block, block + full), slice(0, entries), rows[:, : full * BLOCK].reshape(entries, full, BLOCK)
             continue
         # Along memory first: samples of an entry lie side by side, or entries of a sample.
         wide = min(blocks, TILE if contiguous else max(1, TILE // max(entries, 1)))
@@ -143,7 +167,7 @@ class PooledMoments:
     Memory grows with the logarithm of the number of blocks.
     """
 
-    _levels: list[Array] = field(default_factory=list)
+    _levels: list[list[Array]] = field(default_factory=list)
 
     def add(self, blocks: Moments) -> None:
         """Add the next blocks, (b, ...)."""
@@ -152,10 +176,16 @@ class PooledMoments:
     def _push(self, level: int, parts: Array) -> None:
         """Add the next parts of a level, (5, k, ...)."""
         if level == len(self._levels):
-            self._levels.append(parts[:, :0])
-        parts = np.concatenate([self._levels[level], parts], axis=1)
+            self._levels.append([])
+        self._levels[level].append(parts)
+        if sum(part.size for part in self._levels[level]) >= WAITING:
+            self._pool(level)
+
+    def _pool(self, level: int) -> None:
+        """Pool the sets of a level that are whole."""
+        parts = np.concatenate(self._levels[level], axis=1)
         whole = parts.shape[1] // POOL
-        self._levels[level] = parts[:, whole * POOL :]
+        self._levels[level] = [parts[:, whole * POOL :]]
         if whole:
             sets = parts[:, : whole * POOL].reshape(5, whole, POOL, *parts.shape[2:])
             self._push(level + 1, _numbers(Moments.pooled(_moments(sets.swapaxes(1, 2)))))
@@ -165,4 +195,8 @@ class PooledMoments:
         """Of all blocks so far; None of none."""
         if not self._levels:
             return None
-        return Moments.pooled(_moments(np.concatenate(self._levels[::-1], axis=1)))
+        level = 0
+        while level < len(self._levels):
+            self._pool(level)
+            level += 1
+        return Moments.pooled(_moments(np.concatenate([parts[0] for parts in self._levels[::-1]], axis=1)))

@@ -104,6 +104,16 @@ class Checkpoint:
         """What the run in a folder depends on; None where there is none yet."""
         return cls(Path(folder))._about()
 
+    @staticmethod
+    def made(folder: str | os.PathLike[str]) -> None:
+        """Make the folder where it is missing; an error where that cannot be, or nothing can be written there."""
+        try:
+            Path(folder).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise FrameError(f"checkpoint {folder} cannot be made: {error.strerror or error}") from error
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise FrameError(f"checkpoint {folder} cannot be written: give a folder that you may write to")
+
     def _about(self) -> dict[str, Any] | None:
         path = self.folder / ABOUT
         try:
@@ -128,10 +138,7 @@ class Checkpoint:
 
     def _begin(self, about: Mapping[str, Any]) -> bool:
         """Begin the run; False where there is one by now."""
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FrameError(f"checkpoint {self.folder} cannot be made: {error.strerror or error}") from error
+        self.made(self.folder)
         text = json.dumps({"format": FORMAT, **about}, indent=1)
         return self._write(ABOUT, [text.encode()], "the run cannot be begun there", new=True)
 

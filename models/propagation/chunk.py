@@ -145,13 +145,15 @@ class ChunkTask:
         status = None
         if isinstance(found, tuple) and len(found) == 2 and np.asarray(found[1]).dtype.kind in "UT":
             found, status = found
-        results = samples_first(found, stop - start, self.axis)
+        results = samples_first(found, stop - start, self.axis, copy=self.keep)
         return results, None if status is None else _status(status, results, self.axis)
 
     def __call__(self, cut: tuple[int, int]) -> ChunkResult:
         """Call the function for a range of samples, and gather what was asked for."""
-        start, stop = cut
-        results, status = self.results(start, stop)
+        return self.gathered(cut[0], *self.results(*cut))
+
+    def gathered(self, start: int, results: Array, status: NDArray[np.str_] | None) -> ChunkResult:
+        """What was asked for, from the results of samples from `start` on, and their status."""
         statistics = BlockStatistics.of(results, self.nan_policy, self.replicates)
         missing, failed = _lost(results, statistics.moments, status)
         comoments = None

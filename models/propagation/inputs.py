@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import Distribution, Uncertain, at_scores, distributions_of, log_density, probability
+from ..distributions import Distribution, Uncertain, at_scores, distributions_of, log_density, probability, quantiles
 from .correlation import GaussianCopula, Pairs, correlation_of
 
 Array = NDArray[np.float64]
@@ -74,7 +74,7 @@ class JointInputs:
                 for column, scores in zip(points.T, self._dependent(points), strict=True)
             ]
         pairs = zip(self.distributions.items(), columns, strict=True)
-        return {name: np.asarray(distribution.ppf(column), dtype=np.float64) for (name, distribution), column in pairs}
+        return {name: quantiles(distribution, column) for (name, distribution), column in pairs}
 
     def _dependent(self, points: Array) -> list[Array | None]:
         """Normal scores of the inputs that depend on others before them, (m,) each; None of the others."""

@@ -138,10 +138,12 @@ def propagate(
     size = whole(chunk, "chunk", 1)
     task = ChunkTask(fn, inputs, n, root, sampler, axis, nan_policy, tuple(also), keep_samples, replicates=replicates)
     points_of(inputs.names, n, root, sampler, replicates)
-    folder = None
+    ranges = cuts(n, size)
+    folder: Checkpoint | None = None
+    begun: dict[Cut, ChunkResult] = {}
     if checkpoint is not None:
-        task, folder = _taken_up(task, checkpoint, fresh=rng is None)
-    gathered = _gather(task, cuts(n, size), workers, folder, progress)
+        task, folder, begun = _taken_up(task, checkpoint, ranges[0], fresh=rng is None, alone=workers == 1)
+    gathered = _gather(task, ranges, workers, folder, begun, progress)
     indices = partial(
         sobol_indices, fn, inputs.distributions, rng=task.root, axis=axis, chunk=size, replicates=replicates
     )
@@ -206,30 +208,42 @@ class _Gathering:
 
 
 def _gather(
-    task: ChunkTask, ranges: Sequence[Cut], workers: Workers, folder: Checkpoint | None, progress: bool
+    task: ChunkTask,
+    ranges: Sequence[Cut],
+    workers: Workers,
+    folder: Checkpoint | None,
+    begun: dict[Cut, ChunkResult],
+    progress: bool,
 ) -> Gathered:
     stored = (folder.stored() if folder is not None else set()) & set(ranges)
     chunks = None if folder is None else StoredChunks(folder, packed, unpacked)
     gathered = Gathered(task)
-    compute = partial(_in_any_order, task, ranges, workers, chunks)
+    compute = partial(_in_any_order, task, ranges, workers, chunks, begun)
     with sample_bar(task.n, progress) as bar:
         gather(ranges, compute, _Gathering(gathered, bar, folder), chunks, stored)
     return gathered
 
 
 def _in_any_order(
-    task: ChunkTask, ranges: Sequence[Cut], workers: Workers, folder: StoredChunks[ChunkResult] | None, left: list[Cut]
+    task: ChunkTask,
+    ranges: Sequence[Cut],
+    workers: Workers,
+    folder: StoredChunks[ChunkResult] | None,
+    begun: dict[Cut, ChunkResult],
+    left: list[Cut],
 ) -> Generator[tuple[Cut, ChunkResult], None, None]:
     """Chunks that are not stored, as they are done; the first of all comes first where it lays out the bins."""
+    first = begun.pop(left[0], None) if left else None
     if "histogram" in task.also and left:
         if left[0] == ranges[0]:
-            first = task(left[0])
-            yield left[0], first
-            left = left[1:]
+            first = first or task(left[0])
         else:
             assert folder is not None
             first = folder.load(ranges[0])
         task = replace(task, bins=first.bins)
+    if first is not None and left[0] == ranges[0]:
+        yield left[0], first
+        left = left[1:]
     if left:
         yield from computed(task, left, workers)
 
@@ -237,20 +251,34 @@ def _in_any_order(
 # -- what a run depends on --------------------------------------------------------------------------------------------
 
 
-def _taken_up(task: ChunkTask, checkpoint: str | os.PathLike[str], *, fresh: bool) -> tuple[ChunkTask, Checkpoint]:
-    """The task with the seed of the run in a folder where none was given, and the folder."""
+def _taken_up(
+    task: ChunkTask, checkpoint: str | os.PathLike[str], first: Cut, *, fresh: bool, alone: bool
+) -> tuple[ChunkTask, Checkpoint, dict[Cut, ChunkResult]]:
+    """The task, with the seed of the run in a folder where none was given; the folder; and the chunk begun with.
+
+    The function is known by its results of the first samples. Who works `alone` has them from the first chunk; where
+    others are to begin meanwhile, or chunks are there already, it is called for two samples.
+    """
     before = Checkpoint.known(checkpoint)
+    if before is None and alone:
+        Checkpoint.made(checkpoint)
+        results, status = task.results(*first)
+        now = about(task, results[:2])
+        return task, Checkpoint.open(checkpoint, now), {first: task.gathered(first[0], results, status)}
     if fresh and before is not None:
         task = replace(task, root=_seed_of(before["the seed"]))
-    now = about(task)
-    # Rounding may differ on another machine: the same results to so many digits are those of the same function.
-    if before is not None and same_results(before[FUNCTION], now[FUNCTION]):
-        now[FUNCTION] = before[FUNCTION]
-    return task, Checkpoint.open(checkpoint, now)
+    now = about(task, task.results(0, 2)[0])
+    if before is not None and before[FUNCTION] != now[FUNCTION]:
+        # Rounding may differ on another machine, and in a longer batch: the same results to so many digits are those of
+        # the same function.
+        same = same_results(before[FUNCTION], now[FUNCTION])
+        if same or before[FUNCTION] == first_results(task.results(*first)[0][:2]):
+            now[FUNCTION] = before[FUNCTION]
+    return task, Checkpoint.open(checkpoint, now), {}
 
 
-def about(task: ChunkTask) -> dict[str, Any]:
-    """By what the results of a run depend on, what tells it from another run."""
+def about(task: ChunkTask, results: Array) -> dict[str, Any]:
+    """By what the results of a run depend on, and its first results, what tells it from another run."""
     text: dict[str, Any] = {"the order of the inputs": list(task.inputs.names)} | task.inputs.told()
     entropy = task.root.entropy
     text["the seed"] = {
@@ -268,7 +296,7 @@ def about(task: ChunkTask) -> dict[str, Any]:
     if task.replicates > 1:
         text["the number of replicates"] = task.replicates
     text |= {"axis": task.axis, "nan_policy": task.nan_policy, "also": sorted(task.also), "keep_samples": task.keep}
-    text[FUNCTION] = first_results(task.results(0, 2)[0])
+    text[FUNCTION] = first_results(results)
     return text
 
 

@@ -226,3 +226,37 @@ def test_another_function_beside_results_that_are_great(tmp_path, other):
     assert run(1e-5 * (1.0 + 1e-13)).mean[0] == run(1e-5).mean[0]
     with pytest.raises(FrameError, match="another run"):
         run(1.3e-5)
+
+
+def test_a_run_begins_with_its_first_chunk(tmp_path):
+    """Alone, nothing is computed twice to know the function by; with others, two samples are."""
+    called = []
+
+    def counted(a, b):
+        called.append(len(a))
+        return fn(a, b)
+
+    go(tmp_path / "alone", counted)
+    assert called == [2 * BLOCK] * 4
+    called.clear()
+    go(tmp_path / "mapped", counted, workers=map)
+    assert called == [2, *[2 * BLOCK] * 4]
+
+
+def test_a_function_that_rounds_otherwise_for_few_samples_is_the_same(tmp_path):
+    def rounding(a, b):
+        # A difference of what is almost the same, of which nothing but rounding is left.
+        return np.stack([a * b, (1e-12 if len(a) == 2 else 1e-13) * np.sign(a - b)], axis=-1)
+
+    first = go(tmp_path, rounding)
+    same(go(tmp_path, rounding), first)
+    with pytest.raises(FrameError, match="what the function returns for the first samples differs"):
+        go(tmp_path, lambda a, b: 1.001 * rounding(a, b))
+
+
+def test_a_folder_that_cannot_be_made_is_refused_before_anything_is_computed(tmp_path):
+    (tmp_path / "file").write_text("")
+    counted = Counted()
+    with pytest.raises(FrameError, match="file/run cannot be"):
+        go(tmp_path / "file" / "run", counted)
+    assert counted.samples == 0
