@@ -16,7 +16,7 @@ from .closure import closing_rows
 from .joint_motion import motion_at
 from .moving_links import Column, MovingLink
 from .terms import Scalar, Value, Vector, combine, minus, plus, times
-from .tree import Branch, Tree, spanning_tree
+from .tree import LinkBranch, Tree, spanning_tree
 
 # Groups of numbers that programs take: state, parameters, velocities and their time derivatives; what else is given
 # stands where velocities do.
@@ -91,7 +91,7 @@ class WrittenMechanism:
 
     def _ground(self) -> None:
         """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
-        pair = self.tree.branches[0].pair if self.tree.branches else None
+        pair = self.tree.branches[0].edge if self.tree.branches else None
         place, axes = np.zeros(3), np.eye(3)
         if pair is not None:
             place = self.place(GROUND, pair.point)
@@ -169,8 +169,8 @@ class WrittenMechanism:
         rotated = np.einsum("...ji,...jk->...ik", body.reference_axes, reference_axes)
         return [combine(body.axes, self.constant(rotated[..., k])) for k in range(3)]
 
-    def _attach(self, branch: Branch) -> None:
-        pair, parent = branch.pair, self.bodies[branch.parent]
+    def _attach(self, branch: LinkBranch) -> None:
+        pair, parent = branch.edge, self.bodies[branch.parent]
         names = [
             f"s{len(self.state_names) + k}" for k in range(4 if pair.kind.name == "spherical" else pair.kind.freedom)
         ]
@@ -195,7 +195,7 @@ class WrittenMechanism:
         place = self.place(branch.child, pair.point)
         self.bodies[branch.child] = MovingLink(own_point, own_axes, place, pair.axes)
         start = len(self._columns)
-        sign = -1.0 if branch.is_reversed else 1.0
+        sign = branch.sign
         for component in pair.kind.coordinates:
             carrier = 1 if (pair.kind.name, component) == ("universal", "rx") else 0
             axis = (second if carrier else first)["xyz".index(component[1])]
