@@ -128,16 +128,15 @@ class WrittenMechanism:
 
     def constant(self, value: Array) -> list[Scalar]:
         """Numbers (..., 3) of the description, written down: those that are always 0, 1 or -1 as such."""
-        out: list[Scalar] = []
-        for k in range(3):
-            part = value[..., k]
-            for exact in (0.0, 1.0, -1.0):
-                if np.all(np.abs(part - exact) <= self._rounding):
-                    out.append(exact)
-                    break
-            else:
-                out.append(self._parameter(part))
-        return out
+        parts = value.tolist() if value.ndim == 1 else np.moveaxis(value, -1, 0)
+        return [self._constant(part) for part in parts]
+
+    def _constant(self, part: float | Array) -> Scalar:
+        for exact in (0.0, 1.0, -1.0):
+            off = abs(part - exact) if isinstance(part, float) else float(np.abs(part - exact).max(initial=0.0))
+            if off <= self._rounding:
+                return exact
+        return self._parameter(np.asarray(part))
 
     def _later(self, group: int, place: int) -> Term:
         """What is given when a program runs."""
