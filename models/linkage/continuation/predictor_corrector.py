@@ -107,11 +107,10 @@ class PredictorCorrector:
 
     def node(self, s: float, pose: Pose) -> ContinuationPoint:
         """A node of the pose at s."""
-        slopes, drives = self.ray.rates(pose.state)
-        n = self.loops.columns
+        drives, n = self.loops.drive_velocities(pose.state, self.ray.direction), self.loops.columns
         unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
         rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
-        for place, slope in zip(self.loops.driven_states, slopes, strict=False):
+        for place, slope in zip(self.loops.driven_states, self.ray.direction, strict=True):
             rate[place] = slope
         return ContinuationPoint(s, pose, rate)
 
