@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
+from ..framework.lazily import loaded_later
 from .beam import Beam
 from .circle import Circle
 from .cross_section import CrossSection
@@ -43,12 +43,4 @@ _LATER = {
     "ElementLineFrame": "..framework.scikit_fem.line_frame",
 }
 
-
-def __getattr__(name: str) -> object:
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_LATER[name], __name__), name)
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *_LATER]
+__getattr__, __dir__ = loaded_later(__name__, _LATER)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from .errors import FrameError, MechanismWarning, PathWarning
-from .states import SolutionState
+from .lazily import loaded_later
 
 if TYPE_CHECKING:
     from .clearances.contact import Contact
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from .results.singular import FreeMotion
     from .shape_rules import cubic_shapes, straight_shapes
     from .solution import Solution
+    from .states import SolutionState
     from .view import movie, picture
 
 __all__ = [
@@ -65,6 +65,7 @@ _LATER = {
     "PointElement": ".protocol",
     "Sensitivity": ".error_bounds.sensitivity",
     "Solution": ".solution",
+    "SolutionState": ".states",
     "cubic_shapes": ".shape_rules",
     "movie": ".view",
     "picture": ".view",
@@ -72,12 +73,4 @@ _LATER = {
     "straight_shapes": ".shape_rules",
 }
 
-
-def __getattr__(name: str) -> object:
-    if name not in _LATER:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_LATER[name], __name__), name)
-
-
-def __dir__() -> list[str]:
-    return [*globals(), *_LATER]
+__getattr__, __dir__ = loaded_later(__name__, _LATER)

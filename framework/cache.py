@@ -55,9 +55,10 @@ class Bounded(Generic[Key, Kept]):
             What it weighs; what is heavier than all the room is not kept.
         """
         with self._lock:
-            if key in self._values:
+            kept = self._values.get(key)
+            if kept is not None:
                 self._values.move_to_end(key)
-                return self._values[key][0]
+                return kept[0]
         made = make()
         with self._lock:
             if key not in self._values:

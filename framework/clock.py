@@ -29,11 +29,17 @@ def tell(solved: int) -> None:
         watcher(solved)
 
 
-@contextmanager
-def timed(times: dict[str, float], stage: str) -> Iterator[None]:
-    """Add the seconds spent inside to ``times[stage]``."""
-    begin = perf_counter()
-    try:
-        yield
-    finally:
-        times[stage] = times.get(stage, 0.0) + perf_counter() - begin
+class timed:
+    """Adds the seconds spent inside to ``times[stage]``."""
+
+    __slots__ = ("_begin", "_stage", "_times")
+
+    def __init__(self, times: dict[str, float], stage: str) -> None:
+        self._times, self._stage = times, stage
+
+    def __enter__(self) -> None:
+        self._begin = perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        times, stage = self._times, self._stage
+        times[stage] = times.get(stage, 0.0) + perf_counter() - self._begin

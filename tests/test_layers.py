@@ -19,7 +19,7 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 LAYERS = {
     "numbers, names, errors": (
         "cache errors optional clock garbage owner states batch entries arm rotation names renamed dofs provenance "
-        "listing orientation shape_rules member_law structure/parts elementwise"
+        "continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",

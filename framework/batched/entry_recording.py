@@ -17,9 +17,10 @@ from ..program.program import ProgramStep
 from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST, Compiled, choose
 from ..structure.edge import Edge
+from ..structure.forest import spanning
 from ..structure.parts import Extended, Matrix, Row, Value, add, enter, is_zero, product
 from ..structure.topology import Index, Topology
-from ..structure.tree import JointTree, Matrix3, edges_of, spanning
+from ..structure.tree import JointTree, Matrix3, edges_of
 from . import entry_machine
 from .block import Block
 from .entry_program import EntryProgram, EntrySolution, Way, values_of
@@ -170,7 +171,7 @@ class _Writer:
         for body in topology.bodies:
             if body not in bodies:
                 bodies[body] = _square(taken(9))
-        chosen, closing = spanning([edges[k] for k in numbers.links.order], ordered=True)
+        chosen, closing = spanning([edges[k] for k in numbers.links.order])
         if any(edge.ideal for edge in closing):
             return None
         by_edge = dict(zip(edges, by_place, strict=True))

@@ -13,9 +13,10 @@ from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.assembly import component_loads
 from ..structure.edge import GROUND, Edge
+from ..structure.forest import rooted, spanning
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import TreeEdge, forest
+from ..structure.tree import TreeEdge, strongest_first
 from .joints import TreeJoint, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers, Where
@@ -69,14 +70,14 @@ class Model:
         self.components = plane(plan.topology, plan.tree.edges, self.loads) if in_plane else WHOLE
         edges = [edge for edge in plan.tree.edges if self._matters(edge)]
         # of equals the first is in the tree, where a turn has no end
-        branches, closing = forest(sorted(edges, key=lambda edge: is_zero(edge.pitch)))
+        chosen, closing = spanning(strongest_first(sorted(edges, key=lambda edge: is_zero(edge.pitch))))
         self.loops = [TreeJoint.of(plan.topology, TreeEdge(e, e.first, e.second, 1.0), clearance) for e in closing]
         self.plain = np.ones(self.count, dtype=bool)
         self.joints: list[TreeJoint] = []
         self.prescribed_values: dict[tuple[int, int], Numbers] = {}
         columns = np.full((6, self.count), CONSTRAINED)
         columns[list(self.components)] = 0
-        for branch in branches:
+        for branch in rooted(chosen, GROUND):
             self._attach(TreeJoint.of(plan.topology, branch, clearance), columns)
         self._number(columns)
         rigid = [number for number, joint in enumerate(self.edges) if joint.rigid]

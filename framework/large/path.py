@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
+from ..continuation import Index, PathBatch
 from ..description import Description
 from ..dofs import component
 from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
 from ..names import found, plain
+from .elimination import StackFactor
 from .load_stepping import LoadStepping
 from .model import Model
 from .newton import Newton, bordered
@@ -128,7 +130,7 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
         )
     tracer = _Tracer(model, (node, component(name), to), first)
     for _ in range(steps):
-        if not tracer.step():
+        if not tracer.point():
             break
     factor = np.stack(tracer.factors).reshape(len(tracer.factors), *frame.shape)
     stable = np.stack(tracer.stables).reshape(len(tracer.stables), *frame.shape)
@@ -152,8 +154,18 @@ def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: st
     )
 
 
-class _Tracer:
-    """Paths of all entries, a step at a time."""
+@dataclass(frozen=True, eq=False)
+class _Corrected:
+    """Ends of a step: states, load factors, iterations and whether the energy has a minimum there, (m,) each."""
+
+    state: Place
+    factor: Array
+    iterations: NDArray[np.int64]
+    stable: Mask
+
+
+class _Tracer(PathBatch[_Corrected]):
+    """Paths of all entries, a point at a time."""
 
     def __init__(self, model: Model, goal: tuple[str, int, float], first: float) -> None:
         self.model, self.newton = model, Newton(model)
@@ -168,39 +180,48 @@ class _Tracer:
         self.going = ~np.broadcast_to(absent, model.frame.shape).reshape(-1)
         self.reached = np.zeros(model.frame.shape, dtype=bool)
         self.factor = np.zeros(count)
-        self.first, self.length = first, np.full(count, np.nan)
-        self.shortest = np.zeros(count)
-        self.along: Array | None = None
+        super().__init__(np.full(count, np.nan), 0.0)
+        self.first, self.pending = first, np.zeros(count, dtype=bool)
+        self.stable = np.zeros(count, dtype=bool)
+        self.along, self.slope = np.zeros((0, count)), np.zeros(count)
         self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
         self.stables = [self.going.copy()]
         if self._turns_back():
             self._begin(where)
 
-    def step(self) -> bool:
+    def point(self) -> bool:
         """One more point of each path that has not ended; whether there is any."""
         ahead, slope = self._tangent()
         self.going &= np.isfinite(slope)
-        sign = self._direction(ahead)
-        if self.along is None:
-            self.length = self.first / slope
-            self.shortest = _LEAST * self.length
-        while self.going.any():
-            state, factor, iterations, stable = self._corrected(sign * ahead, sign * slope)
-            failed = self.going & (iterations > _MOST)
-            if not failed.any():
-                break
-            self.length = np.where(failed, 0.5 * self.length, self.length)
-            self.going &= self.length > self.shortest
-        else:
+        if not len(self.along):
+            self.along, self.step = ahead, self.first / slope
+            self.shortest = _LEAST * self.step
+        sign = np.where(self._norm(ahead, self.along) < 0.0, -1.0, 1.0)
+        self.along, self.slope = sign * ahead, sign * slope
+        self.pending = self.going.copy()
+        self.run()
+        self.going &= ~self.stalled
+        if not self.going.any():
             return False
-        active = np.flatnonzero(self.going)
-        self.state.put(active, state.taken(active))
-        self.factor = np.where(self.going, factor, self.factor)
-        self.along = sign * ahead
-        grown = np.clip(np.sqrt(_AIM / np.maximum(iterations, 1)), 0.5, _GROWTH)
-        self.length = np.where(self.going, self.length * grown, self.length)
-        self._add(stable)
+        self._add(self.stable)
         return bool(self.going.any())
+
+    def wanted(self) -> Index:
+        """Entries whose next point is still to be found."""
+        return np.flatnonzero(self.pending & ~self.stalled)
+
+    def attempt(self, paths: Index) -> tuple[_Corrected, Mask]:
+        """Points of equilibrium a step further, and which of these were found."""
+        found = self._corrected(paths)
+        return found, found.iterations[paths] <= _MOST
+
+    def accept(self, paths: Index, points: _Corrected, good: Mask) -> None:
+        """Go on to the points that were found."""
+        self.state.put(paths, points.state.taken(paths))
+        self.factor[paths], self.stable[paths] = points.factor[paths], points.stable[paths]
+        grown = np.clip(np.sqrt(_AIM / np.maximum(points.iterations[paths], 1)), 0.5, _GROWTH)
+        self.step[paths] *= grown
+        self.pending[paths] = False
 
     def _turns_back(self) -> bool:
         """Whether some entry is kinematically unstable at rest."""
@@ -235,14 +256,9 @@ class _Tracer:
     def _tangent(self) -> tuple[Array, Array]:
         """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
         at, load = self._linear(self.state, None, self.factor)
-        ahead = self._solved(at, load, self._prescribed())
+        ahead = self._solved(at, self.newton.factor(at), load, self._prescribed())
         slope = 1.0 / np.sqrt(self._norm(ahead, ahead))
         return ahead * slope, slope
-
-    def _direction(self, ahead: Array) -> Array:
-        if self.along is None:
-            return np.ones(ahead.shape[1])
-        return np.where(self._norm(ahead, self.along) < 0.0, -1.0, 1.0)
 
     def _norm(self, a: Array, b: Array) -> Array:
         out: Array = contracted("im,im->m", self.weight * a, b)
@@ -261,30 +277,29 @@ class _Tracer:
         )
         return mixed, none.forces - whole.forces
 
-    def _solved(self, at: Linearisation, load: Array, prescribed_residual: Array) -> Array:
-        free = self.model.free
-        factors = self.newton.factor(at)
-        self.stable = (factors.pivots > 0.0).all(axis=0)
-        right = load[:free]
+    def _solved(self, at: Linearisation, factors: StackFactor, load: Array, prescribed_residual: Array) -> Array:
+        right = load[: self.model.free]
         if len(prescribed_residual):
             right = right - self.newton.elimination.prescribed_forces(at.values, prescribed_residual)
         return np.concatenate([factors.solve(right), prescribed_residual])
 
-    def _corrected(self, ahead: Array, slope: Array) -> tuple[Place, Array, NDArray[np.int64], NDArray[np.bool_]]:
-        """The point of equilibrium in the plane at the end of the step; more iterations than allowed where none."""
-        step, share = self.length * ahead, self.length * slope
-        step, share = np.where(self.going, step, 0.0), np.where(self.going, share, 0.0)
+    def _corrected(self, paths: Index) -> _Corrected:
+        """Points of equilibrium in the plane at the ends of some steps; more iterations than allowed where none."""
+        done = np.ones(len(self.factor), dtype=bool)
+        done[paths] = False
+        step, share = (np.where(done, 0.0, self.step * each) for each in (self.along, self.slope))
         at, _ = self._linear(self.state, None, self.factor)
         state, factor = self.whole.advanced(self.state, step), self.factor + share
         stresses = self.whole.step_stresses(at, step)
-        done, stable = ~self.going, np.zeros(len(factor), dtype=bool)
+        stable = np.zeros(len(factor), dtype=bool)
         iterations = np.zeros(len(factor), dtype=np.int64)
         aside = np.zeros_like(step)
         while not done.all() and iterations.max() <= _MOST:
             at, load = self._linear(state, stresses, factor)
-            by_load = self._solved(at, load, self._prescribed())
-            free = self._solved(at, -at.forces, factor * self._prescribed() - self._present(state))
-            step, change = bordered(self.weight * ahead, free, by_load)
+            factors = self.newton.factor(at)
+            by_load = self._solved(at, factors, load, self._prescribed())
+            free = self._solved(at, factors, -at.forces, factor * self._prescribed() - self._present(state))
+            step, change = bordered(self.weight * self.along, free, by_load)
             step = np.where(done, 0.0, step)
             usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
             step = np.where(usable, step, 0.0)
@@ -296,10 +311,10 @@ class _Tracer:
             work = np.abs(contracted("im,im->m", at.forces, step)) + np.abs(change * contracted("im,im->m", load, step))
             # the plane leaves a single coordinate no step: the load factor alone, in which forces are linear, balances
             close = ~done & usable & (work <= _CLOSE * at.energy)
-            stable = np.where(close, self.stable, stable)
+            stable = np.where(close, (factors.pivots > 0.0).all(axis=0), stable)
             done |= close
-        iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.length) ** 2)] = _MOST + 1
-        return state, factor, iterations, stable
+        iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.step) ** 2)] = _MOST + 1
+        return _Corrected(state, factor, iterations, stable)
 
     def _present(self, state: Place) -> Array:
         return self.whole.prescribed_values - self.whole.prescribed_residual(state)

@@ -14,7 +14,7 @@ from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces
 from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from .parts import Grid, Matrix, RightHandSideParameters, Value, add, enter, is_zero, mask_of, product
+from .parts import Grid, Matrix, RightHandSideParameters, Value, add, enter_all, is_zero, mask_of, product
 from .topology import Group, Index, Topology
 from .varying import Varying
 
@@ -44,8 +44,7 @@ def stiffness_entries(
         shared = entries.size == len(entries)
         values = list(entries.reshape(-1)) if shared else [grid.value(entry) for entry in entries]
         first, second = (numbers[piece, end].tolist() for end in (a, b))
-        for i, j, value in zip(first, second, values, strict=True):
-            enter(matrix, i, j, 0 if shared else mask_of(value), value)
+        enter_all(matrix, first, second, values)
     return matrix
 
 

@@ -105,6 +105,13 @@ def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
     add(entry(matrix, i, j), mask, value)
 
 
+def enter_all(matrix: Matrix, rows: Iterable[int], columns: Iterable[int], values: Iterable[Value]) -> None:
+    """Add terms, each to the entries (i, j) and (j, i) of its row and column."""
+    for i, j, value in zip(rows, columns, values, strict=True):
+        parts, mask = entry(matrix, i, j), mask_of(value)
+        parts[mask] = parts[mask] + value if mask in parts else value
+
+
 def total(parts: Parts) -> tuple[int, Value]:
     """Mask and value of a sum of parts, smallest parts first."""
     if len(parts) == 1:
@@ -118,9 +125,10 @@ def total(parts: Parts) -> tuple[int, Value]:
 
 def product(a: Value, b: Value) -> Value:
     """a times b; of an exact zero the exact zero, of one the other itself."""
-    if is_zero(a) or is_zero(b):
+    plain = not isinstance(a, np.ndarray)
+    if (plain and a == 0.0) or (not isinstance(b, np.ndarray) and b == 0.0):
         return 0.0
-    return b if not isinstance(a, np.ndarray) and a == 1.0 else a * b
+    return b if plain and a == 1.0 else a * b
 
 
 def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
@@ -128,9 +136,10 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
     result: Value = 0.0
     owned = False
     for a, b in terms:
-        if is_zero(a) or is_zero(b):
+        plain = not isinstance(a, np.ndarray)
+        if (plain and a == 0.0) or is_zero(b):
             continue
-        unit = not isinstance(a, np.ndarray) and a == 1.0
+        unit = plain and a == 1.0
         product = b if unit else a * b
         if is_zero(result):
             result, owned = product, not unit
@@ -143,8 +152,11 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
 
 def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
     """Add `factor` times the sparse row `other` to `row`."""
-    for key, value in other.items():
-        term = product(factor, value)
+    if not isinstance(factor, np.ndarray) and factor == 1.0:
+        terms = other.items()
+    else:
+        terms = {key: product(factor, value) for key, value in other.items()}.items()
+    for key, term in terms:
         if not is_zero(term):
             row[key] = row[key] + term if key in row else term
 

@@ -9,8 +9,8 @@ simply absent and a free one has no spring. Edges that close a loop add springs,
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,25 +18,16 @@ from ..batch import Array, aligned
 from ..described.parts import Tie
 from ..description import Description
 from .constraints import Constraint, Elimination, eliminate
-from .disjoint_sets import DisjointSets
 from .edge import ABOUT, ALONG, GROUND, Edge
+from .forest import Branch, rooted, spanning
 from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
 Matrix3 = list[list[Value]] | None
 _SIX = range(6)
+TreeEdge: TypeAlias = Branch[Edge, int]
 _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
-
-
-@dataclass(frozen=True)
-class TreeEdge:
-    """An edge of the tree, seen from `child` to `parent`; `sign` is 1 where the child is the edge's second node."""
-
-    edge: Edge
-    parent: int
-    child: int
-    sign: float
 
 
 @dataclass(frozen=True)
@@ -81,12 +72,12 @@ class JointTree:
     def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
-        tree.grow(*spanning(tree.edges))
+        tree.grow(*spanning(strongest_first(tree.edges)))
         return tree
 
     def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
         """Express all nodes by the edges of the tree, and what closes loops by them."""
-        for branch in rooted(chosen):
+        for branch in rooted(chosen, GROUND):
             self._derive(branch)
         for edge in closing:
             self._close(edge)
@@ -236,45 +227,9 @@ def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) ->
     return tuple(rhs_parameters.row(rhs_parameters.grid.value(given[k])) if k in given else {} for k in _SIX)
 
 
-def spanning(edges: list[Edge], *, ordered: bool = False) -> tuple[list[Edge], list[Edge]]:
-    """Spanning forest by Kruskal's rule, strongest edges first, and the edges that are left over.
-
-    Where `ordered` they come so.
-    """
-    connected = DisjointSets[int]()
-    chosen: list[Edge] = []
-    closing: list[Edge] = []
-    for edge in edges if ordered else sorted(edges, key=lambda e: e.strength, reverse=True):
-        (chosen if connected.join(edge.first, edge.second) else closing).append(edge)
-    return chosen, closing
-
-
-def forest(edges: list[Edge]) -> tuple[list[TreeEdge], list[Edge]]:
-    """Branches of a spanning forest from the ground and other roots on, parents first; and edges that close loops."""
-    chosen, closing = spanning(edges)
-    return rooted(chosen), closing
-
-
-def rooted(chosen: list[Edge]) -> list[TreeEdge]:
-    """Edges without loops as branches from the ground and other roots on, parents first."""
-    at: dict[int, list[Edge]] = {GROUND: []}
-    for edge in chosen:
-        at.setdefault(edge.first, []).append(edge)
-        at.setdefault(edge.second, []).append(edge)
-    branches: list[TreeEdge] = []
-    seen: set[int] = set()
-    for root in at:
-        queue = deque([root] if root not in seen else [])
-        seen.add(root)
-        while queue:
-            parent = queue.popleft()
-            for edge in at[parent]:
-                child = edge.second if edge.first == parent else edge.first
-                if child not in seen:
-                    seen.add(child)
-                    branches.append(TreeEdge(edge, parent, child, 1.0 if child == edge.second else -1.0))
-                    queue.append(child)
-    return branches
+def strongest_first(edges: list[Edge]) -> list[Edge]:
+    """Edges in the order in which they had better be in the tree."""
+    return sorted(edges, key=lambda edge: edge.strength, reverse=True)
 
 
 def entries(grid: Grid, axes: Array | None) -> Matrix3:

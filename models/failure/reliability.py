@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...framework.errors import FrameError, SampleWarning
+from ...framework.errors import FrameError
 from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, checked_level
 from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
-from ..sampling import Seed, root_seed, stream, whole
-from .design_points import DesignPoints, added_points, design_points, distinct, joined, likely
-from .edges import Edges, beyond_edges
-from .importance import Estimate, Mixture, importance_sampling
+from ..sampling import Seed, root_seed, whole
+from .design_points import DesignPoints, design_points
 from .limit_state import Function, LimitState, check_called
+from .methods import LimitStateProblems
 from .probability_plot import plot_probability
-from .subset import Value, subset_simulation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
 
-# Samples of a level by which failures are explored.
-EXPLORED = 500
-# How often searches begin from samples that the points found so far do not explain.
-SEARCHES = 3
-# Runs of subset simulation.
-RUNS = 5
 METHODS = ("form", "sorm", "importance", "subset", "random")
 
 
@@ -264,7 +255,7 @@ def reliability(
         raise FrameError("reliability was given no distributions: nothing is uncertain")
     check_called(limit, joint.names, count is not None)
     state = LimitState(limit, joint, gradient, count)
-    run = _Run(state, anywhere and count is not None, root_seed(rng))
+    run = LimitStateProblems(state, anywhere and count is not None, root_seed(rng))
     most = whole(1000 if method == "subset" else 200_000, "", 1) if samples is None else whole(samples, "samples", 100)
     points: DesignPoints | None = None
     if method == "random":
@@ -282,146 +273,3 @@ def reliability(
     shape = () if count is None or anywhere else (count,)
     numbers = found.probability.reshape(shape), found.standard_error.reshape(shape)
     return Reliability(*numbers, found.freedom, method, points, joint, state.evaluations, state.batches)
-
-
-@dataclass(frozen=True, eq=False)
-class _Run:
-    """One limit state at several poses, each a problem of its own or all together one."""
-
-    state: LimitState
-    together: bool
-    root: np.random.SeedSequence
-
-    @property
-    def problems(self) -> int:
-        return 1 if self.together else self.state.poses or 1
-
-    def _values(self, scores: Array, which: NDArray[np.int64]) -> Array:
-        if self.together:
-            return self.state.worst(scores[0])[None]
-        return self.state.values(scores, np.broadcast_to(which[:, None], scores.shape[:2]))
-
-    def first_order(self, points: DesignPoints) -> Estimate:
-        return self._beyond(points.planes(), points.pose)
-
-    def second_order(self, points: DesignPoints) -> Estimate:
-        edges = points.paraboloids(self.state)
-        known = ~np.isnan(edges.probability)
-        if not known.any():
-            raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
-        return self._beyond(edges[known], points.pose[known])
-
-    def _beyond(self, edges: Edges, poses: NDArray[np.int64]) -> Estimate:
-        """Of surfaces at the points."""
-        pose = np.zeros_like(poses) if self.together else poses
-        out = np.zeros(self.problems)
-        for problem in np.unique(pose):
-            mine, rng = pose == problem, stream(self.root, f"planes {problem}")
-            out[problem] = beyond_edges(edges[mine], poses[mine], rng)
-        lost = np.setdiff1d(np.arange(self.problems), pose)
-        if lost.size:
-            where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
-            raise FrameError(f"no failure was found{where}: use the method 'importance' or 'subset', or more starts")
-        return Estimate(out, np.full(self.problems, np.nan), np.zeros(self.problems, dtype=np.int64))
-
-    def importance(self, points: DesignPoints, accuracy: float, most: int) -> tuple[DesignPoints, Estimate]:
-        """The points with those that were found on the way, and the estimate."""
-        points, near = self._explored(points)
-        mixture = Mixture.about(joined([points, *near]), self.state.size, self.problems, together=self.together)
-        rng = stream(self.root, "importance")
-        return points, importance_sampling(self._values, mixture, rng, accuracy=accuracy, most=most)
-
-    def _explored(self, points: DesignPoints) -> tuple[DesignPoints, list[DesignPoints]]:
-        """More points, and samples of failures by subset simulation, where the limit state has edges or no slope.
-
-        Subset simulation ends with its first samples where the worst of them are as the points have it; those that are
-        worse say first where else a search may begin.
-        """
-        near = []
-        for problem in range(self.problems):
-            own = points[(points.pose == problem) | self.together]
-            if own.converged.size and own.converged.all() and self.problems > 1:
-                continue
-            explorer = _Explorer(self, problem, own)
-            rng = stream(self.root, f"exploration {problem}")
-            value = self._of_one(np.array([problem]))
-            explored = subset_simulation(value, self.state.size, rng, EXPLORED, explorer)
-            near.append(likely(explored.failed, problem))
-            points = distinct([points, *explorer.further])
-        return points, near
-
-    def _of_one(self, pose: NDArray[np.int64]) -> Value:
-        return lambda scores: self._values(scores[None], pose)[0]
-
-    def worst_pose(self, scores: Array, problem: int) -> NDArray[np.int64]:
-        """Pose (m,) at which scores (m, k) are nearest to failure, of those of a problem."""
-        if not self.together:
-            return np.full(len(scores), problem)
-        count = self.state.poses or 1
-        values = self.state.values(np.repeat(scores[:, None], count, axis=1), np.arange(count))
-        return np.asarray(np.argmin(values, axis=1))
-
-    def random(self, most: int) -> Estimate:
-        scores = stream(self.root, "random").normal(size=(self.problems, most, self.state.size))
-        share = (self._values(scores, np.arange(self.problems)) <= 0.0).mean(axis=1)
-        # Of nothing, what three failures in as many samples would be: a 95 % bound.
-        error = np.where(share > 0.0, np.sqrt(share * (1.0 - share) / most), 3.0 / (1.96 * most))
-        return Estimate(share, error, np.full(self.problems, most))
-
-    def subset(self, samples: int, points: DesignPoints) -> Estimate:
-        """Several runs, as their spread tells more than the chains of one do of themselves."""
-        out = np.zeros((RUNS, self.problems))
-        failed: dict[int, list[Array]] = {problem: [] for problem in range(self.problems)}
-        for (run, problem), _ in np.ndenumerate(out):
-            pose, rng = np.array([problem]), stream(self.root, f"subset {problem} {run}")
-            found = subset_simulation(self._of_one(pose), self.state.size, rng, 10 * (samples // 10))
-            out[run, problem] = found.probability
-            failed[problem].append(found.failed)
-        error = out.std(axis=0, ddof=1) / np.sqrt(RUNS)
-        # Of nothing, a 95 % bound by the samples of the first levels.
-        error = np.where(out.any(axis=0), error, 3.0 / (1.96 * RUNS * samples))
-        missed = np.zeros(self.problems)
-        for problem, rows in failed.items():
-            own = points[(points.pose == problem) | self.together]
-            missed[problem] = own.first_order[own.missing(np.concatenate(rows))].max(initial=0.0)
-        self._warn(missed, error)
-        error = np.where(missed > error, np.hypot(error, missed), error)
-        return Estimate(out.mean(axis=0), error, np.full(self.problems, RUNS * samples), RUNS - 1.0)
-
-    def _warn(self, missed: Array, error: Array) -> None:
-        """Tell where all runs went another way than to a likely failure, of that probability to first order."""
-        if not np.any(missed > error):
-            return
-        worst = int(np.argmax(np.where(missed > error, missed, 0.0)))
-        where = f" at pose number {worst}" if self.state.poses and not self.together else ""
-        warnings.warn(
-            f"subset simulation was led astray{where}: a failure beyond whose tangent plane the probability is "
-            f"{missed[worst]:.3g} lies where none of its samples went. Its probability is too low, and the interval is "
-            "as wide as that: use the method 'importance', or more samples",
-            SampleWarning,
-            stacklevel=4,
-        )
-
-
-@dataclass(eq=False)
-class _Explorer:
-    """Seeks further points of a problem, until samples are as the points have it."""
-
-    run: _Run
-    problem: int
-    points: DesignPoints
-    further: list[DesignPoints] = field(default_factory=list)
-
-    def __call__(self, scores: Array, values: Array) -> bool:
-        """Whether the points explain samples (m, k) with these values, (m,)."""
-        for _ in range(SEARCHES):
-            if not self.points.converged.all() or self.points.explain(scores, values):
-                break
-            pose = self.run.worst_pose(scores, self.problem)
-            found = added_points(self.run.state, self.points, scores, values, pose)
-            known = len(self.points.beta)
-            self.further.append(found)
-            self.points = distinct([self.points, found])
-            if len(self.points.beta) == known:
-                break
-        return self.points.explain(scores, values)

@@ -100,7 +100,7 @@ class Linkage(RangeOfMotion):
         370° through 360°; where it moves alone and cannot turn fully, it goes round the other way to what lies beyond
         an end of its range. Of a batch of dimensions each member starts from its own reference configuration.
 
-        Where that path ends before, or crosses a singular pose behind which it could go on in several ways, positions
+        Where that path ends before, or crosses a singular pose beyond which it could go on in several ways, positions
         are NaN and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a
         path with a bend may reach it. A change point through which the linkage goes on in one smooth way, as a
         parallelogram does, is passed: lengths that are equal to eight digits count as equal there.

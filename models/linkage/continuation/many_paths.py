@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.continuation import PathBatch
 from ..kinematics.blocks import taken
 from ..kinematics.closed_poses import Pose, Poses
 from ..kinematics.loops import Loops
@@ -169,7 +170,16 @@ class Asked:
     reached: Mask
 
 
-class ManyPaths:
+@dataclass(frozen=True, eq=False)
+class PosesAhead:
+    """Poses a step ahead on some paths, how they follow the drives, and their determinants, (entries, paths)."""
+
+    found: Poses
+    follow: Array
+    determinants: Array
+
+
+class ManyPaths(PathBatch[PosesAhead]):
     """Straight paths that are followed side by side, each in steps of its own.
 
     A path takes its steps as it would alone: as long as Newton's method contracts fast, no determinant changes its
@@ -208,16 +218,15 @@ class ManyPaths:
             self.length = np.full(count, np.inf)
         self.need = self.length if need is None else need
         self.state, self.s = state.copy(), np.zeros(count)
-        self.step = np.minimum(FAR if need is None else FIRST, self.length)
+        super().__init__(np.minimum(FAR if need is None else FIRST, self.length), SHORTEST)
         self.width = np.zeros(count)
         self.reached, self.crossing = self.need == 0.0, np.zeros(count, dtype=bool)
-        self.jumped, self.stalled = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self.jumped = np.zeros(count, dtype=bool)
         self._begin(common)
 
-    def run(self) -> None:
-        """Follow all paths to their ends, or as far as they lead."""
-        while (active := np.flatnonzero(~(self.reached | self.stalled))).size:
-            self._advance(active)
+    def wanted(self) -> NDArray[np.intp]:
+        """Paths that have neither reached their ends nor stalled."""
+        return np.flatnonzero(~(self.reached | self.stalled))
 
     def _begin(self, common: Derivatives | None) -> None:
         """Rates and second derivatives at the beginning."""
@@ -238,40 +247,41 @@ class ManyPaths:
             self.bend = self._spread(loops.state_bend(state, velocities, changes))
             self.bend[~np.isfinite(self.bend)] = 0.0
 
-    def _advance(self, active: NDArray[np.intp]) -> None:
-        """One step of the active paths, or half a step for the next time."""
-        step = np.minimum(self.step[active], self.length[active] - self.s[active])
-        step = np.where(self.length[active] - self.s[active] < 1.01 * step, self.length[active] - self.s[active], step)
-        found, follow, determinants, near = self._go(active, step)
-        changes_sign = self._changes_sign(active, determinants)
+    def attempt(self, paths: NDArray[np.intp]) -> tuple[PosesAhead, Mask]:
+        """Poses a step further, no farther than the paths lead, and whether they follow on from those before."""
+        left = self.length[paths] - self.s[paths]
+        step = np.minimum(self.step[paths], left)
+        self.step[paths] = step = np.where(left < 1.01 * step, left, step)
+        found, near = self._go(paths, step)
+        changes_sign = self._changes_sign(paths, found.determinants)
         good = near & ~changes_sign
-        self.crossing[active] = np.where(good, False, self.crossing[active] | (near & changes_sign))
-        self._accept(active[good], step[good], found, good, follow, determinants)
-        bad = active[~good]
-        self.step[bad] = 0.5 * step[~good]
-        sharp = bad[(self.step[bad] < SHARPEST) & ~self.jumped[bad]]
+        self.crossing[paths] = np.where(good, False, self.crossing[paths] | (near & changes_sign))
+        return found, good
+
+    def shortened(self, paths: NDArray[np.intp]) -> None:
+        """Look once beyond what may be a change point where steps have become short."""
+        sharp = paths[(self.step[paths] < SHARPEST) & ~self.jumped[paths]]
         if sharp.size:
             self._jump(sharp)
-        self.stalled[bad] = self.step[bad] < SHORTEST
 
-    def _go(self, active: NDArray[np.intp], step: Array) -> tuple[Poses, Array, Array, Mask]:
-        """Poses a step further, how they follow, their determinants, and where these are near enough to go on from."""
-        found = self.loops.poses(self._predicted(active, step), self._own(active))
+    def _go(self, paths: NDArray[np.intp], step: Array) -> tuple[PosesAhead, Mask]:
+        """Poses a step further, and whether these are near enough to go on from."""
+        found = self.loops.poses(self._predicted(paths, step), self._own(paths))
         follow, determinants = self._told(found)
-        old = self.follow[:, active]
+        old = self.follow[:, paths]
         bound = TURN * (0.5 + np.abs(old).max(axis=0, initial=0.0))
         with np.errstate(invalid="ignore"):
             near = found.good & np.all(np.abs(follow - old) <= bound, axis=0)
-        return found, follow, determinants, near
+        return PosesAhead(found, follow, determinants), near
 
-    def _accept(
-        self, paths: NDArray[np.intp], step: Array, found: Poses, good: Mask, follow: Array, determinants: Array
-    ) -> None:
+    def accept(self, paths: NDArray[np.intp], points: PosesAhead, good: Mask) -> None:
+        """Go on to the good ones of some poses."""
+        found, follow, step = points.found, points.follow[:, good], self.step[paths]
         self.before[:, paths], self.before_rate[:, paths] = self.state[:, paths], self.rate[:, paths]
         state = np.stack([np.broadcast_to(x, good.shape)[good] for x in found.state])
         self.state[:, paths], self.width[paths] = state, step
-        self.follow[:, paths], self.determinants[:, paths] = follow[:, good], determinants[:, good]
-        self.rate[:, paths] = self._rates(state, follow[:, good], self.direction[:, paths])
+        self.follow[:, paths], self.determinants[:, paths] = follow, points.determinants[:, good]
+        self.rate[:, paths] = self._rates(state, follow, self.direction[:, paths])
         self.bend[:, paths] = 0.0
         ends = self.s[paths] + step
         self.reached[paths] = ends >= self.need[paths] * (1.0 if self.asked else 1.0 - 1e-14)
@@ -298,8 +308,8 @@ class ManyPaths:
         """Whether a change point lies before paths that are stuck."""
         self.jumped[paths] = True
         for jump in JUMPS:
-            _, _, determinants, near = self._go(paths, np.full(paths.shape, jump))
-            self.crossing[paths] |= near & self._changes_sign(paths, determinants)
+            found, near = self._go(paths, np.full(paths.shape, jump))
+            self.crossing[paths] |= near & self._changes_sign(paths, found.determinants)
 
     def _predicted(self, active: NDArray[np.intp], step: Array) -> list[Value]:
         """Guesses a step further: by the second derivative at first, then as `PredictorCorrector.predict`."""

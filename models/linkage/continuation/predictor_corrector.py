@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
+from ....framework.continuation import follow
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from .interpolation import SIDES, at_zero, shares, weights
@@ -105,11 +107,10 @@ class PredictorCorrector:
 
     def node(self, s: float, pose: Pose) -> ContinuationPoint:
         """A node of the pose at s."""
-        slopes, drives = self.ray.rates(pose.state)
-        n = self.loops.columns
+        drives, n = self.loops.drive_velocities(pose.state, self.ray.direction), self.loops.columns
         unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
         rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
-        for place, slope in zip(self.loops.driven_states, slopes, strict=False):
+        for place, slope in zip(self.loops.driven_states, self.ray.direction, strict=True):
             rate[place] = slope
         return ContinuationPoint(s, pose, rate)
 
@@ -120,38 +121,46 @@ class PredictorCorrector:
     def extend(self, path: RayPath, until: float, switch: bool | None = None) -> RayPath:
         """Follow the ray at least as far as `until`, or to where the path ends."""
         other = self.switch if switch is None else switch
-        while path.complete and path.end < until:
-            here, step = path.nodes[-1], path.step
-            found = self._go(path, self._across(path, here.s + path.step))
-            if found is not None and not self._passes(here, found, path.step):
-                found = None
-            if found is None:
-                path.step *= 0.5
-                if path.step < SHARPEST and not path.jumped:
-                    path.jumped = True
-                    found = self._jump(path)
-                if path.step < SHORTEST:
-                    path.complete = False
-            if found is not None:
-                path.jumped = False
-                easy = found.pose.first_step < EASY
-                path.step = min(LONGEST, max(path.step, found.s - here.s) * (2.0 if easy else 1.2))
-                path.complete = self._append(path, found, found.s - here.s > LONGER * step, other)
+
+        def accept(found: ContinuationPoint, step: float) -> float | None:
+            path.complete = self._accept(path, found, step, other)
+            return path.step if path.complete and path.end < until else None
+
+        if path.complete and path.end < until:
+            path.complete = follow(partial(self._attempt, path), accept, path.step, SHORTEST) and path.complete
         return path
 
     def exactly(self, node: ContinuationPoint, s: float) -> list[float] | None:
         """The state at `s`, reached from a node in steps as short as it takes; None where the path ends before."""
         path = RayPath([node], min(LONGEST, s - node.s))
-        while path.end < s:
-            left = s - path.end
-            found = self._go(path, s if left <= path.step else path.end + path.step)
-            if found is None or changes_sign(path.nodes[-1].pose, found.pose):
-                path.step *= 0.5
-                if path.step < SHORTEST:
-                    return None
-            else:
-                path.nodes.append(found)
-        return path.nodes[-1].pose.state
+
+        def attempt(step: float) -> ContinuationPoint | None:
+            found = self._go(path, s if s - path.end <= step else path.end + step)
+            return None if found is None or changes_sign(path.nodes[-1].pose, found.pose) else found
+
+        def accept(found: ContinuationPoint, step: float) -> float | None:
+            path.nodes.append(found)
+            return step if path.end < s else None
+
+        arrived = node.s >= s or follow(attempt, accept, path.step, SHORTEST)
+        return path.nodes[-1].pose.state if arrived else None
+
+    def _attempt(self, path: RayPath, step: float) -> ContinuationPoint | None:
+        """The next node, a step further or, where steps have become short, beyond a change point."""
+        here = path.nodes[-1]
+        found = self._go(path, self._across(path, here.s + step))
+        if found is not None and not self._passes(here, found, step):
+            found = None
+        if found is None and 0.5 * step < SHARPEST and not path.jumped:
+            path.jumped = True
+            found = self._jump(path, step)
+        return found
+
+    def _accept(self, path: RayPath, found: ContinuationPoint, step: float, switch: bool) -> bool:
+        """Go on to a node that was found by a step; False where the path ends there."""
+        gone, easy = found.s - path.end, found.pose.first_step < EASY
+        path.jumped, path.step = False, min(LONGEST, max(step, gone) * (2.0 if easy else 1.2))
+        return self._append(path, found, gone > LONGER * step, switch)
 
     def _passes(self, here: ContinuationPoint, found: ContinuationPoint, step: float) -> bool:
         """Whether a step stays on its branch: what changes sides, or goes far, does so over a change point."""
@@ -198,10 +207,10 @@ class PredictorCorrector:
                     return float(b.s + 2.0 * ahead)
         return target
 
-    def _jump(self, path: RayPath) -> ContinuationPoint | None:
+    def _jump(self, path: RayPath, step: float) -> ContinuationPoint | None:
         for jump in JUMPS:
             found = self._go(path, path.end + jump, jump=True)
-            if found is not None and self._passes(path.nodes[-1], found, path.step):
+            if found is not None and self._passes(path.nodes[-1], found, step):
                 return found
         return None
 

@@ -31,7 +31,3 @@ class Ray:
         for place, value, slope in zip(self.loops.driven_states, self.origin, self.direction, strict=True):
             out[place] = value + s * slope
         return self.loops.unit(out)  # type: ignore[arg-type, return-value]
-
-    def rates(self, state: list[float]) -> tuple[list[float], list[float]]:
-        """Derivative by s of the driven states, and of the driven velocity coordinates, at a state."""
-        return self.direction, self.loops.drive_velocities(state, self.direction)  # type: ignore[return-value]

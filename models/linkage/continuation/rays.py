@@ -157,7 +157,7 @@ def _end(continuation: PredictorCorrector, path: RayPath, s: float) -> list[floa
 
 
 def _alone(continuation: PredictorCorrector, path: RayPath, where: float) -> bool:
-    """Whether paths that pass a change point on either side lead to the pose behind it to which the path leads."""
+    """Whether paths that pass a change point on either side lead to the pose beyond it to which the path leads."""
     before = [node for node in path.nodes if node.s < where][-1]
     after = next(node for node in path.nodes if node.s > where)
     direction = np.array(continuation.ray.direction)

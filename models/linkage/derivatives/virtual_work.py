@@ -57,10 +57,10 @@ class VirtualWork:
         self.regular = motion.is_assembled & ~(motion.conditioning < SINGULAR)
         self.origin = self.mechanism.bodies[GROUND].place
         tree = self.mechanism.tree
-        self.signs = {branch.pair.name: -1.0 if branch.is_reversed else 1.0 for branch in tree.branches}
+        self.signs = {branch.edge.name: branch.sign for branch in tree.branches}
         self.ways: dict[str, dict[str, float]] = {GROUND: {}}
         for branch in tree.branches:
-            self.ways[branch.child] = self.ways[branch.parent] | {branch.pair.name: self.signs[branch.pair.name]}
+            self.ways[branch.child] = self.ways[branch.parent] | {branch.edge.name: self.signs[branch.edge.name]}
 
     def place(self, point: Array) -> Array:
         """A global position (..., 3) in units of the size; zero where the pose is not regular."""

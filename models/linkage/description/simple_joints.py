@@ -38,7 +38,7 @@ class SimpleJoints(JoinedSketch):
             Where the pin is.
         first, *others
             Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
-            with it, named by the joint's name, and from the second on with ``.link`` behind it.
+            with it, named as the joint is, and from the second on followed by ``.link``.
         axis
             Direction of the axis in the reference configuration, (..., 2 or 3).
         drive

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from ....framework.batch import Array
+from ....framework.cache import ORDERS
 from .terms import Value
 
 Blocks = list[tuple[list[int], list[int]]]
@@ -59,6 +60,11 @@ class Linear:
     @cached_property
     def blocks(self) -> Blocks:
         """Rows and columns of each block, in the order of solution; none where rows and columns do not match."""
+        key = "blocks of equations", self.pattern.shape, self.pattern.tobytes()
+        blocks: Blocks = ORDERS.found(key, self._blocks, self.pattern.size)
+        return blocks
+
+    def _blocks(self) -> Blocks:
         if self.rows != self.columns or self.rows == 0:
             return []
         match = scipy.sparse.csgraph.maximum_bipartite_matching(scipy.sparse.csr_matrix(self.pattern), perm_type="row")

@@ -52,10 +52,10 @@ def rates_of(
     """
     out = {GROUND: Rates(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)}
     for branch in tree.branches:
-        pair, base = branch.pair, out[branch.parent]
+        pair, base = branch.edge, out[branch.parent]
         _, here, _, there = frames[pair.name]
         own = list(range(len(columns)))[velocities[pair.name]]
-        sign = -1.0 if branch.is_reversed else 1.0
+        sign = branch.sign
         spin: Vector = combine_many([(v[k], columns[k].angular) for k in own])
         omega = plus(base.omega, times(sign, spin))
         first, second = (omega, base.omega) if branch.is_reversed else (base.omega, omega)

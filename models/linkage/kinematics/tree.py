@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import heapq
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from ....framework.errors import FrameError
+from ....framework.structure.forest import Branch, rooted, spanning
 from ..description.joints import KINDS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 
-
-@dataclass(frozen=True, eq=False)
-class Branch:
-    """A joint of the spanning tree: `child` is attached to `parent` by `pair`; `is_reversed` where the child is its
-    first link."""
-
-    pair: Pair
-    parent: str
-    child: str
-    is_reversed: bool
+LinkBranch: TypeAlias = Branch[Pair, str]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +30,7 @@ class Tree:
         to the link.
     """
 
-    branches: list[Branch]
+    branches: list[LinkBranch]
     cuts: list[Pair]
     twins: dict[str, str]
 
@@ -46,30 +38,14 @@ class Tree:
 def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tree:
     """The tree with driven joints, screws and the joint `counted` first, and then with the least freedom.
 
-    What it leaves over has the most freedom, so that the loops have the fewest equations (Prim's algorithm; the
-    nearest to the ground first among equals, then by name: not in the order in which they were described).
+    What it leaves over has the most freedom, so that the loops have the fewest equations; the nearest to the ground
+    first among equals, then by name: not in the order in which they were described.
     """
-    names = sorted(linkage.joints)
-    order = {name: index for index, name in enumerate(names)}
-    heap: list[tuple[int, int, int, int, str, str]] = []
-    depth, branches = {GROUND: 0}, []
-
-    def visit(link: str) -> None:
-        for name in names:
-            pair = linkage.joints[name]
-            if link in (pair.first, pair.second):
-                other = pair.second if link == pair.first else pair.first
-                rank = 0 if carried(linkage, pair, counted) else 1
-                heapq.heappush(heap, (rank, pair.kind.freedom, depth[link], order[pair.name], link, other))
-
-    visit(GROUND)
-    while heap:
-        _, _, _, index, parent, child = heapq.heappop(heap)
-        if child not in depth:
-            pair = linkage.joints[names[index]]
-            branches.append(Branch(pair, parent, child, is_reversed=child == pair.first))
-            depth[child] = depth[parent] + 1
-            visit(child)
+    pairs = [linkage.joints[name] for name in sorted(linkage.joints)]
+    depth = {GROUND: 0}
+    for branch in rooted(pairs, GROUND):
+        if branch.parent in depth:
+            depth[branch.child] = depth[branch.parent] + 1
     unsupported = [name for name in linkage.links if name not in depth]
     if unsupported:
         links, are, them = ("links", "are", "them") if len(unsupported) > 1 else ("link", "is", "it")
@@ -77,7 +53,13 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
             f"{links} {', '.join(map(repr, unsupported))} {are} not connected to ground: connect {them} by a chain of "
             f"joints, or leave {them} out"
         )
-    return _with_twins(linkage, branches, counted)
+
+    def rank(pair: Pair) -> tuple[bool, int, int]:
+        near = min(depth[pair.first], depth[pair.second])
+        return not carried(linkage, pair, counted), pair.kind.freedom, near
+
+    chosen, _ = spanning(sorted(pairs, key=rank))
+    return _with_twins(linkage, rooted(chosen, GROUND), counted)
 
 
 def carried(linkage: LinkageDescription, pair: Pair, counted: str | None = None) -> bool:
@@ -85,8 +67,8 @@ def carried(linkage: LinkageDescription, pair: Pair, counted: str | None = None)
     return pair.name in linkage.drives or pair.kind.name == "screw" or pair.name == counted
 
 
-def _with_twins(linkage: LinkageDescription, branches: list[Branch], counted: str | None) -> Tree:
-    in_tree = {branch.pair.name for branch in branches}
+def _with_twins(linkage: LinkageDescription, branches: list[LinkBranch], counted: str | None) -> Tree:
+    in_tree = {branch.edge.name for branch in branches}
     cuts, twins = [], {}
     for name in sorted(linkage.joints):
         pair = linkage.joints[name]
@@ -97,7 +79,7 @@ def _with_twins(linkage: LinkageDescription, branches: list[Branch], counted: st
             continue
         twin = f"{pair.second} at {pair.name}"
         twins[twin] = pair.second
-        branches.append(Branch(replace(pair, second=twin), pair.first, twin, is_reversed=False))
+        branches.append(Branch(replace(pair, second=twin), pair.first, twin, 1.0))
         cuts.append(
             replace(pair, kind=KINDS["fixed"], first=twin, stiffness=None, clearance=None, pitch=None, contact=None)
         )

@@ -16,7 +16,7 @@ from .closure import closing_rows
 from .joint_motion import motion_at
 from .moving_links import Column, MovingLink
 from .terms import Scalar, Value, Vector, combine, minus, plus, times
-from .tree import Branch, Tree, spanning_tree
+from .tree import LinkBranch, Tree, spanning_tree
 
 # Groups of numbers that programs take: state, parameters, velocities and their time derivatives; what else is given
 # stands where velocities do.
@@ -91,7 +91,7 @@ class WrittenMechanism:
 
     def _ground(self) -> None:
         """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
-        pair = self.tree.branches[0].pair if self.tree.branches else None
+        pair = self.tree.branches[0].edge if self.tree.branches else None
         place, axes = np.zeros(3), np.eye(3)
         if pair is not None:
             place = self.place(GROUND, pair.point)
@@ -128,16 +128,15 @@ class WrittenMechanism:
 
     def constant(self, value: Array) -> list[Scalar]:
         """Numbers (..., 3) of the description, written down: those that are always 0, 1 or -1 as such."""
-        out: list[Scalar] = []
-        for k in range(3):
-            part = value[..., k]
-            for exact in (0.0, 1.0, -1.0):
-                if np.all(np.abs(part - exact) <= self._rounding):
-                    out.append(exact)
-                    break
-            else:
-                out.append(self._parameter(part))
-        return out
+        parts = value.tolist() if value.ndim == 1 else np.moveaxis(value, -1, 0)
+        return [self._constant(part) for part in parts]
+
+    def _constant(self, part: float | Array) -> Scalar:
+        for exact in (0.0, 1.0, -1.0):
+            off = abs(part - exact) if isinstance(part, float) else float(np.abs(part - exact).max(initial=0.0))
+            if off <= self._rounding:
+                return exact
+        return self._parameter(np.asarray(part))
 
     def _later(self, group: int, place: int) -> Term:
         """What is given when a program runs."""
@@ -169,8 +168,8 @@ class WrittenMechanism:
         rotated = np.einsum("...ji,...jk->...ik", body.reference_axes, reference_axes)
         return [combine(body.axes, self.constant(rotated[..., k])) for k in range(3)]
 
-    def _attach(self, branch: Branch) -> None:
-        pair, parent = branch.pair, self.bodies[branch.parent]
+    def _attach(self, branch: LinkBranch) -> None:
+        pair, parent = branch.edge, self.bodies[branch.parent]
         names = [
             f"s{len(self.state_names) + k}" for k in range(4 if pair.kind.name == "spherical" else pair.kind.freedom)
         ]
@@ -195,7 +194,7 @@ class WrittenMechanism:
         place = self.place(branch.child, pair.point)
         self.bodies[branch.child] = MovingLink(own_point, own_axes, place, pair.axes)
         start = len(self._columns)
-        sign = -1.0 if branch.is_reversed else 1.0
+        sign = branch.sign
         for component in pair.kind.coordinates:
             carrier = 1 if (pair.kind.name, component) == ("universal", "rx") else 0
             axis = (second if carrier else first)["xyz".index(component[1])]

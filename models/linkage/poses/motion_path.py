@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.continuation import follow
 from ....framework.errors import FrameError
 from ..continuation.interpolation import SIDES, weights
 from .configuration import ALIKE, DEPENDENT, FEW_DIGITS, Configurations, null_space
@@ -153,30 +154,18 @@ class MotionPath:
     def trace(self, place: PathPoint, until: Callable[[PathPoint], bool] | None = None) -> TracedPath:
         """Places one behind the other, until the path closes, ends, or gets too long, or to the first that is
         wanted."""
-        start = here = self.link_places(place)
-        places, step, last, away = [place], STEP, 0.0, False
-        while len(places) < LONGEST_WAY:
-            found = self.stepped(place, step)
-            there = here if found is None else self.link_places(found)
-            moved = np.abs(there - here).max()
-            if found is None or moved > 4.0 * STEP:
-                step *= 0.5
-                if step < SHORTEST:
-                    aim = self.space.advanced(place.state, STEP * place.tangent)
-                    if self.space.closed(aim, self.locked, ALIKE) is not None:
-                        at = self.coordinate(place.state)
-                        raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
-                    return TracedPath(places, closes=False, stalled=True)
-                continue
-            distance = np.abs(there - start).max()
-            if away and distance < max(moved, last):
-                return TracedPath([*places, found], closes=True)
-            away = away or distance > 4.0 * STEP
-            places.append(found)
-            if until is not None and until(found):
-                break
-            place, here, last, step = found, there, moved, min(STEP, 2.0 * step)
-        return TracedPath(places, closes=False)
+        trace = _Trace(self, place, until)
+        arrived = follow(trace.attempt, trace.accept, STEP, SHORTEST)
+        if not arrived:
+            self._refuse_few_digits(trace.places[-1])
+        return TracedPath(trace.places, trace.closes, stalled=not arrived)
+
+    def _refuse_few_digits(self, place: PathPoint) -> None:
+        """Refuse where a path has stalled because the linkage is described with too few digits to go on."""
+        aim = self.space.advanced(place.state, STEP * place.tangent)
+        if self.space.closed(aim, self.locked, ALIKE) is not None:
+            at = self.coordinate(place.state)
+            raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
 
     def link_places(self, place: PathPoint) -> Array:
         """Where the links are, but for those that turn by themselves."""
@@ -287,6 +276,44 @@ class MotionPath:
         ]
         abscissas = np.array([np.sign(step) * value for (step, _), value in zip(near, least_values, strict=True)])
         return float(weights(abscissas, 0.0) @ [self.coordinate(each.state) for _, each in near])
+
+
+class _Trace:
+    """Steps along a path by its length of arc, over which no link goes far at once.
+
+    Attributes
+    ----------
+    places
+        Places that were found, the first included.
+    closes
+        Whether the last is where the first was.
+    """
+
+    def __init__(self, path: MotionPath, place: PathPoint, until: Callable[[PathPoint], bool] | None) -> None:
+        self.path, self.until = path, until
+        self.places, self.closes = [place], False
+        self._start = self._here = path.link_places(place)
+        self._last, self._away = 0.0, False
+
+    def attempt(self, step: float) -> tuple[PathPoint, Array] | None:
+        """The place a step further, and where its links are."""
+        found = self.path.stepped(self.places[-1], step)
+        if found is None:
+            return None
+        there = self.path.link_places(found)
+        return None if np.abs(there - self._here).max() > 4.0 * STEP else (found, there)
+
+    def accept(self, point: tuple[PathPoint, Array], step: float) -> float | None:
+        """Go on to a place, unless the path closes, is long enough, or the place is one that is wanted."""
+        found, there = point
+        moved, distance = np.abs(there - self._here).max(), np.abs(there - self._start).max()
+        self.places.append(found)
+        self.closes = bool(self._away and distance < max(moved, self._last))
+        if self.closes or (self.until is not None and self.until(found)) or len(self.places) >= LONGEST_WAY:
+            return None
+        self._away = self._away or bool(distance > 4.0 * STEP)
+        self._here, self._last = there, moved
+        return min(STEP, 2.0 * step)
 
 
 def _rank(matrix: Array) -> int:

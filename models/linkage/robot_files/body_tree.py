@@ -9,7 +9,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..kinematics.tree import Branch, spanning_tree
+from ..kinematics.tree import LinkBranch, spanning_tree
 from .placed import BodyMass, Placed
 
 # Motions of each kind of joint, one after the other, from the first link to the second.
@@ -135,7 +135,7 @@ def body_tree(linkage: LinkageDescription) -> BodyTree:
     placed = Placed(linkage)
     tree = spanning_tree(linkage)
     branches = [branch for branch in tree.branches if branch.child not in tree.twins]
-    carried = {branch.pair.name for branch in branches}
+    carried = {branch.edge.name for branch in branches}
     cuts = [linkage.joints[name] for name in sorted(linkage.joints) if name not in carried]
     parts = {pair.name: _part(pair) for pair in cuts if pair.kind.name not in CLOSING or pair.name in linkage.drives}
     bodies = [_body(placed, branch, branch.child, parts) for branch in branches]
@@ -148,15 +148,15 @@ def body_tree(linkage: LinkageDescription) -> BodyTree:
     return BodyTree(placed, bodies, closures)
 
 
-def _part(pair: Pair) -> Branch:
+def _part(pair: Pair) -> LinkBranch:
     """The joint with a part of one of its links: the second, or the first where that is the ground."""
     if pair.second == GROUND:
-        return Branch(pair, GROUND, pair.first, is_reversed=True)
-    return Branch(pair, pair.first, pair.second, is_reversed=False)
+        return LinkBranch(pair, GROUND, pair.first, -1.0)
+    return LinkBranch(pair, pair.first, pair.second, 1.0)
 
 
-def _body(placed: Placed, branch: Branch, name: str, parts: dict[str, Branch]) -> TreeBody:
-    pair, link = branch.pair, branch.child
+def _body(placed: Placed, branch: LinkBranch, name: str, parts: dict[str, LinkBranch]) -> TreeBody:
+    pair, link = branch.edge, branch.child
     is_part = name != link
     own = placed.linkage.links[link]
     names = (pair.point,) if is_part else own.points
@@ -181,10 +181,10 @@ def _outline(points: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
     return ring if len(points) > 2 else ring[: len(points) - 1]
 
 
-def _steps(placed: Placed, branch: Branch) -> tuple[TreeStep, ...]:
-    pair, components = branch.pair, MOTIONS[branch.pair.kind.name]
+def _steps(placed: Placed, branch: LinkBranch) -> tuple[TreeStep, ...]:
+    pair, components = branch.edge, MOTIONS[branch.edge.kind.name]
     axes, values = placed.axes(pair), placed.coordinates(pair)
-    sign = -1.0 if branch.is_reversed else 1.0
+    sign = branch.sign
     steps = []
     for component in components:
         name = pair.name if len(components) == 1 else f"{pair.name} {component}"
@@ -197,7 +197,7 @@ def _steps(placed: Placed, branch: Branch) -> tuple[TreeStep, ...]:
     return tuple(reversed(steps) if branch.is_reversed else steps)
 
 
-def _closure(placed: Placed, pair: Pair, part: Branch | None) -> LoopClosure:
+def _closure(placed: Placed, pair: Pair, part: LinkBranch | None) -> LoopClosure:
     axis, place = placed.axes(pair)[:, 2], placed.place(pair.first, pair.point)
     if part is None:
         return LoopClosure(pair.name, pair.kind.name, pair.first, pair.second, place, axis)

@@ -16,7 +16,7 @@ BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
 def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
     """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which are and could be reached.
 
-    What lies behind a hole or beside a corner is tried from the places beside it, as long as that reaches more.
+    What lies beyond a hole or beside a corner is tried from the places beside it, as long as that reaches more.
 
     Parameters
     ----------

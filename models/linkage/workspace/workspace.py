@@ -47,7 +47,7 @@ class Workspace:
     reached
         Which places are reached, (rows, columns).
     elsewhere
-        Which of the others the point can have in another assembly mode only: behind singular poses, or where a straight
+        Which of the others the point can have in another assembly mode only: beyond singular poses, or where a straight
         path of the drives from the reference configuration ends elsewhere, (rows, columns).
     """
 

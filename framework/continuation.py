@@ -1,0 +1,107 @@
+"""Continuation: paths of solutions, followed by predictor and corrector in steps of their own choice.
+
+A step is tried. Where the corrector finds no point, or none that can be the next of the same path, half the step is
+tried, until it is too short: there the path has stalled. From a point that was found, the path itself says how long the
+next step may be (Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 6). Whether a step is a
+change of a parameter or a length of arc is for predictor and corrector to say.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .batch import Array
+
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+Point = TypeVar("Point")
+Points = TypeVar("Points")
+
+
+def follow(
+    attempt: Callable[[float], Point | None],
+    accept: Callable[[Point, float], float | None],
+    step: float,
+    shortest: float,
+) -> bool:
+    """Follow one path from point to point.
+
+    Parameters
+    ----------
+    attempt
+        Predictor and corrector: the point that lies a given step ahead, None where none is found.
+    accept
+        Goes on to a point, found by a given step, and tells the next step to try; None where the path is to end.
+    step
+        The first step to try.
+    shortest
+        Below this length of a step the path has stalled.
+
+    Returns
+    -------
+    bool
+        True where the path has ended as `accept` wants it, False where it has stalled.
+    """
+    while True:
+        point = attempt(step)
+        if point is None:
+            step *= 0.5
+            if not step > shortest:
+                return False
+        else:
+            further = accept(point, step)
+            if further is None:
+                return True
+            step = further
+
+
+class PathBatch(ABC, Generic[Points]):
+    """Paths that are followed side by side, each in steps of its own, as `follow` does one.
+
+    Parameters
+    ----------
+    step
+        For each path the next step to try, (paths,).
+    shortest
+        Length of a step below which a path has stalled; one for all, or (paths,).
+
+    Attributes
+    ----------
+    stalled
+        Paths whose steps have become too short, (paths,).
+    """
+
+    def __init__(self, step: Array, shortest: float | Array) -> None:
+        self.step, self.shortest = step, np.broadcast_to(shortest, step.shape)
+        self.stalled: Mask = np.zeros(step.shape, dtype=bool)
+
+    @abstractmethod
+    def wanted(self) -> Index:
+        """Paths that are to be taken further."""
+
+    @abstractmethod
+    def attempt(self, paths: Index) -> tuple[Points, Mask]:
+        """Predictor and corrector: points a step ahead on some paths, and which of these are good to go on from."""
+
+    @abstractmethod
+    def accept(self, paths: Index, points: Points, good: Mask) -> None:
+        """Go on to the `good` ones of some points, which lie on these paths, and set their next steps."""
+
+    def shortened(self, paths: Index) -> None:
+        """Do what is due on paths whose steps have just been halved."""
+
+    def run(self) -> None:
+        """Follow all paths as far as wanted, or until they have stalled."""
+        while (paths := self.wanted()).size:
+            points, good = self.attempt(paths)
+            self.accept(paths[good], points, good)
+            failed = paths[~good]
+            if failed.size:
+                self.step[failed] *= 0.5
+                self.shortened(failed)
+                self.stalled[failed] = ~(self.step[failed] > self.shortest[failed])

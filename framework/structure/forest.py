@@ -1,0 +1,77 @@
+"""Spanning forests: which edges carry what they join from the ground, and which close loops."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Generic, Protocol, TypeVar
+
+from .disjoint_sets import DisjointSets
+
+End = TypeVar("End", int, str)
+End_co = TypeVar("End_co", covariant=True)
+Link = TypeVar("Link")
+Joined = TypeVar("Joined", bound="Joins[Any]")
+
+
+class Joins(Protocol[End_co]):
+    """What joins two things: an edge two nodes, a joint two links."""
+
+    @property
+    def first(self) -> End_co:
+        """The one."""
+
+    @property
+    def second(self) -> End_co:
+        """The other."""
+
+
+@dataclass(frozen=True)
+class Branch(Generic[Link, End]):
+    """An edge of a tree, seen from `child` to `parent`; `sign` is 1 where the child is its second end, otherwise -1."""
+
+    edge: Link
+    parent: End
+    child: End
+    sign: float
+
+    @property
+    def is_reversed(self) -> bool:
+        """Whether the child is the edge's first end."""
+        return self.sign < 0.0
+
+
+def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
+    """Spanning forest by Kruskal's rule, of the first edges where there is a choice, and the edges left over."""
+    connected: DisjointSets[Any] = DisjointSets()
+    chosen: list[Joined] = []
+    closing: list[Joined] = []
+    for edge in edges:
+        (chosen if connected.join(edge.first, edge.second) else closing).append(edge)
+    return chosen, closing
+
+
+def rooted(edges: Iterable[Joined], ground: End) -> list[Branch[Joined, End]]:
+    """Edges as branches from the ground and other roots on, the nearest first.
+
+    Edges that would close a loop are left out, so that each end is as near to its root as can be.
+    """
+    at: dict[End, list[Joined]] = {ground: []}
+    for edge in edges:
+        at.setdefault(edge.first, []).append(edge)
+        at.setdefault(edge.second, []).append(edge)
+    branches: list[Branch[Joined, End]] = []
+    seen: set[End] = set()
+    for root in at:
+        queue = deque([root] if root not in seen else [])
+        seen.add(root)
+        while queue:
+            parent = queue.popleft()
+            for edge in at[parent]:
+                child = edge.second if edge.first == parent else edge.first
+                if child not in seen:
+                    seen.add(child)
+                    branches.append(Branch(edge, parent, child, 1.0 if child == edge.second else -1.0))
+                    queue.append(child)
+    return branches
