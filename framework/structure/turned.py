@@ -47,6 +47,7 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
         whole.rows |= own.rows
         whole.sources |= own.sources
         whole.left |= own.left
+        whole.self_stresses |= own.self_stresses
         idle |= spare
     return whole, idle
 
@@ -102,7 +103,7 @@ def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]
     # the part with most free unknowns, the largest of these
     fewest = min(parts, key=lambda part: (len(part[1].rows), -len(part[0][0])))[1]
     kept = [key for key in pivots if key not in fewest.rows]
-    rows, sources, left, idle = (_Spread(shape) for _ in range(4))
+    rows, sources, left, self_stresses, idle = (_Spread(shape) for _ in range(5))
     for index, found in parts:
         place, spare = _placed([key for key in pivots if key not in found.rows], kept)
         for key in pivots:
@@ -114,8 +115,9 @@ def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]
             sources.put(key, found.sources[key], index)
         for number, row in found.left.items():
             left.put(number, row, index)
+            self_stresses.put(number, found.self_stresses[number], index)
         idle.put(0, dict.fromkeys(spare, 1.0), index)
-    return Reduced(rows.rows, sources.rows, left.rows), idle.rows[0]
+    return Reduced(rows.rows, sources.rows, left.rows, self_stresses.rows), idle.rows[0]
 
 
 def _placed(free: list[int], kept: list[int]) -> tuple[dict[int, int], list[int]]:
