@@ -254,7 +254,9 @@ class ResultsWithBounds(NamedResults):
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has.
+            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has; inf where
+            nothing resists. The coordinates of a loop are those of the entry alone, and may be others where the joints
+            of the loop are described in another order.
         """
         return self._read("scaled", lambda: scaled(self.plan))
 

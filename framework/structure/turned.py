@@ -52,6 +52,17 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
     return whole, idle
 
 
+def alone(given: dict[int, Constraint]) -> list[tuple[dict[int, Constraint], Shape, list[Part]]]:
+    """Loops that vary over a batch, the shape over which they do, and parts of that in which each entry has the choice
+    that it has alone."""
+    out = []
+    for loop in _loops(given):
+        shape = _shape(loop.values())
+        if np.prod(shape, dtype=np.int64) > 1:
+            out.append((loop, shape, _solved(loop, np.nonzero(np.ones(shape, dtype=bool)), ALONE)))
+    return out
+
+
 def _loops(given: dict[int, Constraint]) -> list[dict[int, Constraint]]:
     """Constraints that have no unknown in common apart."""
     joined = DisjointSets[int]()
