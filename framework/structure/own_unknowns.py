@@ -45,7 +45,7 @@ def _enter(
     index: tuple[Index, ...],
     found: Reduced,
 ) -> None:
-    """Enter the unknowns of a loop at entries that have one choice alone: its keys, and columns and keys of those left."""
+    """Enter the unknowns of a loop at entries that have one choice alone: its keys, and what is left of them."""
     keys, columns, left = loop
     shape = whole.shape[:-2]
     idle = np.stack([_at(elimination.idle.get(key, 0.0), shape, index) > 0.0 for key in left], axis=-1)

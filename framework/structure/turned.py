@@ -83,16 +83,9 @@ def _shape(given: Iterable[Constraint]) -> Shape:
 
 
 def _parted(given: dict[int, Constraint], shape: Shape, suited: Mask) -> list[Part]:
-    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one.
-
-    Where constraints share what they carry, which of them carry it is as at the entry alone.
-    """
+    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one."""
     everywhere = np.nonzero(np.ones(shape, dtype=bool))
-    parts = _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
-    out: list[Part] = []
-    for part in parts:
-        out += _solved(given, part[0], ALONE) if part[1].left else [part]
-    return out
+    return _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
 
 
 def _solved(given: dict[int, Constraint], index: tuple[Index, ...], share: float) -> list[Part]:
