@@ -49,6 +49,30 @@ def test_modes_beside_a_mechanism_and_its_refined_results() -> None:
     assert np.isfinite(force[1]).all()
 
 
+def pendulum(length: float | Numbers) -> Frame:
+    """A rod that hangs from a hinge and has a mass at a fixed place beside it."""
+    frame = Frame()
+    for name, place in {"A": (0.0, 0.0, 0.0), "B": (0.0, 0.0, 0.0), "D": (0.01, 0.0, 0.0)}.items():
+        frame.node(name, place)
+    frame.node("C", np.asarray(length)[..., None] * np.array([1.0, 0.0, 0.0]))
+    frame.add("rod", ROD, "B", "C")
+    frame.add("hinge", Joint(stiffness=(np.inf,) * 5 + (0.0,)), "A", "B")
+    frame.rigid("B", "D")
+    frame.fix("A")
+    frame.load("D", fy=1.0)
+    return frame
+
+
+def test_the_size_of_a_free_motion_is_that_of_the_entry() -> None:
+    """The largest displacement is one, where a rotation counts as what it moves at the end of the entry's rod."""
+    lengths = np.array([0.5, 40.0])
+    whole = pendulum(lengths).solve()
+    for entry, length in enumerate(lengths):
+        alone = pendulum(length).solve()
+        assert whole.mechanism(entry) == alone.mechanism()
+        assert_allclose(whole.free_motion(entry).displacement("C"), alone.free_motion().displacement("C"), rtol=1e-9)
+
+
 def parallel(size: float | Numbers, load: tuple[str, ...] = ("fx",)) -> Linkage:
     """A plate on three equal cranks, of which two would do."""
     unit = np.asarray(size)[..., None]
