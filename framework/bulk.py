@@ -359,7 +359,7 @@ class InBulk(Editable):
         for k in leaders:
             if not is_proven(elements[k]):
                 examine_joint(names[k], elements[k])
-            check_ideal(names[k], elements[k])
+            check_ideal(f"joint {names[k]!r}", elements[k].stiffness)
         self._join({f"joint {names[k]!r}": elements[k].shape for k in leaders})
         each = elements if len(elements) == len(names) else repeat(elements[0])
         self.joints.update(zip(names, _rows(JointLink, each, starts, stops), strict=True))

@@ -164,7 +164,7 @@ class Editable(Description):
         if isinstance(new, JointElement):
             if not is_proven(new):
                 examine_joint(name, new)
-            check_ideal(name, new)
+            check_ideal(f"joint {name!r}", new.stiffness)
         elif not is_proven(new):
             examine_mass(name, new)
         return {}

@@ -61,12 +61,17 @@ def _described(plan: Plan) -> list[str]:
 def _coordinates(plan: Plan) -> list[str]:
     tree = plan.tree
     ideal = sum(len(branch.edge.ideal) for branch in tree.branches)
-    dependent = tree.elimination.count
+    dependent, redundant = tree.elimination.count, len(tree.elimination.self_stresses)
+    share = (
+        f"Redundant: {redundant} ideal components of loops, whose share of the load statics leaves open: of all forces "
+        "in equilibrium those are reported of which the sum of squares is least, in joints and supports."
+    )
     return [
         f"Joint-relative coordinates: {6 * len(plan.topology.number)} nodal displacements become {len(plan.unknowns)} "
         f"unknowns; {ideal} constrained components are absent"
         + (f", {dependent} more are eliminated because their joints close a loop." if dependent else "."),
         f"{len(tree.springs) - len(tree.elimination.idle)} springs stand on the diagonal or close a loop.",
+        *([share] if redundant else []),
     ]
 
 

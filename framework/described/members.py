@@ -85,7 +85,7 @@ class DescribedMembers(DescribedNodes):
             self._check_coincident(name, *nodes)
             if not is_proven(element):
                 examine_joint(name, element)
-            check_ideal(name, element)
+            check_ideal(f"joint {name!r}", element.stiffness)
             self._join({f"joint {name!r}": element.shape})
             self.joints[name] = JointLink(element, *nodes)
         else:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..batch import Array
+from ..dofs import DISPLACEMENTS
 from ..errors import FrameError
 from ..joint_protocol import JointElement
 from ..protocol import LineElement, PointElement
@@ -67,8 +68,21 @@ class Tie:
     rigid: bool
 
 
-def check_ideal(name: str, element: JointElement) -> None:
-    """Refuse a joint that is ideal at some batch entries only."""
-    infinite = np.isinf(element.stiffness).reshape(-1, 6)
-    if len(infinite) and np.any(infinite.any(axis=0) != infinite.all(axis=0)):
-        raise FrameError(f"joint {name!r} is ideal (inf) at some batch entries only: give those a frame of their own")
+def check_ideal(what: str, stiffness: Array) -> None:
+    """Refuse a joint of stiffnesses (..., 6) that is ideal at some batch entries only.
+
+    Raises
+    ------
+    FrameError
+        Naming the component, an entry at which it is ideal, and one at which it is not.
+    """
+    infinite = np.isinf(stiffness)
+    if not stiffness.size or infinite.ndim == 1:
+        return
+    mixed = infinite.reshape(-1, 6).any(axis=0) & ~infinite.reshape(-1, 6).all(axis=0)
+    for k in np.flatnonzero(mixed)[:1].tolist():
+        ideal, other = (np.argwhere(infinite[..., k] == which)[0].tolist() for which in (True, False))
+        raise FrameError(
+            f"{what} is ideal (inf) at some batch entries only, {DISPLACEMENTS[k]} at {ideal} and not at {other}: "
+            "describe those entries apart, or give them a finite stiffness"
+        )

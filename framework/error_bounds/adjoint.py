@@ -17,6 +17,7 @@ from .force_sizes import reduced_sizes
 from .kinematic_edge import Real, extended
 from .kinematics import FrameKinematics
 from .requested import RequestedResults
+from .sharing import shared
 
 # Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
 _CAREFUL, _CARRIED = 64.0, 4.0
@@ -101,7 +102,7 @@ class Adjoint:
                 fixed = double.coordinates(state.unknowns, np.zeros(len(state.unknowns)), imposed)
                 forces[..., each] = np.sum(fixed * acting, axis=(-1, -2))
             out.append(forces)
-        return out
+        return [np.asarray(forces, np.float64) for forces in shared(state.load_shares, out)]
 
     # -- error ------------------------------------------------------------------------------------------------------
 

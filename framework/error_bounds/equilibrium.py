@@ -21,6 +21,7 @@ from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
 from .kinematic_edge import KinematicEdge, Real, extended
 from .kinematics import FrameKinematics
+from .sharing import LoadShare, load_shares
 from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
@@ -146,6 +147,11 @@ class EquilibriumResidual:
             if node in determinate:
                 out[..., index] = self.displacements[..., node, component]
         return out
+
+    @cached_property
+    def load_shares(self) -> list[LoadShare]:
+        """How redundant ideal components share what they carry."""
+        return load_shares(self.kinematics)
 
     @cached_property
     def double(self) -> FrameKinematics:

@@ -21,6 +21,7 @@ from ..structure.edge import GROUND, Edge
 from ..structure.parts import Row, is_zero
 from ..structure.topology import Index
 from .kinematic_edge import KinematicEdge, Real, extended, sizes_of, spread_over
+from .redundancy import RedundantLoops, redundant_loops
 
 # Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
 _CORRECTIONS = 3
@@ -45,6 +46,8 @@ class FrameKinematics:
         component) what corrects it. An unknown that has a row itself stands for other coordinates where that says so.
     idle
         By unknown, one at entries at which it stands for no coordinate, and zero at the others.
+    redundant
+        Loops with redundant ideal components.
     """
 
     count: int
@@ -53,6 +56,7 @@ class FrameKinematics:
     links: list[KinematicEdge]
     dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
     idle: dict[int, Real]
+    redundant: list[RedundantLoops]
 
     @classmethod
     def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = ()) -> FrameKinematics:
@@ -85,7 +89,8 @@ class FrameKinematics:
             for key, row in tree.elimination.rows.items()
         }
         idle = {key: np.asarray(where) for key, where in tree.elimination.idle.items()}
-        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents, idle)
+        redundant = redundant_loops(plan, links)
+        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents, idle, redundant)
 
     def mapped(self, change: Change) -> FrameKinematics:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
@@ -103,7 +108,8 @@ class FrameKinematics:
             for key, (row, by) in self.dependents.items()
         }
         idle = {key: change(where, 0) for key, where in self.idle.items()}
-        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents, idle)
+        redundant = [loops.mapped(change) for loops in self.redundant]
+        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents, idle, redundant)
 
     # -- coordinates --------------------------------------------------------------------------------------------------
 

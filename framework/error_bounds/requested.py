@@ -18,6 +18,7 @@ from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import KinematicEdge, Real, extended, sheared
+from .link_forces import working_forces
 
 KINDS = ("displacement", "reaction", "joint_displacement", "joint_force", "end_forces")
 
@@ -152,15 +153,20 @@ def _force(state: EquilibriumResidual, index: int, reaction: bool) -> RequestedR
     unit = np.eye(6).reshape(6, *(1,) * state.ndim, 6)
     generalised_forces = sign * unit * state.stiffness[index]
     opened = sign * np.where(constrained, np.eye(6), 0.0)
-    imposed = opened.reshape(6, *(1,) * state.ndim, 6)
     error_bound = state.fine * state.stiffness[index] * state.displacement_sizes[index]
     value = sign * state.generalised_forces[index]
+    imposed = {index: opened.reshape(6, *(1,) * state.ndim, 6)}
+    for load_share in (each for each in state.load_shares if index in each.place):
+        for k, more in load_share.relative_displacements(index):
+            imposed[k] = imposed.get(k, 0.0) + sign * more
+        forces = dict(enumerate(working_forces(state)))
+        made = np.abs(forces[index]) + load_share.sizes(index, forces)
+        error_bound = error_bound + np.where(constrained, load_share.rounding[..., None] * made, 0.0)
     if link.lead is not None:
         value, error_bound = link.exerted(value), sheared(error_bound, ABOUT, ALONG, np.abs(link.lead))
-        generalised_forces, imposed = _exerted(link, generalised_forces), _exerted(link, imposed)
-    return RequestedResults(
-        value, error_bound, generalised_forces={index: generalised_forces}, imposed={index: imposed}
-    )
+        generalised_forces = _exerted(link, generalised_forces)
+        imposed = {k: _exerted(link, each) for k, each in imposed.items()}
+    return RequestedResults(value, error_bound, generalised_forces={index: generalised_forces}, imposed=imposed)
 
 
 def _exerted(link: KinematicEdge, forces: Any) -> Any:

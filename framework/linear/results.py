@@ -196,7 +196,8 @@ class NamedResults(FrameStates):
         Returns
         -------
         ndarray
-            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components without support.
+            Force ``fx fy fz`` and moment ``mx my mz``, (..., 6); zero in components without support. Redundant supports
+            share it as ideal joints do, see `joint_force`.
 
         Raises
         ------
@@ -232,7 +233,11 @@ class NamedResults(FrameStates):
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
+            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components. Where ideal joints and
+            supports in a loop are redundant, statics leaves open which of them carries the load; of all forces in
+            equilibrium these are then those with the least sum of squares, moments being divided by how far the joints
+            and supports of the loop lie apart (root mean square from their middle): joints and supports of equal
+            stiffness share the load like that.
 
         Examples
         --------

@@ -116,9 +116,9 @@ class ResultsWithBounds(NamedResults):
             return own.refined(name, of)
         name, computed = self._asked(name, of)
         values, bounds = self.bounds.refined(name, of)
-        return (
-            values if self.consistent_mechanisms is None else np.where(np.isinf(bounds), computed, values)
-        ), self._unknown(bounds)
+        if self.consistent_mechanisms is not None:
+            values = np.where(np.isinf(bounds), computed, values)
+        return self._masked(values), self._masked(self._unknown(bounds), np.inf)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
         """Derivative of one component of a result by every load, joint stiffness, offset, support, member and node.
@@ -254,7 +254,9 @@ class ResultsWithBounds(NamedResults):
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has.
+            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has; inf where
+            nothing resists. The coordinates of a loop are those of the entry alone, and may be others where the joints
+            of the loop are described in another order.
         """
         return self._read("scaled", lambda: scaled(self.plan))
 

@@ -10,6 +10,7 @@ from ..batched.plan import Plan
 from ..errors import FrameError
 from ..solvers.node_blocks import summed
 from ..solvers.sparse import SparseSolver
+from ..structure.own_unknowns import own_unknowns
 from ..structure.topology import Index
 from . import dense
 from .spectrum import DENSE, extremes
@@ -50,7 +51,10 @@ def scaled(plan: Plan) -> Array:
         matrix = SparseSolver(plan).stiffness
         root = scipy.sparse.diags(1.0 / np.sqrt(matrix.diagonal()))
         return _spread(plan, extremes(scipy.sparse.csr_matrix(root @ matrix @ root)))
-    return _ratio(plan, dense.scaled(dense.stiffness(plan))[0])
+    stiffness, own = dense.resisting(plan, pushed=True), own_unknowns(plan.tree.elimination, plan.unknowns)
+    if own is not None:
+        stiffness = np.swapaxes(own, -1, -2) @ stiffness @ own
+    return _ratio(plan, dense.scaled(stiffness)[0])
 
 
 def _same(count: int, pairs: list[tuple[int, int]]) -> Index:

@@ -55,16 +55,26 @@ def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
     return with_springs(plan, reduced(plan, of_members(plan, entries), entries), entries)
 
 
-def resisting(plan: Plan, entries: Entries = WHOLE) -> Array:
+def resisting(plan: Plan, entries: Entries = WHOLE, *, pushed: bool = False) -> Array:
     """The stiffness, zero in rows and columns of unknowns whose own is no more than rounding of what it is made of.
 
     A node that carries others along moves all of them as it moves itself, and what their members resist cancels.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    entries
+        At which of the batch.
+    pushed
+        Whether unknowns that a preload pushes keep their stiffness, which is negative.
     """
     members = of_members(plan, entries)
     out = with_springs(plan, reduced(plan, members, entries), entries)
     root = np.sqrt(np.abs(np.diagonal(members, axis1=-2, axis2=-1)))[..., None, :]
     made = (root @ np.abs(_substitution(plan, entries)))[..., 0, :] ** 2
-    none = np.diagonal(out, axis1=-2, axis2=-1) <= zero_eigenvalue(members.shape[-1]) * made
+    own = np.diagonal(out, axis1=-2, axis2=-1)
+    none = (np.abs(own) if pushed else own) <= zero_eigenvalue(members.shape[-1]) * made
     return np.where(none[..., :, None] | none[..., None, :], 0.0, out)
 
 

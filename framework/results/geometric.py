@@ -94,13 +94,15 @@ def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Arr
     return out
 
 
-def of_link(link: KinematicEdge, force: Array) -> Array:
+def of_link(link: KinematicEdge, stiffness: Array, force: Array) -> Array:
     """Geometric stiffness of a link by the displacements of both nodes, global, (..., 12, 12).
 
     Parameters
     ----------
     link
         The joint, rigid link or tie.
+    stiffness
+        Its springs, (..., 6).
     force
         Force and moment on its first node, in its axes, (..., 6).
     """
@@ -109,7 +111,9 @@ def of_link(link: KinematicEdge, force: Array) -> Array:
         push, moment = (np.einsum("...ij,...j->...i", axes, part) for part in (force[..., :3], force[..., 3:]))
     else:
         axes, push, moment = None, force[..., :3], force[..., 3:]
-    shapes = [push.shape[:-1], *(part.shape[:-1] for part in (link.arm,) if part is not None)]
+    order = _order(link.edge, stiffness, force[..., 3:])
+    order = order if axes is None else axes @ order @ np.swapaxes(axes, -1, -2)
+    shapes = [push.shape[:-1], order.shape[:-2], *(part.shape[:-1] for part in (link.arm,) if part is not None)]
     out = np.zeros((*np.broadcast_shapes(*shapes), 12, 12))
     if link.edge.kind != "tie":
         across = cross_matrix(push)
@@ -117,8 +121,6 @@ def of_link(link: KinematicEdge, force: Array) -> Array:
         out[..., :3, 3:6], out[..., 6:9, 3:6] = across, -across
         if link.arm is not None:
             out[..., 3:6, 3:6] = of_arm(np.asarray(link.arm, dtype=np.float64), push)
-    order = _order(link.edge, force[..., 3:])
-    order = order if axes is None else axes @ order @ np.swapaxes(axes, -1, -2)
     out[..., 3:6, 3:6] -= order
     out[..., 9:, 9:] -= order
     out[..., 3:6, 9:] = order + 0.5 * cross_matrix(moment)
@@ -142,8 +144,9 @@ def _stretch(length: Array) -> Array:
     return out
 
 
-def _order(edge: Edge, moment: Array) -> Array:
+def _order(edge: Edge, stiffness: Array, moment: Array) -> Array:
     """Twice the symmetric matrix (..., 3, 3) of ``moment . h x l / 2`` for stiffer turns h and softer ones l."""
-    soft = edge.softest
-    mixed = np.where(soft[:, None] & ~soft[None, :], 0.5 * cross_matrix(moment), 0.0)
+    turns = np.where(np.isin((3, 4, 5), edge.ideal), np.inf, stiffness[..., 3:])
+    soft = turns == turns.min(axis=-1, keepdims=True)
+    mixed = np.where(soft[..., :, None] & ~soft[..., None, :], 0.5 * cross_matrix(moment), 0.0)
     return mixed + np.swapaxes(mixed, -1, -2)

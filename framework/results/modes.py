@@ -84,7 +84,7 @@ def modes(frame: Description, count: int) -> Modes:
 
 
 def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
-    stiffness, mass = dense.stiffness(plan), dense.mass(plan)
+    stiffness, mass = dense.resisting(plan, pushed=True), dense.mass(plan)
     _check(bool(np.any(mass)) or not mass.size)
     least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
     unstable = least < -_REGULAR
@@ -95,7 +95,7 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
             warnings.warn(_unstable(concerned), MechanismWarning, stacklevel=4)
         stiffness = np.where(unstable[..., None, None], eye, stiffness)
     shift = _shift(stiffness, mass, (least <= _REGULAR) & ~unstable)
-    half, root = _shifted(stiffness, mass, shift) if shift.any() else stiffness_halves(plan)
+    half, root = _halves(plan, stiffness, mass, shift)
     values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
     if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
         raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
@@ -133,6 +133,19 @@ def _elastic(squared: Array, shift: Array) -> Array:
 def _check(massive: bool) -> None:
     if not massive:
         raise FrameError("modes: the frame has no mass: give its materials a density, or add a PointMass")
+
+
+def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
+    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; where there is no shift, as precise as without those
+    entries that have one."""
+    if not shift.any():
+        return stiffness_halves(plan)
+    moved, moved_root = _shifted(stiffness, mass, shift)
+    if shift.all():
+        return moved, moved_root
+    half, root = stiffness_halves(plan)
+    at = shift[..., None] > 0.0
+    return np.where(at[..., None], moved, half), np.where(at, moved_root, root)
 
 
 def _shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:

@@ -8,6 +8,9 @@ import numpy as np
 
 from ..arm import transferred
 from ..batch import Array, rotated
+from ..error_bounds.equilibrium import rounded
+from ..error_bounds.kinematics import FrameKinematics
+from ..error_bounds.sharing import load_shares
 from ..structure.assembly import nodal_loads
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, product
@@ -110,7 +113,27 @@ class Recovery(AlongMembers):
         return -self._edge_force(edge)
 
     def _edge_force(self, edge: Edge) -> Array:
-        """Force of an edge on its first node, in its axes: springs by their displacement, the held by equilibrium."""
+        """Force of an edge on its first node, in its axes; redundant ideal components as they share it."""
+        excess = self._excess.get(edge)
+        return self._any_force(edge) if excess is None else self._any_force(edge) - excess
+
+    @cached_property
+    def _excess(self) -> dict[Edge, Array]:
+        """What `_any_force` has of forces that need no load, where ideal components are redundant."""
+        if not self.tree.elimination.self_stresses:
+            return {}
+        kinematics = FrameKinematics.of(self.plan).mapped(rounded)
+        links, out = kinematics.links, {}
+        for load_share in load_shares(kinematics):
+            forces = {k: links[k].worked(self._any_force(links[k].edge)) for k in load_share.place}
+            with np.errstate(invalid="ignore"):  # of mechanisms
+                for k, excess in load_share.excess(forces).items():
+                    out[links[k].edge] = np.asarray(links[k].exerted(excess), dtype=np.float64)
+        return out
+
+    def _any_force(self, edge: Edge) -> Array:
+        """The same as any choice of redundant components has it: springs by their displacement, what is held by
+        equilibrium."""
         if edge in self._closing_forces:
             return self._closing_forces[edge]
         branch = next(b for b in self.tree.branches if b.edge is edge)

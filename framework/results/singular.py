@@ -98,7 +98,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
     shapes = _driven(shapes, drive)
     coordinates = state.kinematics.coordinates(state.unknowns, extended(shapes), none)
     moved = state.kinematics.displacements(coordinates)
-    size = np.array([1.0, 1.0, 1.0] + 3 * [length_scale(plan)])
+    size = np.array([1.0, 1.0, 1.0] + 3 * [length_scale(plan, entry)])
     if len(shapes):
         largest = np.abs(moved * size).max(axis=(-1, -2), keepdims=True)
         coordinates, moved = coordinates / largest, moved / largest

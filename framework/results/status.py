@@ -79,7 +79,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
 def describe(plan: Plan, entry: tuple[int, ...]) -> str:
     """Each free motion of a batch entry as a list of nodes and directions."""
     names = list(plan.frame.nodes)
-    size = length_scale(plan)
+    size = length_scale(plan, entry)
     sentences = []
     for motion in free_motions(plan, entry):
         weighted = motion * np.array([1.0, 1.0, 1.0, size, size, size])
@@ -99,9 +99,10 @@ def _direction(weighted: Array, largest: float) -> str:
     )
 
 
-def length_scale(plan: Plan) -> float:
-    """Length of the longest member."""
-    lengths = [float(np.max(plan.frame.length(member))) for member in plan.frame.members]
+def length_scale(plan: Plan, entry: tuple[int, ...]) -> float:
+    """Length of the longest member at a batch entry."""
+    frame = plan.frame
+    lengths = [float(np.broadcast_to(frame.length(member), frame.shape)[entry]) for member in frame.members]
     return max(lengths, default=1.0)
 
 

@@ -11,6 +11,7 @@ from ..batched.plan import Plan
 from ..entries import WHOLE, Entries, Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
+from ..error_bounds.link_forces import link_forces, link_roundings
 from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import offset_weights
 from ..structure.edge import GROUND
@@ -18,7 +19,6 @@ from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
 from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
-from .link_forces import link_forces, link_roundings
 
 # Roundings that make a force where there is none.
 _ROUNDINGS = 16.0
@@ -157,11 +157,12 @@ def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
     """Joints, rigid links and ties that pass on forces."""
     nodes, matrices = [], []
     forces, error_bounds = link_forces(state), link_roundings(state, roundings)
-    for link, force, error_bound in zip(state.kinematics.links, forces, error_bounds, strict=True):
+    links = zip(state.kinematics.links, state.stiffness, forces, error_bounds, strict=True)
+    for link, stiffness, force, error_bound in links:
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
         force = np.where(np.abs(force) < np.repeat(error_bound, 3, axis=-1), 0.0, force)
-        matrix = of_link(link, force)
+        matrix = of_link(link, stiffness, force)
         if np.any(matrix):
             nodes.append((link.first, link.second))
             matrices.append(_in_axes(state, (link.first, link.second), matrix))

@@ -26,6 +26,7 @@ from ..error_bounds.bounds import BatchPart, BoundedResults
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.kinematic_edge import Real
+from ..error_bounds.link_forces import link_forces
 from ..error_bounds.tree_members import MEMBER
 from ..member_law import deformation_rows
 from ..states import SolutionState
@@ -33,7 +34,6 @@ from ..structure.edge import GROUND
 from ..structure.member_loads import strain_forces
 from ..structure.topology import Group
 from .geometric import of_link
-from .link_forces import link_forces
 from .stability import Stability
 
 # Relative error above which a linear result is not one to be printed.
@@ -159,11 +159,11 @@ def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
     """What turning links leave unbalanced at the nodes, (..., nodes, 6), and the largest square of an arm's turn."""
     moved = np.asarray(state.displacements, dtype=np.float64)
     out, largest = np.zeros(moved.shape), np.zeros(moved.shape[:-2])
-    for link, force in zip(state.kinematics.links, link_forces(state), strict=True):
+    for link, k, force in zip(state.kinematics.links, state.stiffness, link_forces(state), strict=True):
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
         ends = np.concatenate([moved[..., link.first, :], moved[..., link.second, :]], axis=-1)
-        by_rotation = np.einsum("...ij,...j->...i", of_link(link, force), ends)
+        by_rotation = np.einsum("...ij,...j->...i", of_link(link, k, force), ends)
         out[..., link.first, :] -= by_rotation[..., :6]
         out[..., link.second, :] -= by_rotation[..., 6:]
         if link.arm is not None:

@@ -34,12 +34,16 @@ class Elimination:
     idle
         By unknown that is left, one at entries at which it stands for nothing, as the loop determines more there, and
         zero at the others.
+    self_stresses
+        By number of a constraint that follows from others: the combination of them that is zero, forces that need no
+        load; zero at entries at which it follows from none.
     """
 
     rows: dict[int, Row] = field(default_factory=dict)
     sources: dict[int, Row] = field(default_factory=dict)
     given: list[Constraint] = field(default_factory=list)
     idle: dict[int, Value] = field(default_factory=dict)
+    self_stresses: dict[int, Row] = field(default_factory=dict)
 
     @property
     def count(self) -> int:
@@ -71,7 +75,7 @@ def eliminate(rhs_parameters: RightHandSideParameters, given: list[Constraint]) 
         found, idle = by_entry(numbered)
     for number, row in found.left.items():
         _check_redundant(rhs_parameters, given[number], row)
-    return Elimination(found.rows, found.sources, given, idle)
+    return Elimination(found.rows, found.sources, given, idle, found.self_stresses)
 
 
 def _check_redundant(rhs_parameters: RightHandSideParameters, constraint: Constraint, row: Row) -> None:

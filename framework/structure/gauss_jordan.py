@@ -61,11 +61,14 @@ class Reduced:
         By dependent unknown: the combination of the given constraints that determines it.
     left
         By the number of a constraint that follows from the others: what these leave of it.
+    self_stresses
+        By the same: the combination of the given constraints that is zero, forces that need no load.
     """
 
     rows: dict[int, Row] = field(default_factory=dict)
     sources: dict[int, Row] = field(default_factory=dict)
     left: dict[int, Row] = field(default_factory=dict)
+    self_stresses: dict[int, Row] = field(default_factory=dict)
 
 
 def reduced(given: dict[int, Constraint], entries: Entries, share: float = SUITS) -> Reduced | Mask:
@@ -108,6 +111,7 @@ def reduced(given: dict[int, Constraint], entries: Entries, share: float = SUITS
                 other.look()
         out.rows[pivot], out.sources[pivot] = new, source
     out.left = {index: each.row for index, each in waiting.items()}
+    out.self_stresses = {index: each.source for index, each in waiting.items()}
     return out
 
 

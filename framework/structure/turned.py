@@ -47,8 +47,20 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
         whole.rows |= own.rows
         whole.sources |= own.sources
         whole.left |= own.left
+        whole.self_stresses |= own.self_stresses
         idle |= spare
     return whole, idle
+
+
+def alone(given: dict[int, Constraint]) -> list[tuple[dict[int, Constraint], Shape, list[Part]]]:
+    """Loops that vary over a batch, the shape over which they do, and parts of that in which each entry has the choice
+    that it has alone."""
+    out = []
+    for loop in _loops(given):
+        shape = _shape(loop.values())
+        if np.prod(shape, dtype=np.int64) > 1:
+            out.append((loop, shape, _solved(loop, np.nonzero(np.ones(shape, dtype=bool)), ALONE)))
+    return out
 
 
 def _loops(given: dict[int, Constraint]) -> list[dict[int, Constraint]]:
@@ -71,16 +83,9 @@ def _shape(given: Iterable[Constraint]) -> Shape:
 
 
 def _parted(given: dict[int, Constraint], shape: Shape, suited: Mask) -> list[Part]:
-    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one.
-
-    Where constraints share what they carry, which of them carry it is as at the entry alone.
-    """
+    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one."""
     everywhere = np.nonzero(np.ones(shape, dtype=bool))
-    parts = _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
-    out: list[Part] = []
-    for part in parts:
-        out += _solved(given, part[0], ALONE) if part[1].left else [part]
-    return out
+    return _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
 
 
 def _solved(given: dict[int, Constraint], index: tuple[Index, ...], share: float) -> list[Part]:
@@ -102,7 +107,7 @@ def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]
     # the part with most free unknowns, the largest of these
     fewest = min(parts, key=lambda part: (len(part[1].rows), -len(part[0][0])))[1]
     kept = [key for key in pivots if key not in fewest.rows]
-    rows, sources, left, idle = (_Spread(shape) for _ in range(4))
+    rows, sources, left, self_stresses, idle = (_Spread(shape) for _ in range(5))
     for index, found in parts:
         place, spare = _placed([key for key in pivots if key not in found.rows], kept)
         for key in pivots:
@@ -114,8 +119,9 @@ def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]
             sources.put(key, found.sources[key], index)
         for number, row in found.left.items():
             left.put(number, row, index)
+            self_stresses.put(number, found.self_stresses[number], index)
         idle.put(0, dict.fromkeys(spare, 1.0), index)
-    return Reduced(rows.rows, sources.rows, left.rows), idle.rows[0]
+    return Reduced(rows.rows, sources.rows, left.rows, self_stresses.rows), idle.rows[0]
 
 
 def _placed(free: list[int], kept: list[int]) -> tuple[dict[int, int], list[int]]:

@@ -146,7 +146,17 @@ def test_what_carries_all_others_along_is_free_alone_as_in_a_batch() -> None:
     assert states == ["mechanism"] * 6 == bracket(angles).solve().status.tolist()
 
 
-def bracket(angle: float | Numbers) -> Frame:
+def test_modes_of_what_slides_freely() -> None:
+    """As those of stiff joints in place of ideal ones: one of no frequency, alone as in a batch."""
+    angles = np.array([0.17, 0.21, 0.3])
+    found = bracket(angles).modes(4).frequencies
+    for angle, own in zip(angles, found, strict=True):
+        np.testing.assert_allclose(own, bracket(angle).modes(4).frequencies, rtol=1e-9, atol=1e-4)
+    np.testing.assert_allclose(found, bracket(angles, 1e13).modes(4).frequencies, rtol=1e-4, atol=0.1)
+    assert (found[:, 0] < 1e-4).all()
+
+
+def bracket(angle: float | Numbers, stiff: float = np.inf) -> Frame:
     """A bent rod whose end and corner are joined to its start, on a roller and on a plane: it slides freely."""
     frame = Frame()
     places = {"A": (0.5, 0.5, 0.25), "B": (1.0, 1.0, 0.0), "C": (2.5, 0.5, 0.25)}
@@ -161,10 +171,10 @@ def bracket(angle: float | Numbers) -> Frame:
     around = np.zeros((*np.shape(angle), 3, 3)) + np.diag([0.0, 0.0, 1.0])
     around[..., 0, 0], around[..., 0, 1], around[..., 1, 0], around[..., 1, 1] = c, -s, s, c
     tilted = np.array([[np.cos(0.3), 0.0, np.sin(0.3)], [0.0, 1.0, 0.0], [-np.sin(0.3), 0.0, np.cos(0.3)]])
-    frame.add("roller", Joint(stiffness=(np.inf, 0.0, 0.0, 0.0, 1e6, 1e6), axes=around), "G", "A")
-    frame.add("end", Joint(stiffness=(0.0, 0.0, np.inf, np.inf, 1e6, np.inf), axes=around), "on C", "A")
-    frame.add("plane", Joint(stiffness=(0.0, 0.0, np.inf, np.inf, np.inf, 1e6)), "H", "B")
-    frame.add("corner", Joint(stiffness=(0.0, *(np.inf,) * 5), axes=tilted), "on B", "A")
+    frame.add("roller", Joint(stiffness=(stiff, 0.0, 0.0, 0.0, 1e6, 1e6), axes=around), "G", "A")
+    frame.add("end", Joint(stiffness=(0.0, 0.0, stiff, stiff, 1e6, stiff), axes=around), "on C", "A")
+    frame.add("plane", Joint(stiffness=(0.0, 0.0, stiff, stiff, stiff, 1e6)), "H", "B")
+    frame.add("corner", Joint(stiffness=(0.0, *(stiff,) * 5), axes=tilted), "on B", "A")
     frame.fix("G")
     frame.fix("H")
     frame.load("C", fx=0.5, fy=-1.0, mz=1.5)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
+from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
 from .joints import COMPONENTS, Kind
@@ -184,4 +185,5 @@ def _springs(what: str, value: ArrayLike) -> Array:
     springs = numbers(value, f"stiffness of {what}")
     if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
+    check_ideal(what, springs)
     return springs

@@ -97,11 +97,30 @@ def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: 
 
 
 def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
+    """Poses by which coefficients they have, as what does not meet at the one may do so at the other."""
+    used = np.asarray(np.abs(matrix) > ZERO)
+    whole = np.asarray(used.any(axis=0))
+    fewer = used.sum(axis=(-2, -1)) < whole.sum()
+    if not fewer.any():
+        return _alike(matrix, side, idle, whole)
+    patterns = np.packbits(used.reshape(len(used), -1), axis=-1)
+    _, first, which = np.unique(patterns, axis=0, return_index=True, return_inverse=True)
+    out = PoseSolutions(np.empty((len(matrix), matrix.shape[-1])), *np.empty((3, len(matrix)), dtype=bool))
+    for number, pose in enumerate(first.tolist()):
+        at = which.reshape(-1) == number
+        part = _alike(matrix[at], side[at], idle.cut(at), np.asarray(used[pose]))
+        for name in ("values", "unique", "lost", "moving"):
+            getattr(out, name)[at] = getattr(part, name)
+    return out
+
+
+def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSolutions:
+    """Poses that all have the coefficients which are `used`, (m, k)."""
     values = np.zeros((len(matrix), matrix.shape[-1]))
     unique = np.ones(len(matrix), dtype=bool)
     lost, moving = np.zeros((2, len(matrix)), dtype=bool)
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
-    for rows, columns in blocks(matrix):
+    for rows, columns in blocks(used):
         own = side[:, rows]
         loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
         if loaded.any():
@@ -118,13 +137,13 @@ def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
     return PoseSolutions(values, unique, lost, moving)
 
 
-def blocks(matrix: Array) -> list[Block]:
-    """Rows and columns of the blocks into which the matrices (n, m, k) all fall."""
+def blocks(used: Bools) -> list[Block]:
+    """Rows and columns of the blocks into which matrices fall of which these coefficients are `used`, (m, k)."""
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    _, rows, columns = matrix.shape
-    i, j = np.nonzero(np.max(np.abs(matrix), axis=0, initial=0.0) > ZERO)
+    rows, columns = used.shape
+    i, j = np.nonzero(used)
     graph = coo_array((np.ones(len(i)), (i, rows + j)), shape=(rows + columns,) * 2)
     _, label = connected_components(graph, directed=False)
     return [
@@ -180,10 +199,7 @@ def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
     """Solution of full rank, by least squares or of least norm, and whether the rank is full."""
     rows, columns = matrix.shape[-2:]
     if rows == columns:
-        try:
-            return _probed(matrix, side)
-        except np.linalg.LinAlgError:
-            pass  # exactly singular at some pose
+        return _square(matrix, side)
     tall = rows >= columns
     q, r = np.linalg.qr(matrix if tall else np.swapaxes(matrix, -1, -2))
     diagonal = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
@@ -192,6 +208,16 @@ def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
     given = (np.swapaxes(q, -1, -2) @ side[..., None])[..., 0] if tall else side
     found, well_conditioned = _probed(r if tall else np.swapaxes(r, -1, -2), given)
     return found if tall else (q @ found[..., None])[..., 0], regular & well_conditioned
+
+
+def _square(matrix: Array, side: Array) -> tuple[Array, Bools]:
+    """The same of square equations."""
+    try:
+        return _probed(matrix, side)
+    except np.linalg.LinAlgError:
+        singular = np.linalg.slogdet(matrix)[0] == 0.0
+    found, regular = _probed(np.where(singular[:, None, None], np.eye(matrix.shape[-1]), matrix), side)
+    return found, regular & ~singular
 
 
 def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:

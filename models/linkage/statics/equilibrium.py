@@ -82,10 +82,11 @@ class Equilibrium:
         self.joints = [Transmitted.of(motion, joint) for joint in motion.linkage.joints.values()]
 
     @cached_property
-    def size(self) -> float:
-        """Length by which moments are divided: half of what the linkage spans."""
-        points = np.concatenate([p.reshape(-1, 3) for p in self.motion.linkage.points.values()])
-        return 0.5 * float(np.ptp(points, axis=0).max()) or 1.0
+    def size(self) -> Array:
+        """Length by which moments are divided: half of what the linkage spans, (...)."""
+        points = np.stack(np.broadcast_arrays(*self.motion.linkage.points.values()))
+        span = 0.5 * np.ptp(points, axis=0).max(axis=-1)
+        return np.where(span > 0.0, span, 1.0)
 
     @cached_property
     def centres(self) -> dict[str, Array]:
@@ -106,9 +107,10 @@ class Equilibrium:
             for link, sign in ((joint.joint.second, 1.0), (joint.joint.first, -1.0)):
                 if link in self.centres:
                     arm = (joint.place - self.centres[link])[..., None, :]
-                    each = np.swapaxes(self.scaled(transferred(np.swapaxes(joint.wrenches, -1, -2), arm)), -1, -2)
+                    each = transferred(np.swapaxes(joint.wrenches, -1, -2), arm)
+                    each = np.swapaxes(self.scaled(each, self.size[..., None]), -1, -2)
                     row = 6 * self.links.index(link)
-                    parts.append((slice(row, row + 6), columns, sign * each * self.units(joint)))
+                    parts.append((slice(row, row + 6), columns, sign * each * self.units(joint)[..., None, :]))
         return parts
 
     @property
@@ -135,7 +137,7 @@ class Equilibrium:
         loads: dict[str, Array] = {}
         actions = [act(self.motion, link) for link in self.links for act in (weight, inertia_force)]
         for action in (*actions, *applied(self.motion)):
-            about = self.scaled(action.about(self.centres[action.link]))
+            about = self.scaled(action.about(self.centres[action.link]), self.size)
             loads[action.link] = loads.get(action.link, np.zeros(6)) - about
         shape = np.broadcast_shapes(self.motion.shape, *(load.shape[:-1] for load in loads.values()))
         return np.concatenate([np.broadcast_to(loads[link], (*shape, 6)) for link in self.links], axis=-1)
@@ -145,12 +147,12 @@ class Equilibrium:
         """Mass matrices of all links, (..., 6 links, 6 links), in the units of the equations."""
         every = [inertia(self.motion.linkage, link) for link in self.links]
         shapes = [shape for own in every for shape in (own.mass.shape, own.tensor.shape[:-2])]
-        shape = np.broadcast_shapes(self.motion.shape, *shapes)
-        matrix = np.zeros((*shape, 6 * len(self.links), 6 * len(self.links)))
+        shape = np.broadcast_shapes(self.motion.shape, self.size.shape, *shapes)
+        matrix, square = np.zeros((*shape, 6 * len(self.links), 6 * len(self.links))), self.size[..., None, None] ** 2
         for row, (link, own) in enumerate(zip(self.links, every, strict=True)):
             at, turn = slice(6 * row, 6 * row + 3), slice(6 * row + 3, 6 * row + 6)
             matrix[..., at, at] = own.mass[..., None, None] * np.eye(3)
-            matrix[..., turn, turn] = rotated_tensor(self.motion.axes(link), own.tensor) / self.size**2
+            matrix[..., turn, turn] = rotated_tensor(self.motion.axes(link), own.tensor) / square
         return matrix
 
     @property
@@ -158,10 +160,14 @@ class Equilibrium:
         """Number of freedoms that nothing drives."""
         return free_motions(self.motion.assembly.loops)
 
-    def scaled(self, wrench: Array) -> Array:
-        """Forces and moments (..., 6), the moments divided by the size."""
-        return np.concatenate([wrench[..., :3], wrench[..., 3:] / self.size], axis=-1)
+    @staticmethod
+    def scaled(wrench: Array, size: Array) -> Array:
+        """Forces and moments (..., 6), the moments divided by a size (...)."""
+        moments = wrench[..., 3:] / size[..., None]
+        forces = np.broadcast_to(wrench[..., :3], moments.shape)
+        return np.concatenate([forces, moments], axis=-1)
 
     def units(self, joint: Transmitted) -> Array:
-        """Size of the unknowns of a joint: one for forces, the length for moments, (n,)."""
-        return np.array([self.size if name.startswith("r") else 1.0 for name in joint.names])
+        """Size of the unknowns of a joint: one for forces, the length for moments, (..., n)."""
+        turns = np.array([name.startswith("r") for name in joint.names], dtype=bool)
+        return np.where(turns, self.size[..., None], 1.0)

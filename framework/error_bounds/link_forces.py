@@ -5,17 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from ..error_bounds.deformations import Springs
-from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematic_edge import Real
-from ..error_bounds.kinematics import FrameKinematics
 from ..structure.edge import GROUND
+from .deformations import Springs
+from .equilibrium import EquilibriumResidual
+from .kinematic_edge import Real
+from .kinematics import FrameKinematics
+from .sharing import shared
 
 
 def link_forces(state: EquilibriumResidual) -> list[Array]:
     """Force and moment of each link on its first node, in its axes, (..., 6): they work on its relative displacement.
 
     Of springs by their displacement, of what is held by equilibrium; in the order of ``state.kinematics.links``.
+
+    Parameters
+    ----------
+    state
+        The solution in its equations of equilibrium.
+    """
+    links = zip(state.double.links, working_forces(state), strict=True)
+    return [np.asarray(link.exerted(force), dtype=np.float64) for link, force in links]
+
+
+def working_forces(state: EquilibriumResidual) -> list[Array]:
+    """What works on the relative displacement of each link, (..., 6), likewise.
 
     Parameters
     ----------
@@ -41,8 +54,8 @@ def link_forces(state: EquilibriumResidual) -> list[Array]:
         if link.sign and link.edge.ideal:
             ideal = np.isin(np.arange(6), link.edge.ideal)
             generalised_force = np.where(ideal, residual[..., link.child, :], generalised_force)
-        out.append(np.asarray(link.exerted(generalised_force), dtype=np.float64))
-    return out
+        out.append(generalised_force)
+    return [np.asarray(force, dtype=np.float64) for force in shared(state.load_shares, out)]
 
 
 def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
@@ -90,7 +103,14 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
                         np.arange(count)[:, None] == end, _moved(size, link.arm)[..., None, :], 0.0
                     )
     passed = _passed_on(kinematics, nodal) if kinematics.dependents else passed
-    return [passed[..., link.child if link.sign else link.second, :] for link in kinematics.links]
+    found = [passed[..., link.child if link.sign else link.second, :] for link in kinematics.links]
+    out = list(found)
+    for load_share in state.load_shares:
+        sizes = {number: np.repeat(found[number], 3, axis=-1) for number in load_share.place}
+        for number in load_share.place:
+            more = np.asarray(load_share.sizes(number, sizes), np.float64)
+            out[number] = found[number] + more.reshape(*more.shape[:-1], 2, 3).max(axis=-1)
+    return out
 
 
 def _gathered(springs: Springs, ends: Array, count: int) -> Array:

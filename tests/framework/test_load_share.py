@@ -1,0 +1,166 @@
+"""Redundant ideal joints and supports: who carries what, alone, in a batch and described otherwise."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+Numbers = NDArray[np.float64]
+INF = np.inf
+ROD = Beam(Circle(diameter=0.02), Material(E=2e11, nu=0.3, density=7850.0))
+ROLLER = (INF, 0.0, 0.0, 0.0, 0.0, 0.0)
+LOAD = 10.0, 5.0
+
+
+def about(axis: int, angle: Numbers) -> Numbers:
+    """Axes (..., 3, 3) turned about a global one."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    out = np.zeros((*np.shape(angle), 3, 3)) + np.eye(3)
+    out[..., i, i] = out[..., j, j] = np.cos(angle)
+    out[..., j, i] = np.sin(angle)
+    out[..., i, j] = -out[..., j, i]
+    return out
+
+
+def on_rollers(angles: Numbers) -> Frame:
+    """A cantilever whose end rolls along its axis between rollers, the directions of which are (..., rollers)."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", ROD, "A", "B")
+    frame.fix("A")
+    for k in range(angles.shape[-1]):
+        frame.node(f"G{k}", (1.0, 0.0, 0.0))
+        frame.fix(f"G{k}")
+        turned = about(0, angles[..., k]) @ about(2, np.array(0.5 * np.pi))
+        frame.add(f"roller {k}", Joint(stiffness=ROLLER, axes=turned), f"G{k}", "B")
+    frame.load("B", fy=LOAD[0], fz=LOAD[1])
+    return frame
+
+
+def least(normals: Numbers) -> list[Any]:
+    """Forces along normals (k, 2) that hold the load, with the least sum of squares, in 40 digits."""
+    with mpmath.workdps(40):
+        n = mpmath.matrix(normals.tolist())
+        found = n * mpmath.lu_solve(n.T * n, mpmath.matrix(LOAD))
+        return list(found)
+
+
+def test_rollers_share_by_the_pseudo_inverse_and_within_their_bounds() -> None:
+    """Some are across each other, or in line; the share of each entry is its own."""
+    rng = np.random.default_rng(3)
+    angles = np.concatenate([[[0.0, 0.5 * np.pi, 0.0, np.pi]], rng.uniform(0.0, np.pi, (7, 4))])
+    solution = on_rollers(angles).solve()
+    for entry, own in enumerate(angles):
+        normals = np.stack([(about(0, a) @ about(2, np.array(0.5 * np.pi)))[1:, 0] for a in own])
+        for k, exact in enumerate(least(normals)):
+            force = solution.joint_force(f"roller {k}")[entry, 0]
+            bound = solution.error_bound(f"roller {k}", "joint_force")[entry, 0]
+            assert abs(mpmath.mpf(force) - exact) <= bound < 1e-11
+            assert_allclose(solution.reaction(f"G{k}")[entry, 1:3], -force * normals[k], rtol=1e-12, atol=1e-12)
+    assert "Redundant: 2 ideal components" in solution.explain()
+
+
+def door(hinge: tuple[float, ...], moment: float = 8.0, apart: float = 0.5) -> Frame:
+    """A rigid door on two hinges, with a moment on the end of a rod across it."""
+    frame = Frame()
+    for name, z in {"low": 0.0, "high": 2.0 * apart}.items():
+        frame.node(name, (0.0, 0.0, z))
+        frame.node(f"{name} wall", (0.0, 0.0, z))
+        frame.fix(f"{name} wall")
+        frame.add(f"{name} hinge", Joint(stiffness=hinge), f"{name} wall", name)
+    frame.rigid("low", "high")
+    frame.node("tip", (0.0, 0.6, 0.0))
+    frame.add("rod", ROD, "low", "tip")
+    frame.load("tip", mx=moment)
+    return frame
+
+
+def test_hinges_share_like_springs_of_equal_stiffness() -> None:
+    """Half of the moment goes by each way: as a couple of forces, and as moments in the hinges."""
+    solution = door((INF,) * 5 + (1.0,)).solve()
+    low, high = (solution.joint_force(f"{name} hinge") for name in ("low", "high"))
+    assert_allclose(low, [0.0, 8.0 / (4.0 * 0.5), 0.0, 8.0 / 4.0, 0.0, 0.0], rtol=1e-12, atol=1e-12)
+    assert_allclose(high, [0.0, -8.0 / (4.0 * 0.5), 0.0, 8.0 / 4.0, 0.0, 0.0], rtol=1e-12, atol=1e-12)
+    stiff = door((1e12, 1e12, 1e12, 0.25e12, 0.25e12, 1.0)).solve()
+    assert_allclose(stiff.joint_force("low hinge"), low, rtol=1e-6, atol=1e-9)
+    assert_allclose(stiff.joint_force("high hinge"), high, rtol=1e-6, atol=1e-9)
+
+
+def tangle(seed: int, entry: int | None = None, *, order: int = 0) -> Frame:
+    """Rods on rigid links and joints that are ideal in random directions, along axes that vary over four entries."""
+    rng = np.random.default_rng(seed)
+    points = np.round(rng.uniform(0.0, 2.0, (3, 3)), 1)
+    angles = np.append([0.0, 0.5 * np.pi], rng.uniform(0.0, np.pi, 2))
+    steps: list[Callable[[Frame], None]] = [lambda frame: frame.add("rod", ROD, "P0", "P1")]
+    steps += [lambda frame: frame.add("strut", ROD, "P1", "P2"), lambda frame: frame.fix("P2")]
+    places = {f"P{k}": point for k, point in enumerate(points)}
+    for k in range(5):
+        at = int(rng.integers(2))
+        places[f"G{k}"] = points[at]
+        stiffness = tuple(rng.choice([0.0, 1e6, INF], 6, p=[0.3, 0.2, 0.5]).tolist())
+        turned = about(int(rng.integers(3)), angles if rng.random() < 0.7 else angles[0])
+        own = Joint(stiffness=stiffness, axes=turned if entry is None or turned.ndim == 2 else turned[entry])
+        steps.append(lambda frame, k=k, at=at, own=own: frame.add(f"J{k}", own, f"G{k}", f"P{at}"))
+        if rng.random() < 0.5:
+            steps.append(lambda frame, k=k: frame.fix(f"G{k}"))
+        else:
+            steps.append(lambda frame, k=k, at=at: frame.rigid(f"P{1 - at}", f"G{k}"))
+    frame, names = Frame(), list(places)
+    mixed = np.random.default_rng(order) if order else None
+    for name in names if mixed is None else mixed.permutation(names).tolist():
+        frame.node(name, places[name])
+    for step in steps if mixed is None else [steps[k] for k in mixed.permutation(len(steps))]:
+        step(frame)
+    for name in ("P0", "P1"):
+        force = rng.normal(size=6)
+        frame.load(name, **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), force.tolist(), strict=True)))
+    return frame
+
+
+def read(frame: Frame) -> dict[str, Numbers]:
+    """Forces of all joints and supports, and what follows from them."""
+    solution = frame.solve()
+    out = {name: solution.joint_force(name) for name in frame.joints}
+    out |= {f"at {name}": solution.reaction(name) for name in frame.supports}
+    refined, bound = solution.refined("J0", "joint_force")
+    return out | {"refined": refined, "bound": bound, "state": solution.state}
+
+
+def same(found: dict[str, Numbers], other: dict[str, Numbers], entry: Any = ...) -> None:
+    """Compare results, one entry of a batch with those of a single frame; bounds are of the size of rounding."""
+    size = max(float(np.nanmax(np.abs(each), initial=1.0)) for name, each in other.items() if name != "bound")
+    for name, value in other.items():
+        own = found[name] if found[name].ndim == value.ndim else found[name][entry]
+        if name == "bound":
+            assert np.array_equal(np.isfinite(own), np.isfinite(value))
+            assert (np.nan_to_num(np.abs(own - value)) < 1e-11 * size + 100.0 * value).all()
+        else:
+            assert_allclose(own, value, rtol=1e-8, atol=1e-10 * size)
+
+
+@pytest.mark.parametrize("seed", [2, 35, 39])
+def test_the_share_is_that_of_the_entry_alone_and_of_another_order(seed: int) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        whole = read(tangle(seed))
+        for entry in range(4):
+            same(whole, read(tangle(seed, entry)), entry)
+        same(whole, read(tangle(seed, order=1)))
+
+
+@pytest.mark.parametrize("seed", [51, 174])
+def test_the_condition_number_is_that_of_the_entry_alone(seed: int) -> None:
+    """Though the batch eliminates other unknowns of a loop than the entry alone."""
+    found = tangle(seed).solve().scaled_condition_number()
+    alone = [tangle(seed, entry).solve().scaled_condition_number() for entry in range(4)]
+    assert_allclose(found, alone, rtol=1e-9)
