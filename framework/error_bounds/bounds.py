@@ -15,6 +15,7 @@ solve, one correction serves the displacements of all nodes instead: `linkframe.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,8 +27,12 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..entries import WHOLE, Stretch
 from ..results.linear import LinearResults
+from ..solvers.evaluation import Picked
 from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
+from ..solvers.stacked_bands import Bands
 from .adjoint import Adjoint
+from .bands import BandedCompliance
 from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
 from .energy import EnergyBound, energy_of_error, greatest_change
 from .equilibrium import EquilibriumResidual, Statics
@@ -86,7 +91,8 @@ class Bounds:
         shape = self.plan.frame.shape
         dofs, unknowns = 6 * len(self.plan.topology.number), len(self.plan.unknowns)
         # Deformations by unknowns, for each entry its own; vectors alone where one sparse factor serves all entries.
-        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else unknowns)
+        each = min(unknowns, self.plan.graph.width) if unknowns > MOST else unknowns
+        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else each)
         entries = min(CHUNK, max(1, _NUMBERS // max(1, numbers)))
         return max(1, entries * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
 
@@ -217,7 +223,25 @@ class Bounds:
     def _inverted(self, state: EquilibriumResidual) -> Compliance:
         if state.unknowns and isinstance(self.solution.solver, SparseSolver):
             return self._sparse
+        if len(state.unknowns) > MOST:
+            return self._banded(state)
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
+
+    def _banded(self, state: EquilibriumResidual) -> BandedCompliance:
+        """Of a part of the batch."""
+        bands, place, mask = self._bands
+        shape = self.plan.frame.shape
+        sizes = [count if mask >> axis & 1 else 1 for axis, count in enumerate(shape)]
+        numbers = state.change(np.arange(math.prod(sizes)).reshape(sizes), 0)
+        return BandedCompliance(bands, place, numbers, Picked.of(shape, mask, numbers.reshape(-1)), state)
+
+    @cached_property
+    def _bands(self) -> tuple[Bands, NDArray[np.int64], int]:
+        """Pattern of the stiffness in bands, the place of each unknown there, and over which axes it varies."""
+        unknowns = self._values[0]
+        solver = StackedSolver(self.plan, {}, np.isin(self.plan.graph.unknown, unknowns))
+        bands = solver.bands(solver.loaded)
+        return bands, bands.place[np.searchsorted(solver.unknown, unknowns)], solver.coupling.mask
 
     def _ill_conditioned(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
         """What double precision can hardly tell from singular, in extended precision."""

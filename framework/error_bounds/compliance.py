@@ -220,9 +220,9 @@ class SparseCompliance(Factored, Compliance):
         self.greatest = float(coupled)
         self.softest, growth = softest(factor, 1 if self.iterative else None)
         self._growth = growth
-        self.backward_error = np.asarray(_DEFORMATION * ROUNDING * coupled)
+        self.backward_error = np.asarray(rounding_of(coupled))
         least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
-        self.least = np.asarray(least / _SAFETY if least > _FOUND * self.backward_error else 0.0)
+        self.least = estimated_least(np.asarray(least), self.backward_error)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
@@ -264,6 +264,17 @@ class SparseCompliance(Factored, Compliance):
         flat = _flat(displacement.astype(np.float64) / self.root).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
+
+
+def rounding_of(coupled: int) -> float:
+    """2-norm of the rounding in a scaled matrix, of which no entry is above one and each row has so many."""
+    return _DEFORMATION * ROUNDING * coupled
+
+
+def estimated_least(found: Array, backward_error: Array) -> Array:
+    """What least eigenvalues that inverse iteration finds are not below, (...); 0 where they are but rounding."""
+    least: Array = np.where(found > _FOUND * backward_error, found / _SAFETY, 0.0)
+    return least
 
 
 def softest(factor: Factor, steps: int | None = None) -> tuple[Array, float]:
