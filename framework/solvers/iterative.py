@@ -41,7 +41,7 @@ _EPS = float(np.finfo(float).eps)
 
 # Steps that tell how much energy a load stores; of a lattice the norm then comes out two to three times too large,
 # with the least eigenvalue taken as a quarter.
-_STEPS = 10
+_STEPS = 8
 
 Operator = Callable[[Array], Array]
 
