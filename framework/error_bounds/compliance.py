@@ -218,7 +218,7 @@ class SparseCompliance(Factored, Compliance):
     def __init__(self, factor: Factor, coupled: int, rest: EquilibriumResidual) -> None:
         super().__init__(factor)
         self.greatest = float(coupled)
-        self.softest, growth = softest(factor, 1 if self.iterative else None)
+        self.softest, growth = softest(factor, nearly=True)
         self._growth = growth
         self.backward_error = np.asarray(rounding_of(coupled))
         least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
@@ -277,12 +277,12 @@ def estimated_least(found: Array, backward_error: Array) -> Array:
     return least
 
 
-def softest(factor: Factor, steps: int | None = None) -> tuple[Array, float]:
+def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -> tuple[Array, float]:
     """Motion (n,) of length one that the scaled matrix resists least, and one over what it resists it by, estimated.
 
-    No more `steps` of inverse iteration are done, where they are given.
+    No more `steps` of inverse iteration are done, where they are given; fewer where it is to be known `nearly`.
     """
-    vector, enough = factor.soft()
+    vector, enough = factor.soft(nearly=nearly)
     growth = 0.0 if len(vector) else 1.0
     for _ in range(enough if steps is None else min(steps, enough)):
         found = factor.roughly(vector / np.sqrt(np.sum(vector**2, axis=0)))

@@ -6,6 +6,7 @@ are rigid (Nicolaides, SIAM J. Numer. Anal. 24, 1987, 355-365, with the six rigi
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -29,8 +30,8 @@ PIECE = 100
 ITERATIONS = 4000
 # A random load whose residual comes down to this share has no part in a motion that nothing resists.
 _PROBE = 1e-5
-# Inverse iterations from there that find the least eigenvalue; the first all but finds it.
-_TO_THE_LEAST = 4
+# Vectors that lead to the least eigenvalues, and steps.
+_BLOCK, _SOFT_STEPS = 4, 40
 # Share of a load that is left where a few digits do.
 _ROUGH = 1e-3
 # Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
@@ -136,12 +137,23 @@ class Iterative(Factor):
         out: Array = np.sqrt(np.array(found))
         return out
 
-    def soft(self) -> tuple[Array, int]:
-        """As of a factor, from what the random load of `singular` brings about, or from a motion without resistance."""
-        singular = self.singular  # which may leave it to a factor
-        if self.instead is not None:
+    def soft(self, *, nearly: bool = False) -> tuple[Array, int]:
+        """Vectors (n, 2) near those of the least eigenvalues, by preconditioned steps on a few random ones at once
+        (LOBPCG: Knyazev, SIAM J. Sci. Comput. 23, 2001, 517-541); where nearly will do, what the random load of
+        `singular` brings about."""
+        from scipy.sparse.linalg import LinearOperator, lobpcg
+
+        size = len(self.root)
+        if nearly and not self.singular and self.instead is None:
+            return self._probed[:, None], 1
+        if self.instead is not None or size <= _BLOCK * _BLOCK:
             return super().soft()
-        return (self._motions[:, :1], 1) if singular else (self._probed[:, None], _TO_THE_LEAST)
+        inverse = LinearOperator((size, size), matvec=self.precondition, matmat=self.precondition, dtype=float)
+        start = np.random.default_rng(0).standard_normal((size, _BLOCK))
+        with warnings.catch_warnings():  # of not having come to rounding
+            warnings.simplefilter("ignore")
+            _, vectors = lobpcg(self.scaled, start, M=inverse, largest=False, maxiter=_SOFT_STEPS, tol=_EPS)
+        return (np.array(vectors[:, :2]), 2) if np.isfinite(vectors).all() else super().soft()
 
     def roughly(self, load: Array) -> Array | None:
         """As `unscaled`, to a few digits."""
