@@ -12,6 +12,7 @@ from ..batch import Array
 from ..structure.parts import Extended
 from .compliance import Compliance
 from .deformations import Springs
+from .energy import CAREFUL, CARRIED, energy_of_error
 from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
 from .kinematic_edge import Real, extended
@@ -19,9 +20,7 @@ from .kinematics import FrameKinematics
 from .requested import RequestedResults
 from .sharing import shared
 
-# Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
-_CAREFUL, _CARRIED = 64.0, 4.0
-# The same in a deformation in double precision, for the size of what it is made of.
+# Roundings in a deformation in double precision, for the size of what it is made of.
 _STRETCH = 8.0
 _LEAST = float(np.finfo(Extended).eps)
 # Of an adjoint by iterations: the part of a rounding of the result that what it leaves may make, the share of its size
@@ -173,11 +172,7 @@ class Adjoint:
 
     @cached_property
     def _energy(self) -> Real:
-        """Energy norm of what the exact solution differs from the computed one, at most, (...)."""
-        state, root = self.state, extended(self.compliance.root)
-        balance = _norm(root * state.balance) + _norm(root * state.unbalanced)
-        out: Real = balance / np.sqrt(self.compliance.least) + state.force_uncertainty
-        return out
+        return energy_of_error(self.state, self.compliance)
 
     def _enough(self) -> Array:
         """Share of each scaled unit load that may be left unbalanced, as its work is then a part of a rounding of the
@@ -217,7 +212,7 @@ class Adjoint:
             spread = double.sizes(self._fixed)
             imposed = [each.sizes(spread, self._fixed) for each in kinds]
             sizes = self._load_sizes(imposed, double.displacement_sizes(self._fixed, spread))
-        careful = _CAREFUL + _CARRIED * len(state.kinematics.links)
+        careful = CAREFUL + CARRIED * len(state.kinematics.links)
         noise = compliance.backward_error * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
         rough: Real = (_norm(root * left) + noise) / least_stiffness
         return rough

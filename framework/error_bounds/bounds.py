@@ -9,11 +9,13 @@ so that one adjoint solve gives the error itself, up to a product of two errors.
 ``|s| |r| / least eigenvalue``, which `linkframe.framework.error_bounds.compliance` proves. What is left is that the
 stiffnesses k of members are themselves rounded; as ``z . K u`` is a sum over springs, they change the result by no more
 than ``roundings * sum_i |k_i e_i(z) e_i(u)|``, in which nothing cancels. (Adjoint error estimates: Becker & Rannacher,
-Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numerica 19 (2010) 287-449.)
+Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numerica 19 (2010) 287-449.) Where iterations
+solve, one correction serves the displacements of all nodes instead: `linkframe.framework.error_bounds.energy`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,9 +27,14 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..entries import WHOLE, Stretch
 from ..results.linear import LinearResults
+from ..solvers.evaluation import Picked
 from ..solvers.sparse import SparseSolver
+from ..solvers.stacked import StackedSolver
+from ..solvers.stacked_bands import Bands
 from .adjoint import Adjoint
+from .bands import BandedCompliance
 from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
+from .energy import EnergyBound, energy_of_error, greatest_change
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematic_edge import Real, extended
 from .requested import requested
@@ -41,16 +48,26 @@ _KEEP = 8
 # Numbers of a matrix, or of a vector, that are handled at a time; there are some tens of each.
 _NUMBERS = 2**22
 # Share of its error that a correction leaves where iterations solve.
-_CORRECTION = 1e-4
+_CORRECTION = 3e-4
 
 
 @dataclass(frozen=True)
 class BatchPart:
-    """A part of the batch: where it is, the solution in it, and an inverse of its stiffness."""
+    """A part of the batch: where it is, the solution in it, and an inverse of its stiffness.
+
+    Where iterations solve, `corrected` is what the state was corrected by, the most at any node, (..., 6): translations
+    alike, and rotations; None where no bound by energy is asked for.
+    """
 
     where: Any
     state: EquilibriumResidual
     compliance: Compliance
+    corrected: Real | None = None
+
+    @cached_property
+    def energy(self) -> Real:
+        """Energy norm of what the exact solution differs from the state, at most, (...)."""
+        return energy_of_error(self.state, self.compliance)
 
 
 class Bounds:
@@ -74,7 +91,8 @@ class Bounds:
         shape = self.plan.frame.shape
         dofs, unknowns = 6 * len(self.plan.topology.number), len(self.plan.unknowns)
         # Deformations by unknowns, for each entry its own; vectors alone where one sparse factor serves all entries.
-        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else unknowns)
+        each = min(unknowns, self.plan.graph.width) if unknowns > MOST else unknowns
+        numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else each)
         entries = min(CHUNK, max(1, _NUMBERS // max(1, numbers)))
         return max(1, entries * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
 
@@ -88,14 +106,14 @@ class Bounds:
         kind
             What of it, see `linkframe.framework.error_bounds.requested`.
         """
-        value, error_bound = self._estimate(name, kind)
+        value, error_bound = self._together(self.adjoints(name, kind))
         with np.errstate(all="ignore"):
             rounded = value.astype(np.float64)
             return rounded, _upwards(np.abs(rounded - value) + error_bound)
 
     def bound(self, name: str, kind: str, computed: Array, components: Sequence[int] | None = None) -> Array:
         """Bound on the error of `computed` results (..., m), or of these components; inf where none is known."""
-        value, error_bound = self._estimate(name, kind, components)
+        value, error_bound = self._together(self._estimates(name, kind, components))
         with np.errstate(all="ignore"):
             return _upwards(np.abs(computed - value) + error_bound)
 
@@ -125,10 +143,25 @@ class Bounds:
                 result = requested(part.state, name, kind).only((index,))
                 yield part.where, Adjoint(part.state, part.compliance, result, 1)
 
-    def _estimate(self, name: str, kind: str, components: Sequence[int] | None = None) -> tuple[Real, Real]:
+    def _estimates(
+        self, name: str, kind: str, components: Sequence[int] | None
+    ) -> Iterator[tuple[Any, Adjoint | EnergyBound]]:
+        """As `adjoints`; displacements by energy where an adjoint takes many iterations and tells hardly more."""
+        with np.errstate(all="ignore"):
+            for part in self.parts():
+                result = requested(part.state, name, kind).only(components)
+                if kind == "displacement" and part.corrected is not None:
+                    found = EnergyBound(part.state, part.compliance, result, part.energy)
+                    greatest = part.corrected if components is None else part.corrected[..., list(components)]
+                    if found.is_sharp(greatest):
+                        yield part.where, found
+                        continue
+                yield part.where, Adjoint(part.state, part.compliance, result)
+
+    def _together(self, estimates: Iterable[tuple[Any, Adjoint | EnergyBound]]) -> tuple[Real, Real]:
         """Results refined in extended precision, and what they may be off, (..., m)."""
-        adjoints = self.adjoints(name, kind, components)
-        found = [(where, adjoint.refined, adjoint.error_bound()) for where, adjoint in adjoints]
+        with np.errstate(all="ignore"):
+            found = [(where, estimate.refined, estimate.error_bound()) for where, estimate in estimates]
         shape = (*self.solution.shape, found[0][1].shape[-1])
         value, error_bound = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
         for where, refined, left in found:
@@ -161,13 +194,14 @@ class Bounds:
 
     def _part(self, index: int) -> Iterator[BatchPart]:
         where, state = self._state(index)
-        compliance = self._inverted(state)
+        compliance, before, corrected = self._inverted(state), state, None
         if compliance.near:
             state = state.corrected(compliance)
         elif compliance.iterative:
             # of a solution that is this much better adjoints need few digits, and each takes as long as it has digits
             state = state.corrected(Roughly(compliance, _CORRECTION))
-        yield BatchPart(where, state, compliance)
+            corrected = greatest_change(before, state)
+        yield BatchPart(where, state, compliance, corrected)
         if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
             shape = state.values.shape[:-1]
             yield from self._ill_conditioned(where, np.broadcast_to(compliance.least, shape) < ILL_CONDITIONED)
@@ -189,7 +223,25 @@ class Bounds:
     def _inverted(self, state: EquilibriumResidual) -> Compliance:
         if state.unknowns and isinstance(self.solution.solver, SparseSolver):
             return self._sparse
+        if len(state.unknowns) > MOST:
+            return self._banded(state)
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
+
+    def _banded(self, state: EquilibriumResidual) -> BandedCompliance:
+        """Of a part of the batch."""
+        bands, place, mask = self._bands
+        shape = self.plan.frame.shape
+        sizes = [count if mask >> axis & 1 else 1 for axis, count in enumerate(shape)]
+        numbers = state.change(np.arange(math.prod(sizes)).reshape(sizes), 0)
+        return BandedCompliance(bands, place, numbers, Picked.of(shape, mask, numbers.reshape(-1)), state)
+
+    @cached_property
+    def _bands(self) -> tuple[Bands, NDArray[np.int64], int]:
+        """Pattern of the stiffness in bands, the place of each unknown there, and over which axes it varies."""
+        unknowns = self._values[0]
+        solver = StackedSolver(self.plan, {}, np.isin(self.plan.graph.unknown, unknowns))
+        bands = solver.bands(solver.loaded)
+        return bands, bands.place[np.searchsorted(solver.unknown, unknowns)], solver.coupling.mask
 
     def _ill_conditioned(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
         """What double precision can hardly tell from singular, in extended precision."""

@@ -77,6 +77,20 @@ class Compliance(ABC):
         unbalanced."""
         return self.solve(load)
 
+    def energy(self, load: Real, sizes: Real) -> Real:
+        """Energy norm of the displacements under loads, at most, (...).
+
+        Parameters
+        ----------
+        load
+            The loads (..., n).
+        sizes
+            By how much each may be off, with either sign, (..., n).
+        """
+        root = extended(self.root)
+        out: Real = (_norm(root * load) + _norm(root * sizes)) / np.sqrt(self.least)
+        return out
+
     @property
     def iterative(self) -> bool:
         """Whether time depends on how well it solves."""
@@ -204,16 +218,30 @@ class SparseCompliance(Factored, Compliance):
     def __init__(self, factor: Factor, coupled: int, rest: EquilibriumResidual) -> None:
         super().__init__(factor)
         self.greatest = float(coupled)
-        self.softest, growth = softest(factor)
+        self.softest, growth = softest(factor, nearly=True)
         self._growth = growth
-        self.backward_error = np.asarray(_DEFORMATION * ROUNDING * coupled)
+        self.backward_error = np.asarray(rounding_of(coupled))
         least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
-        self.least = np.asarray(least / _SAFETY if least > _FOUND * self.backward_error else 0.0)
+        self.least = estimated_least(np.asarray(least), self.backward_error)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
         motion = extended(self.root * self.softest)
         return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
+
+    def energy(self, load: Real, sizes: Real) -> Real:
+        """Energy norm of the displacements under loads (..., n) that may be off by `sizes` (..., n), at most, (...).
+
+        Where iterations solve, a few of them tell far better than the least eigenvalue, which serves for the rest.
+        """
+        if not (isinstance(self.factor, Iterative) and self.iterative):
+            return super().energy(load, sizes)
+        flat = _flat(load.astype(np.float64)).T
+        found = self.factor.energies(flat, _SAFETY).reshape(load.shape[:-1])
+        # of the exact matrix, from which that of the iterations differs by its rounding
+        certain = 1.0 - self.backward_error / self.least
+        out: Real = extended(found) / np.sqrt(certain) if certain > 0.0 else extended(np.full(found.shape, np.inf))
+        return out + super().energy(np.zeros(load.shape[-1]), sizes)
 
     @property
     def iterative(self) -> bool:
@@ -228,7 +256,8 @@ class SparseCompliance(Factored, Compliance):
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, estimated, ()."""
-        return np.asarray(1.0 / np.sqrt(self._growth))
+        growth = softest(self.factor)[1] if self.iterative else self._growth
+        return np.asarray(1.0 / np.sqrt(growth))
 
     def apply(self, displacement: Array) -> Array:
         """Loads (..., n) for displacements (..., n)."""
@@ -237,12 +266,23 @@ class SparseCompliance(Factored, Compliance):
         return out
 
 
-def softest(factor: Factor, steps: int | None = None) -> tuple[Array, float]:
+def rounding_of(coupled: int) -> float:
+    """2-norm of the rounding in a scaled matrix, of which no entry is above one and each row has so many."""
+    return _DEFORMATION * ROUNDING * coupled
+
+
+def estimated_least(found: Array, backward_error: Array) -> Array:
+    """What least eigenvalues that inverse iteration finds are not below, (...); 0 where they are but rounding."""
+    least: Array = np.where(found > _FOUND * backward_error, found / _SAFETY, 0.0)
+    return least
+
+
+def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -> tuple[Array, float]:
     """Motion (n,) of length one that the scaled matrix resists least, and one over what it resists it by, estimated.
 
-    No more `steps` of inverse iteration are done, where they are given.
+    No more `steps` of inverse iteration are done, where they are given; fewer where it is to be known `nearly`.
     """
-    vector, enough = factor.soft()
+    vector, enough = factor.soft(nearly=nearly)
     growth = 0.0 if len(vector) else 1.0
     for _ in range(enough if steps is None else min(steps, enough)):
         found = factor.roughly(vector / np.sqrt(np.sum(vector**2, axis=0)))
@@ -333,6 +373,11 @@ def _inverse(matrix: Real) -> Real:
         work[..., :, k] = -column * pivot[..., None]
         work[..., k, k] = pivot
     return work
+
+
+def _norm(array: Real) -> Real:
+    norm: Real = np.sqrt(np.sum(array * array, axis=-1))
+    return norm
 
 
 def _flat(array: Array) -> Array:

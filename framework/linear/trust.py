@@ -36,7 +36,8 @@ class ResultsWithBounds(NamedResults):
         of
             ``displacement``, ``reaction``, ``joint_displacement``, ``joint_force`` or ``end_forces``.
         components
-            Those that are asked for, such as ``("ux", "uy")``, each of which costs an adjoint solution; all where None.
+            Those that are asked for, such as ``("ux", "uy")``, each of which costs an adjoint solution, or of
+            displacements of a large frame some iterations; all where None.
 
         Returns
         -------

@@ -53,8 +53,11 @@ class Factor(ABC):
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
 
-    def soft(self) -> tuple[Array, int]:
-        """Vectors (n, 2) that lead to the least eigenvalue of the scaled matrix, by so many inverse iterations."""
+    def soft(self, *, nearly: bool = False) -> tuple[Array, int]:
+        """Vectors (n, 2) that lead to the least eigenvalue of the scaled matrix, by so many inverse iterations.
+
+        Where it is to be known `nearly`, to a part of itself, they may be others that are found more quickly.
+        """
         return np.random.default_rng(0).standard_normal((len(self.root), 2)), _TO_THE_LEAST
 
     def roughly(self, load: Array) -> Array | None:

@@ -157,7 +157,8 @@ def _pattern(
     )
     item, at = expanded(start, dof)
     spring = spring[item]
-    where = np.concatenate([place, len(place) + np.arange(known)])[column[at]]
+    # known numbers that are not asked for, as for a stiffness, come behind those that are
+    where = np.concatenate([place, len(place) + np.arange(known), [-1]])[np.minimum(column[at], len(place) + known)]
     given, own = where >= len(place), (where >= 0) & (where < len(place))
     acts = np.zeros(first + joints, dtype=bool)
     acts[spring[own]] = True
