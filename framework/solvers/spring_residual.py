@@ -157,7 +157,8 @@ def _pattern(
     )
     item, at = expanded(start, dof)
     spring = spring[item]
-    where = np.concatenate([place, len(place) + np.arange(known)])[column[at]]
+    untold = max(0, int(column.max(initial=-1)) + 1 - len(place) - known)  # parameters that rows may not tell
+    where = np.concatenate([place, len(place) + np.arange(known), np.full(untold, -1)])[column[at]]
     given, own = where >= len(place), (where >= 0) & (where < len(place))
     acts = np.zeros(first + joints, dtype=bool)
     acts[spring[own]] = True
