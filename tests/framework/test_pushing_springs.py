@@ -77,6 +77,24 @@ def test_a_mechanism_beside_a_spring_that_pushes(method: str) -> None:
     assert frame.solve(method).status == "mechanism"
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_load_that_turns_with_a_free_motion_is_outside_the_linear_range(method: str) -> None:
+    """On the displaced shape the load does work on the free motion, which nothing resists, whatever rounding is."""
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (1, 0, 0), "G": (1, 0.7, 0.2), "C": (2, 0.3, 0.1)}.items():
+        frame.node(name, place)
+    beam = Beam(Rectangle(y=0.02, z=0.03), Material(E=210e9, nu=0.3))
+    frame.add("AB", beam, "A", "B")
+    frame.add("BC", Beam(beam.section, beam.material, release="start rz"), "B", "C")
+    frame.add("s", Spring(stiffness=1e4, force=-50.0), "B", "G")
+    frame.fix("A")
+    frame.fix("G")
+    frame.load("C", fz=5.0)
+    solution = frame.solve(method)
+    assert solution.status == "statically consistent mechanism"
+    assert not solution.linear
+
+
 @pytest.mark.parametrize("share", [1.001, 3.0, 30.0])
 def test_beyond_the_force_that_pushes_it_over_all_methods_say_alike(share: float) -> None:
     """The equilibrium is there, and unstable: outside the linear range."""
