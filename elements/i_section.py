@@ -9,6 +9,8 @@ import numpy as np
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real, require
+from .rectangle_sides import AT_SHORT
+from .wall import Wall, raise_along_wall
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +80,16 @@ class ISection(CrossSection):
         }
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, at the tips of the flanges and along the web.
+        """Extreme stresses, along the faces of flanges and web.
 
-        Normal stress is extreme at a flange tip. Von Mises stress is the greatest over the flange tips (no shear), the
-        flanges above the web (shear flow of both shear forces, torsion ``T tf / J``), the web at the flanges and at
-        mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``), by Jourawski's and Saint-Venant's formulas
-        (Timoshenko, *Strength of Materials* I and II). The torsional stress of an open wall has opposite signs on its
-        two faces, so that it adds to the shear on one of them. Where flanges are bent sideways and twisted at once, von
-        Mises stress beside their tips, which is left out, can be greater by a quarter or more.
+        Normal stress is extreme at a flange tip. Von Mises stress is the greatest along the flanges, from the web
+        (shear flow of both shear forces, torsion ``T tf / J``) to their tips (no shear), and along the web, from the
+        flanges to mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``), by Jourawski's and Saint-Venant's
+        formulas (Timoshenko, *Strength of Materials* I and II); about its tip the torsional stress of a flange is that
+        of a strip, 0.74 of ``T tf / J`` in the middle of its end face. The torsional stress of an open wall has
+        opposite signs on its two faces, so that it adds to the shear on one of them. Faces are looked at in places so
+        close that the greatest is missed by less than 0.1 %. Where web and flange meet, torsion makes 5 to 8 % more in
+        the face above the web, and in the sharp corner more still, which is left out.
 
         Parameters
         ----------
@@ -116,12 +120,26 @@ class ISection(CrossSection):
         flow_flange = along * (b * b - tw * tw) / 8.0 + up * (b - tw) / 2.0 * (h - tf) / 2.0
         first = b * tf * (h - tf) / (2.0 * tw)
         flow_root, flow_middle = up * first, up * (first + (0.5 * h - tf) ** 2 / 2.0)
+        by_end, at_end = np.abs(My) * tf / (2.0 * self.Iy), AT_SHORT * in_flange
         worst = greatest(
             axial + by_tip + by_top,
+            von_mises(axial + by_tip + by_top - by_end, at_end),
             von_mises(axial + by_web + by_top, flow_flange + in_flange),
             von_mises(axial + by_web + by_root, flow_root + in_web),
             von_mises(axial + by_web, flow_middle + in_web),
         )
+        faces = (
+            # Of a flange from its middle to its tip, of its end from mid-thickness, of the web from mid-height.
+            (
+                Wall(axial + by_top, by_tip, 0.0, up * b * (h - tf) / 4.0, along * b * b / 8.0, in_flange),
+                b / tf,
+                tw / b,
+            ),
+            (Wall(axial + by_tip + by_top - by_end, by_end, twist=at_end), tf / b, 0.0),
+            (Wall(axial + by_web, by_root, flow_root + in_web, parabola=flow_middle - flow_root), 1.0, 0.0),
+        )
+        for face, ratio, start in faces:
+            worst = raise_along_wall(worst, face, ratio, start)
         bending, middle = by_tip + by_top, N / self.A
         return np.stack(np.broadcast_arrays(middle - bending, middle + bending, worst), axis=-1)
 

@@ -11,9 +11,8 @@ import numpy as np
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real, as_real
-from .rectangle_sides import raise_along
+from .rectangle_sides import CATALAN, raise_along
 
-CATALAN = 0.915965594177219015054603514932384110774
 # Sum of 1 / n^5 over all n, Riemann's zeta function of five.
 ZETA5 = 1.036927755143369926331365486457034168057
 

@@ -18,6 +18,9 @@ HALF_WAY, NEARLY = 0.7, 7.0
 # Entries that are looked at together, so that they stay in the cache.
 BLOCK = 4096
 OF_SERIES = 8.0 / np.pi**2
+CATALAN = 0.915965594177219015054603514932384110774
+# Torsional stress in the middle of a strip's end face over that in the middle of its length.
+AT_SHORT = OF_SERIES * CATALAN
 ROOT3 = np.sqrt(3.0)
 SWITCH = np.sqrt(2.0) - 1.0
 # Greatest of (1 - s^2)^2 / (1 - s) over s from 0 to 1, at s = 1/3.

@@ -200,7 +200,9 @@ class Adjoint:
                 self._stretches, [np.abs(opened) for opened in self.relative_displacements]
             )
             spread = double.sizes(self.rough)
-            members = sum((each.work(each.stiffness * each.sizes(spread, self.rough)) for each in kinds), np.zeros(()))
+            members = sum(
+                (each.work(each.sizes_of_stiffness * each.sizes(spread, self.rough)) for each in kinds), np.zeros(())
+            )
             opened = zip(state.stiffness, double.displacement_sizes(self.rough, spread), strict=True)
             joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
             rounded = state.fine * np.sqrt(members + joints)
@@ -229,7 +231,7 @@ class Adjoint:
         ]
         if stretches or relative_displacements:
             for each, size in zip(state.double_springs, stretches, strict=True):
-                load = load + each.spread_forces(each.stiffness * size, double.count)
+                load = load + each.spread_forces(each.sizes_of_stiffness * size, double.count)
             generalised_forces = [
                 generalised_force + k * size
                 for generalised_force, k, size in zip(

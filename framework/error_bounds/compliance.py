@@ -45,12 +45,15 @@ class Compliance(ABC):
         What the greatest eigenvalue of K is not above where all that it is made of is taken with the same sign, scaled.
     backward_error
         (...): 2-norm of the rounding in the scaled matrix as it is applied.
+    amplification
+        (...): by how much springs with a stiffness below zero may amplify what forces on the deformations do.
     """
 
     root: Array
     least: Array
     greatest: float
     backward_error: Array
+    amplification: Array | float = 1.0
 
     @abstractmethod
     def distance(self) -> Array:
@@ -139,7 +142,7 @@ class DenseCompliance(Compliance):
         self.matrix: Real = matrix * root[..., :, None] * root[..., None, :]
         entries = rounding * (k.shape[-1] + 4.0)
         weighted = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
-        lost = _DEFORMATION * rounding * np.sqrt(np.sum(k * weighted, axis=-1))
+        lost = _DEFORMATION * rounding * np.sqrt(np.sum(np.abs(k) * weighted, axis=-1))
         self.backward_error = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
         # The shift keeps what is singular to rounding from stopping the others.
         eye = np.eye(size)
@@ -153,18 +156,48 @@ class DenseCompliance(Compliance):
         singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * rounding) - lost
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
         self.least = least if size else np.ones(())
+        if bool((k < 0.0).any()):
+            self._push()
+
+    def _push(self) -> None:
+        """Take what springs with a stiffness below zero put in into `amplification`, and out of `least`.
+
+        With the sizes of stiffness in place of the stiffness, ``w . |S| w = w . S w + 2 w . S' w`` for the part S' of
+        these springs: at most ``1 + 2 |S'| / least`` times as much.
+        """
+        pushing = np.where(self._k < 0.0, -self._k, 0.0)
+        columns = self._columns * self.root[..., None, :]
+        part = np.sum(pushing[..., None] * columns**2, axis=(-1, -2))
+        known = self.least > 0.0
+        self.amplification = 1.0 + 2.0 * part / np.where(known, self.least, 1.0)
+        self.least = self.least / self.amplification
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
         scaled = self.scaled
         found = np.linalg.svd(np.where(np.isfinite(scaled), scaled, 0.0), compute_uv=False)
         least: Array = found.min(axis=-1, initial=1.0)
-        return least if scaled.shape[-2] >= scaled.shape[-1] else 0.0 * least
+        if scaled.shape[-2] < scaled.shape[-1]:
+            return 0.0 * least
+        if not self.pushing.any():
+            return least
+        # What pushes takes off: the square is then the least eigenvalue, or zero where the frame is pushed over.
+        matrix = np.where(np.isfinite(self.matrix), self.matrix, 0.0).astype(np.float64)
+        values = np.linalg.eigvalsh(matrix).min(axis=-1, initial=1.0)
+        return np.where(self.pushing, np.sqrt(np.maximum(values, 0.0)), least)
+
+    @property
+    def pushing(self) -> NDArray[np.bool_]:
+        """Entries with springs whose stiffness is below zero, as they push at rest, (...)."""
+        return np.asarray((self._k < 0.0).any(axis=-1))
 
     @property
     def scaled(self) -> Array:
-        """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one, (..., e, n)."""
-        weighted: Array = (np.sqrt(self._k)[..., None] * self._columns * self.root[..., None, :]).astype(np.float64)
+        """Deformations by the unknowns, weighed by the root of the size of their stiffness, columns of length one where
+        none is below zero, (..., e, n)."""
+        weighted: Array = (np.sqrt(np.abs(self._k))[..., None] * self._columns * self.root[..., None, :]).astype(
+            np.float64
+        )
         return weighted
 
     def solve(self, load: Array) -> Array:

@@ -1,7 +1,8 @@
 """Members as springs on deformations, in extended precision: what of a rounded stiffness is known, and how well.
 
 ``K = sum_i k_i b_i b_i^T``. The deformations b follow from the geometry, which is given exactly, and are evaluated in
-extended precision; the stiffnesses k are positive, and known to a few roundings of double precision.
+extended precision; the stiffnesses k are known to a few roundings of double precision. They are positive but for
+springs that push at rest, whose sizes count.
 """
 
 from __future__ import annotations
@@ -91,6 +92,12 @@ class Springs:
         return _applied(self._absolute, ends)
 
     @cached_property
+    def sizes_of_stiffness(self) -> Array:
+        """Sizes of the stiffness, (..., n, springs): what pushes at rest has one below zero."""
+        found: Array = np.abs(self.stiffness)
+        return found
+
+    @cached_property
     def _absolute(self) -> Array:
         """Sizes of the rows in double precision."""
         found: Array = np.abs(self.rows).astype(np.float64)
@@ -104,14 +111,14 @@ class Springs:
         is no elastic centre, and where it is.
         """
         off, found = self.roundings * rounding, np.abs(deformations)
-        out = off * self.stiffness * found
+        out = off * self.sizes_of_stiffness * found
         shares = [self.share(shear, bend) for shear, bend in self.mixed]
         # the axes of a beam that is rolled vary over the batch, and neither its stiffness nor its deformations
         out = np.array(
             np.broadcast_to(out, (*np.broadcast_shapes(out.shape[:-1], *map(np.shape, shares)), out.shape[-1]))
         )
         for (shear, bend), share in zip(self.mixed, shares, strict=True):
-            lean = 2.0 * off * np.abs(self.stiffness[..., shear]) * share
+            lean = 2.0 * off * self.sizes_of_stiffness[..., shear] * share
             lean = lean * (self.stiffness[..., bend] != 0.0)
             out[..., shear] += lean * found[..., bend]
             out[..., bend] += lean * found[..., shear]
@@ -119,8 +126,9 @@ class Springs:
 
     def work(self, generalised_forces: Real) -> Real:
         """Square of the greatest work that forces (..., n, springs) do on a motion of unit energy norm, (...)."""
-        stiff = self.stiffness > 0.0
-        shares = np.where(stiff, generalised_forces * generalised_forces / np.where(stiff, self.stiffness, 1.0), 0.0)
+        sizes = self.sizes_of_stiffness
+        stiff = sizes > 0.0
+        shares = np.where(stiff, generalised_forces * generalised_forces / np.where(stiff, sizes, 1.0), 0.0)
         out: Real = np.sum(shares, axis=(-1, -2))
         return out
 

@@ -29,8 +29,12 @@ _WIDE = 8.0
 
 
 def energy_of_error(state: EquilibriumResidual, compliance: Compliance) -> Real:
-    """Energy norm of what the exact solution differs from the computed one, at most, (...)."""
-    out: Real = compliance.energy(state.balance, state.unbalanced) + state.force_uncertainty
+    """Energy norm of what the exact solution differs from the computed one, at most, (...).
+
+    That of the sizes of the stiffnesses; see `DenseCompliance.amplification`.
+    """
+    forces = compliance.amplification * state.force_uncertainty
+    out: Real = compliance.energy(state.balance, state.unbalanced) + forces
     return out
 
 

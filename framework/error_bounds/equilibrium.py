@@ -189,7 +189,10 @@ class EquilibriumResidual:
         it is made of.
         """
         kinds = zip(self.springs, self.deformations, self.deformation_sizes, strict=True)
-        return [each.uncertain(found, self.rounding) + self.fine * each.stiffness * size for each, found, size in kinds]
+        return [
+            each.uncertain(found, self.rounding) + self.fine * each.sizes_of_stiffness * size
+            for each, found, size in kinds
+        ]
 
     @cached_property
     def unbalanced(self) -> Real:

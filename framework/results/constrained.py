@@ -138,7 +138,7 @@ def _scaled(state: EquilibriumResidual) -> tuple[Array, Array]:
     """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one (..., e, n), or zero
     where they are rounding; and what takes them to that length (..., n)."""
     columns, sizes, k = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
-    weight = np.sqrt(k)[..., None]
+    weight = np.sqrt(np.abs(k))[..., None]
     weighted = weight * columns
     length = np.sqrt(np.sum(weighted**2, axis=-2))
     parts = np.sqrt(np.sum((weight * np.moveaxis(sizes, 0, -1)) ** 2, axis=-2))

@@ -23,13 +23,12 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     """
     statics = Statics(plan)
     kinematics, springs = statics.kinematics.mapped(rounded), [each.mapped(rounded) for each in statics.springs]
-    with np.errstate(invalid="ignore"):
-        found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
-        weighted, size = found.scaled, len(plan.unknowns)
+    found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
+    weighted, size = found.scaled, len(plan.unknowns)
     missing = np.zeros((*weighted.shape[:-2], max(size - weighted.shape[-2], 0), size))
     upper = np.linalg.qr(np.concatenate([weighted, missing], axis=-2), mode="r")
     half = np.swapaxes(upper, -1, -2)
-    pushed = ~np.isfinite(half).all(axis=(-2, -1))
+    pushed = found.pushing
     if not pushed.any():
         return half, found.root
     values, vectors = np.linalg.eigh(found.matrix)

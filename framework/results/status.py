@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -40,8 +42,17 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
     entries = Entries(index or None)
     matrix = dense.resisting(plan, entries)[..., kept, :][..., :, kept]
     values = np.linalg.eigvalsh(dense.scaled(matrix)[0])
-    out[suspects] = values[..., 0] <= zero_eigenvalue(len(kept))
+    out[suspects] = _zero(plan, values).any(axis=-1)
     return out
+
+
+def _zero(plan: Plan, values: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which eigenvalues of the scaled stiffness are zero, (..., n).
+
+    One below zero is rounding, but not where springs push at rest: there the frame is pushed over and does resist.
+    """
+    pushed = any((group.element.springs(group.length)[0] < 0.0).any() for group in plan.topology.groups)
+    return np.asarray((np.abs(values) if pushed else values) <= zero_eigenvalue(values.shape[-1]))
 
 
 def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[np.bool_]:
@@ -70,7 +81,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
     else:
         matrix, root = dense.scaled(_only(dense.resisting(plan, entries)))
         values, vectors = np.linalg.eigh(matrix)
-        shapes = root[:, None] * vectors[:, values <= zero_eigenvalue(len(root))]
+        shapes = root[:, None] * vectors[:, _zero(plan, values)]
         change = _only(dense.global_substitution(plan, nodes, entries))
     motions: Array = np.asarray(change @ shapes).T.reshape(shapes.shape[1], len(nodes), 6)
     return motions

@@ -89,7 +89,8 @@ def _of(part: BatchPart) -> Real:
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
     load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)
-    ratio = np.sqrt(np.maximum(work, 0.0) / np.where(energy > 0.0, energy, 1.0))
+    # Below zero, beyond rounding, where the stiffness is singular or not definite, which is no less to be told.
+    ratio = np.sqrt(np.abs(work) / np.where(energy > 0.0, energy, 1.0))
     size = state.plan.frame.size
     scale = np.abs(state.displacements).astype(np.float64).reshape(*state.displacements.shape[:-1], 2, 3)
     moves = (scale.max(axis=(-3, -1), initial=0.0) * np.array([1.0, size])).max(axis=-1) > _STILL * size

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
-from linkframe.framework import Frame
+from linkframe.framework import Frame, MechanismWarning
 
 E, D = 2e11, 0.1
 LONG = 2400
@@ -48,6 +48,30 @@ def test_a_soft_plane_is_no_mechanism(loads: str) -> None:
     for k, load in enumerate(["fy", "fz"], start=1):
         expected = deflection(LONG) if load in loads.split() else 0.0
         assert moved[k] == pytest.approx(expected, rel=1e-14, abs=1e-15)
+
+
+def test_a_soft_plane_whose_support_settles() -> None:
+    """The support's own displacement and rotation carry the tip along, and the load bends the chain."""
+    frame = chain(LONG)
+    frame.prescribe("n0", uy=0.25, rz=1e-3)
+    frame.load(f"n{LONG}", fy=1e-9)
+    solution = frame.solve()
+    assert solution.status == "regular"
+    expected = 0.25 + 1e-3 * LONG + 1e-9 * deflection(LONG)
+    assert solution.displacement(f"n{LONG}")[1] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("method", ["sparse", "banded", "broadcast"])
+def test_a_mechanism_whose_support_settles(method: str) -> None:
+    frame = chain(6, hinge=3)
+    frame.prescribe("n0", uy=0.25)
+    frame.load("n6", fz=1.0)
+    solution = frame.solve(method)
+    assert solution.status == "statically consistent mechanism"
+    with pytest.warns(MechanismWarning):
+        assert solution.displacement("n6")[2] == pytest.approx(deflection(6), rel=1e-12)
+    frame.load("n6", fy=1.0)
+    assert frame.solve(method).status == "mechanism"
 
 
 def test_a_hinge_beside_soft_planes_is_found_alone() -> None:

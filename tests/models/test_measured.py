@@ -170,6 +170,28 @@ def test_a_search_that_comes_to_where_nothing_is_predicted_is_told() -> None:
         calibrate(lambda a: np.where(a < 0.5, np.nan, a)[:, None] * PLACES, {"a": 1.0}, 0.1 * PLACES)
 
 
+def test_poses_that_are_not_assembled_are_not_compared() -> None:
+    """Nor are they taken for poses at other values of the drive: here the crank cannot follow the slider to 0.5."""
+    linkage = Linkage(A=(0, 0), B=(0, 0.1), C=(0.08**0.5, 0))
+    linkage.link("crank", "A", "B")
+    linkage.link("rod", "B", "C")
+    linkage.link("slider", "C")
+    linkage.revolute("A", "ground", "crank")
+    linkage.revolute("B", "crank", "rod")
+    linkage.revolute("C", "rod", "slider")
+    linkage.prismatic("C", "ground", "slider", axis=(1, 0), reference=0.08**0.5, name="slide", drive=True)
+    slides = np.array([0.35, 0.5, 0.25])
+    motion = linkage.move(slide=slides)
+    assert motion.is_assembled.tolist() == [True, False, True]
+    read = np.stack([slides + 2e-4, 0.0 * slides, 0.0 * slides], axis=-1)
+    found = motion.compare("C", Measured(read, 1e-4, {"slide": slides}))
+    assert_allclose(found.residual, [[2e-4, 0.0, 0.0], [np.nan] * 3, [2e-4, 0.0, 0.0]], atol=1e-12)
+    assert found.count == 6
+    assert found.chi_squared == pytest.approx(8.0)
+    with pytest.raises(FrameError, match="drive 'slide' of the motion is not at the values"):
+        motion.compare("C", Measured(read, 1e-4, {"slide": slides + 0.01}))
+
+
 def test_a_comparison_of_nothing_is_refused() -> None:
     """As where degrees were taken for radians, and no pose is assembled: it would lie within every band."""
     with pytest.raises(FrameError, match="no pose that was measured"):

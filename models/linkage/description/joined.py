@@ -12,7 +12,7 @@ from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
 from .joints import COMPONENTS, Kind
-from .parts import GROUND, Pair, joint_axes, kind_of
+from .parts import GROUND, Pair, in_space, joint_axes, kind_of
 
 
 class JoinedSketch(LoadedSketch):
@@ -88,6 +88,7 @@ class JoinedSketch(LoadedSketch):
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
+        given = np.array(in_space(axis, what)), None if second_axis is None else np.array(in_space(second_axis, what))
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, stiffness)
@@ -102,7 +103,7 @@ class JoinedSketch(LoadedSketch):
             raise FrameError(f"joint {taken[0]!r} is there already: give this one another name=")
         self._join({f"{of} of {what}": shape for of, shape in shapes.items()}, instead=replace)
         for own, other in zip(names, links[1:], strict=True):
-            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, gap, turn, touch)
+            self.joints[own] = Pair(own, kind, point, links[0], other, axes, angles, springs, gap, turn, touch, given)
             self.drives.pop(own, None)
         if driven:
             self.drives[name] = driven

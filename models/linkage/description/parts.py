@@ -73,6 +73,8 @@ class Pair:
         Advance of a screw per turn, (...).
     contact
         Angle at which the journal lies against the bearing, radians, (...); None where equilibrium tells.
+    directions
+        Axis and second axis, (..., 3), as they were given, of any length; None where they were not.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Pair:
     clearance: Array | None = None
     pitch: Array | None = None
     contact: Array | None = None
+    directions: tuple[Array, Array | None] | None = None
 
     @property
     def full_stiffness(self) -> Array:

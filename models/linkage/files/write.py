@@ -125,12 +125,13 @@ def _joint(pair: Pair, driven: tuple[str, ...] | None) -> Table:
 
 
 def _axes(pair: Pair) -> Table:
-    """Axis and second axis where they give the joint's axes back to the last bit, else all three."""
-    axis, second = pair.axes[..., 2], pair.axes[..., 0]
+    """Axis and second axis, as given or of length one, where they give the joint's axes to the last bit, else all."""
     universal = pair.kind.name == "universal"
-    again = joint_axes(pair.name, axis, second if universal else None)
-    if _same(again, pair.axes):
-        return {"axis": axis, "second": second} if universal else {"axis": axis}
+    own = pair.axes[..., 2], pair.axes[..., 0]
+    for axis, second in (own,) if pair.directions is None else (pair.directions, own):
+        second = second if universal else None
+        if _same(joint_axes(pair.name, axis, second), pair.axes):
+            return {"axis": axis} if second is None else {"axis": axis, "second": second}
     return {"axes": pair.axes}
 
 
