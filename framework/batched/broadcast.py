@@ -83,10 +83,11 @@ class BroadcastSolver:
                     terms[index].append((1.0, value))
             return [combine(term) for term in terms]
 
-    def singular(self, *, excited: bool) -> NDArray[np.bool_]:
+    def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.
 
-        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it.
+        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it, but
+        where it is `known` of the entry, (...).
         """
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         if excited and self.plan.entry is not None:
@@ -96,6 +97,9 @@ class BroadcastSolver:
             suspects = self._suspicious(name)
             if suspects.any():
                 everywhere = np.array(np.broadcast_to(suspects, out.shape))
+                if known is not None:
+                    out |= everywhere & known
+                    everywhere &= ~known
                 out |= is_singular(self.plan, everywhere, self.plan.members_of(name))
         return out
 

@@ -78,7 +78,7 @@ class FrameStates(SolvedFrame):
             return np.zeros(self.shape, dtype=bool)
         if self.plan.entry is not None:
             return np.zeros(self.shape, dtype=bool)
-        found = self.solver.singular(excited=True)
+        found = self.primary.singular
         if self.resolved is not None:
             found = found & ~self.resolved.mask
         if self.consistent_mechanisms is not None:

@@ -34,7 +34,7 @@ _RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
 _GIVEN = 32.0 * float(np.finfo(np.float64).eps)
 _COMPUTED = 16.0
 # Share of what the parts of a load could do that is work without any doubt.
-_PLAIN = 1e-6
+PLAIN = 1e-6
 # How independent the held unknowns of one entry must be at another, by how they are at their own.
 _ALIKE = 0.1
 # Steps of refinement, and the share of the load that they may leave unbalanced.
@@ -130,7 +130,7 @@ def _drives_motion(motions: Array, load: Array) -> bool:
     """Whether every load case (n, cases) plainly drives one of the motions (n, motions)."""
     if not motions.size:
         return False
-    driven = np.abs(motions.T @ load) > _PLAIN * (np.abs(motions).T @ np.abs(load))
+    driven = np.abs(motions.T @ load) > PLAIN * (np.abs(motions).T @ np.abs(load))
     return bool(driven.any(axis=0).all())
 
 
@@ -157,6 +157,25 @@ def _free(scaled: Array, count: int) -> tuple[Array, Index]:
     free = values <= ZERO * np.sqrt(size)
     ranks = np.where((values <= _RESISTED).sum(axis=-1) == free.sum(axis=-1), free.sum(axis=-1), 0)
     return np.broadcast_to(rows, (count, size, size)), np.broadcast_to(ranks, (count,))
+
+
+def free_motions_of(state: EquilibriumResidual, count: int) -> tuple[Array, Array]:
+    """Unknowns of the frame's own coordinates in the free motions of `count` entries, (motions, count, n); the largest
+    displacement in each, (motions, count), rotations counting as what they move at the distance of the origin.
+
+    Zero where an entry has fewer than others, or some that rounding does not tell from them.
+    """
+    scaled, root = _scaled(state)
+    bases, ranks = _free(scaled, count)
+    most, size = int(ranks.max(initial=0)), bases.shape[-1]
+    own = np.arange(size - most, size) >= size - ranks[:, None]
+    shapes = np.moveaxis(np.where(own[..., None], bases[:, size - most :], 0.0), 1, 0) * root
+    motions = extended(shapes if state.values.ndim > 1 else shapes[:, 0])
+    moved = np.abs(displaced(state, state.unknowns, motions)[1]).astype(np.float64)
+    away = state.change(_extent(state.statics), 0).astype(np.float64) + state.plan.frame.size
+    largest = np.maximum(moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2)) * away)
+    whole = _absolute(state, motions).astype(np.float64)
+    return whole.reshape(most, count, size), largest.reshape(most, count)
 
 
 def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:

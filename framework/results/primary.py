@@ -19,6 +19,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
+from .driven_mechanisms import driven_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -39,6 +40,8 @@ class Primary:
         Whether journals were moved to where they rest in their clearances.
     solver
         What solves the plan; made when it is first asked for where None.
+    driven
+        Entries that are known to be mechanisms which the loads set in motion, (...); None where nothing is known.
 
     Attributes
     ----------
@@ -53,8 +56,9 @@ class Primary:
         *,
         contact: bool,
         solver: Solver | None = None,
+        driven: NDArray[np.bool_] | None = None,
     ) -> None:
-        self.plan, self.factors, self.contact = plan, factors, contact
+        self.plan, self.factors, self.contact, self._driven = plan, factors, contact, driven
         self.known_consistent_mechanisms: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
@@ -103,6 +107,25 @@ class Primary:
         return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
 
     @cached_property
+    def _settled(self) -> NDArray[np.bool_]:
+        """Entries of which it is plain that they can move under the loads, or that are left out, (...)."""
+        frame = self.frame
+        left = np.zeros(self.shape, dtype=bool) if frame.absent is None else np.broadcast_to(frame.absent, self.shape)
+        if isinstance(self.solver, SparseSolver):
+            return left
+        if self._driven is not None:
+            return left | self._driven
+        suspects = self.solver.suspects() & ~left
+        return left | driven_mechanisms(self.plan, suspects, loaded(self.plan, self.solver)) if suspects.any() else left
+
+    @cached_property
+    def singular(self) -> NDArray[np.bool_]:
+        """Entries in which what the loads reach is singular to double precision, (...)."""
+        if isinstance(self.solver, BroadcastSolver):
+            return self.solver.singular(excited=True, known=self._settled)
+        return self.solver.singular(excited=True)
+
+    @cached_property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
         if self.contact:
@@ -111,17 +134,17 @@ class Primary:
         if isinstance(self.solver, SparseSolver):
             if (
                 self.solver.unsupported_motions(self.solver.excited).size
-                or not self.solver.singular(excited=True).any()
+                or not self.singular.any()
             ):
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
-            suspects = self.solver.suspects()
+            suspects = self.solver.suspects() & ~self._settled
             if not suspects.any():
                 return None
             if len(self.plan.unknowns) <= MOST:
                 found = Resolved(self.plan, suspects, loaded(self.plan, self.solver))
-            elif isinstance(self.solver, StackedSolver) or not (lost := self.solver.singular(excited=True)).any():
+            elif isinstance(self.solver, StackedSolver) or not (lost := self.singular & ~self._settled).any():
                 return None
             else:
                 found = ResolvedByBands(self.plan, lost)
@@ -130,7 +153,7 @@ class Primary:
     @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        found = self.solver.singular(excited=True)
+        found = self.singular & ~self._settled
         if self.resolved is not None:
             found = found & ~self.resolved.mask
         self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
