@@ -83,7 +83,7 @@ class DeterminateContact:
         plan = self.without_clearance.plan
         number = plan.topology.number[node]
         out = self.without_clearance.stacked(plan.tree.global_rows(number))
-        moved = self.motions.stacked(self.motions.plan.tree.global_rows(number))
+        moved = _stacked(self.motions, self.motions.plan.tree.global_rows(number))
         rows = [k for k in range(6) if moved[..., k].any()]
         places = [out[..., k] for k in rows]
 
@@ -110,7 +110,7 @@ class DeterminateContact:
         plan, motions = self.without_clearance.plan, self.motions
         dofs = list(plan.forces)
         rows = [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs]
-        moved = motions.stacked(rows)
+        moved = _stacked(motions, rows)
         out: list[list[tuple[Value, Value]]] = []
         for u in moved:
             works: dict[int, Value] = {}
@@ -168,7 +168,7 @@ class DeterminateContact:
                 return
             take = Direct(self._grid.shape).take
             if self._pressed is None:
-                self._pressed = bool((np.asarray(self._margin(take)) > 0.0).all())
+                self._pressed = self._holds(np.asarray(self._margin(take)), ())
             for place, value in zip(places, results(take), strict=True):
                 place += value
 
@@ -192,17 +192,26 @@ class DeterminateContact:
             calculation.run(axis, indices, made)
             for (place, _), value in zip(asked, made, strict=False):
                 place[part] += value
-            pressed = pressed and all(bool((value > 0.0).all()) for value in made[len(asked) :])
+            pressed = pressed and all(self._holds(value, part) for value in made[len(asked) :])
         self._pressed = pressed if margin else self._pressed
 
     @cached_property
     def _sound(self) -> bool:
         """Whether each joint bears a force, and no pivot raises the suspicion that the frame is singular."""
-        solvers = [each.solver for each in (self.without_clearance, self.motions)]
+        solutions = self.without_clearance, self.motions
         borne = {int(j) for j, work in zip(self.components.own, self._works, strict=True) if work}
         return len(borne) == len(self._radius) and not any(
-            isinstance(solver, BroadcastSolver) and solver.suspects().any() for solver in solvers
+            isinstance(each.solver, BroadcastSolver) and (each.solver.suspects() & ~each.lost).any()
+            for each in solutions
         )
+
+    def _holds(self, margin: Array, part: tuple[slice, ...]) -> bool:
+        """Whether a margin, at a part of the batch, is above zero wherever there are results."""
+        lost = self.without_clearance.lost[part]
+        lost = np.asarray(
+            lost.all(axis=tuple(axis for axis, size in enumerate(margin.shape) if size == 1), keepdims=True)
+        )
+        return bool(((margin > 0.0) | lost).all())
 
     def _value(self, array: Array) -> Value:
         return self._grid.value(aligned(array, len(self._grid.shape)))
@@ -225,7 +234,7 @@ def determinate_contact(
         motions vary over much of the batch, for one entry, and for frames that are not solved by broadcasting.
     """
     frame, solvers = without_clearance.frame, (without_clearance.solver, motions.solver)
-    if frame.absent is not None or not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
+    if not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
         return None
     if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
         return None
@@ -247,7 +256,13 @@ def _strained(motions: LinearResults) -> bool:
             if k not in edge.ideal and not is_zero(edge.stiffness[k]):
                 rows.append({})
                 add_row(rows[-1], row, 1.0 if k < 3 else size)
-    return bool(rows) and not bool(np.abs(motions.stacked(rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
+    return bool(rows) and not bool(np.abs(_stacked(motions, rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
+
+
+def _stacked(motions: LinearResults, rows: Sequence[Row]) -> Array:
+    """Values of rows in motions by unit offsets, (n, ..., rows), zero at entries that were left out."""
+    found = motions.stacked(rows)
+    return found if motions.frame.absent is None else np.where(motions.lost[..., None], 0.0, found)
 
 
 def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:

@@ -75,7 +75,7 @@ class FrameStates(SolvedFrame):
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that are kinematically unstable under the loads."""
         if self.pressed is not None:
-            return np.zeros(self.shape, dtype=bool)
+            return self.pressed.without_clearance.movable
         if self.plan.entry is not None:
             return np.zeros(self.shape, dtype=bool)
         found = self.primary.singular
@@ -103,7 +103,9 @@ class FrameStates(SolvedFrame):
         FrameError
             If the batch has no such entry.
         """
-        return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
+        # free motions do not depend on where journals rest
+        plan = self.plan if self.pressed is None else self.pressed.without_clearance.plan
+        return describe(plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
         """Motion that nothing resists at a batch entry: its shapes, turning joints, and the work of the loads on it.

@@ -48,7 +48,7 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
     along = tuple(axis for axis, size in enumerate(shape) if size == 1)
     rows = [plan.tree.row(*divmod(dof, 6)) for dof in plan.forces]
     with np.errstate(all="ignore"):
-        for index in groups(suspects.any(axis=along, keepdims=True)):
+        for index in groups(np.asarray(suspects.any(axis=along, keepdims=True))):
             # the same place in the batch of geometries, and one of its entries
             motions, largest = _motions(statics, index, unknowns, rows)
             chosen = np.zeros(shape, dtype=np.int64)
@@ -94,7 +94,8 @@ def _motions(
 
     Zero where an entry has none, or others that rounding does not tell from them.
     """
-    shapes, largest = free_motions_of(ill_conditioned_state(statics, index, unknowns), 1 if index is None else len(index[0]))
+    count = 1 if index is None else len(index[0])
+    shapes, largest = free_motions_of(ill_conditioned_state(statics, index, unknowns), count)
     at = {k: number for number, k in enumerate(unknowns)}
     out = np.zeros((*shapes.shape[:2], len(rows)))
     for number, row in enumerate(rows):
@@ -105,9 +106,7 @@ def _motions(
     return out, largest
 
 
-def _driven(
-    plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.int64], ...]
-) -> NDArray[np.bool_]:
+def _driven(plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.int64], ...]) -> NDArray[np.bool_]:
     """Whether the loads of entries (m,) plainly do work on a motion, (motions, m, dofs): no small share of what they
     could do along its largest displacement, (motions, m)."""
     work, could = np.zeros(moved.shape[:2]), np.zeros(moved.shape[:2])
@@ -118,5 +117,4 @@ def _driven(
             own = picked(aligned(value, len(places)), places)
             work += own * moved[..., number]
             could += np.abs(own) * arm * largest
-    driven: NDArray[np.bool_] = (np.abs(work) > PLAIN * could).any(axis=0)
-    return driven
+    return np.asarray((np.abs(work) > PLAIN * could).any(axis=0))

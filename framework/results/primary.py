@@ -107,10 +107,11 @@ class Primary:
         return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
 
     @cached_property
-    def _settled(self) -> NDArray[np.bool_]:
-        """Entries of which it is plain that they can move under the loads, or that are left out, (...)."""
+    def lost(self) -> NDArray[np.bool_]:
+        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
         frame = self.frame
-        left = np.zeros(self.shape, dtype=bool) if frame.absent is None else np.broadcast_to(frame.absent, self.shape)
+        absent = False if frame.absent is None else frame.absent
+        left = np.array(np.broadcast_to(absent, self.shape))
         if isinstance(self.solver, SparseSolver):
             return left
         if self._driven is not None:
@@ -122,7 +123,7 @@ class Primary:
     def singular(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach is singular to double precision, (...)."""
         if isinstance(self.solver, BroadcastSolver):
-            return self.solver.singular(excited=True, known=self._settled)
+            return self.solver.singular(excited=True, known=self.lost)
         return self.solver.singular(excited=True)
 
     @cached_property
@@ -132,19 +133,16 @@ class Primary:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
-            if (
-                self.solver.unsupported_motions(self.solver.excited).size
-                or not self.singular.any()
-            ):
+            if self.solver.unsupported_motions(self.solver.excited).size or not self.singular.any():
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
-            suspects = self.solver.suspects() & ~self._settled
+            suspects = self.solver.suspects() & ~self.lost
             if not suspects.any():
                 return None
             if len(self.plan.unknowns) <= MOST:
                 found = Resolved(self.plan, suspects, loaded(self.plan, self.solver))
-            elif isinstance(self.solver, StackedSolver) or not (lost := self.singular & ~self._settled).any():
+            elif isinstance(self.solver, StackedSolver) or not (lost := self.singular & ~self.lost).any():
                 return None
             else:
                 found = ResolvedByBands(self.plan, lost)
@@ -153,7 +151,7 @@ class Primary:
     @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        found = self.singular & ~self._settled
+        found = self.singular & ~self.lost
         if self.resolved is not None:
             found = found & ~self.resolved.mask
         self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
