@@ -117,7 +117,8 @@ class Clearances:
         """Number of the state of each joint, see `Contact`, (joints, ...)."""
         state = self.contact_state.state
         for lost, why in (
-            (self._resistance.unknown, UNRESOLVED),
+            # without any force in a joint none of its contacts is hidden
+            (self._resistance.unknown & (self._force != 0.0).any(axis=0), UNRESOLVED),
             (self._singular, MECHANISM),
             (self.frame.absent, ABSENT),
         ):

@@ -118,12 +118,13 @@ def _answer(
         moved = np.where(unknown | out, 1.0, _largest_motions(motions, components))
         least = least * moved[:, None] * moved
     if unknown.any() and not (bearing := loaded()).all():
-        found, _ = _falls(bare, components, bearing, solve)
-        found[..., out] = 0.0
+        if bearing.any():
+            found, _ = _falls(bare, components, bearing, solve)
+            found[..., out] = 0.0
         apart = bearing[:, None] & bearing
         coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
         unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
-        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), found, 0.0)
+        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim) & ~unknown, found, 0.0)
     found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
     stiffness = np.where(np.abs(found) > least, found, 0.0)
     new = (1,) * (len(frame.shape) - unknown.ndim)

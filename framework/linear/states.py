@@ -58,6 +58,8 @@ class FrameStates(SolvedFrame):
         state = put(states_of(self.shape, SolutionState.REGULAR), moving, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.consistent_mechanisms is not None:
             state = put(state, self.consistent_mechanisms.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        if self.plan.entry is None:
+            state = put(state, self.primary.at_rest, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.clearances is not None:
             for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
                 state = put(state, (self.clearances.state == contact).any(axis=0), whole)
@@ -83,6 +85,7 @@ class FrameStates(SolvedFrame):
             found = found & ~self.resolved.mask
         if self.consistent_mechanisms is not None:
             found = found & ~self.consistent_mechanisms.mask
+        found = found & ~self.primary.at_rest
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def mechanism(self, *entry: int) -> str:

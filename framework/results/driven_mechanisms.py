@@ -16,7 +16,7 @@ from ..batched.plan import Plan
 from ..entries import picked
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.resolved import MOST, groups, ill_conditioned_state
-from ..structure.parts import Row, total
+from ..structure.parts import Row, Value, total
 from .constrained import PLAIN, free_motions_of
 
 # How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
@@ -60,10 +60,39 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
     return out
 
 
-def _imposed(plan: Plan) -> bool:
-    """Whether displacements of supports or offsets of joints act."""
+def at_rest(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the `suspects` nothing acts on, no load and no imposed displacement, (...) of the batch shape.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+    """
+    out = np.zeros(suspects.shape, dtype=bool)
+    if not suspects.any():
+        return out
+    places = np.nonzero(suspects) if suspects.ndim else ()
+    values = plan.rhs_parameters.values
+    loads = [(values[k], total(parts)[1]) for by_source in plan.forces.values() for k, parts in by_source.items()]
+    imposed = [(values[-1 - k], factor) for row in _imposed(plan) for k, factor in row.items() if k < 0]
+    acts = np.zeros(int(suspects.sum()), dtype=bool)
+    for value, factor in [*loads, *imposed]:
+        acts |= (_at(value, places) != 0.0) & (_at(factor, places) != 0.0)
+    out[suspects] = ~acts
+    return out
+
+
+def _at(value: Value, places: tuple[NDArray[np.int64], ...]) -> Array:
+    """A value at some entries, (m,) or (1,) where it is the same at all."""
+    return picked(aligned(np.asarray(value, dtype=np.float64), len(places)), places)
+
+
+def _imposed(plan: Plan) -> list[Row]:
+    """Rows that displacements of supports or offsets of joints have a part in."""
     rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
-    return any(min(row, default=0) < 0 for row in rows)
+    return [row for row in rows if min(row, default=0) < 0]
 
 
 def _alike(statics: Statics) -> bool:
@@ -113,8 +142,7 @@ def _driven(plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.i
     for number, (dof, by_source) in enumerate(plan.forces.items()):
         arm = 1.0 if dof % 6 < 3 else 1.0 / plan.frame.size
         for source, parts in by_source.items():
-            value = np.asarray(plan.rhs_parameters.values[source] * total(parts)[1], dtype=np.float64)
-            own = picked(aligned(value, len(places)), places)
+            own = _at(plan.rhs_parameters.values[source] * total(parts)[1], places)
             work += own * moved[..., number]
             could += np.abs(own) * arm * largest
     return np.asarray((np.abs(work) > PLAIN * could).any(axis=0))

@@ -19,7 +19,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
-from .driven_mechanisms import driven_mechanisms
+from .driven_mechanisms import at_rest, driven_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -149,11 +149,21 @@ class Primary:
         return found if found.mask.any() else None
 
     @cached_property
+    def _undetermined(self) -> NDArray[np.bool_]:
+        """Entries that can move, of which it takes a closer look whether the loads do work on that, (...)."""
+        found = self.singular & ~self.lost
+        return found if self.resolved is None else found & ~self.resolved.mask
+
+    @cached_property
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced."""
+        none = isinstance(self.solver, SparseSolver)
+        return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
+
+    @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        found = self.singular & ~self.lost
-        if self.resolved is not None:
-            found = found & ~self.resolved.mask
+        found = self._undetermined & ~self.at_rest
         self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
         return self.known_consistent_mechanisms
 
@@ -183,6 +193,8 @@ class Primary:
             out[self.resolved.mask] = self.resolved.values(rows)
         if self.consistent_mechanisms is not None:
             out[self.consistent_mechanisms.mask] = self.consistent_mechanisms.values(rows)
+        if self.at_rest.any():
+            out[self.at_rest] = 0.0
         return out
 
     def nodal(self) -> Array:
