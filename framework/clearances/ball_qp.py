@@ -301,7 +301,8 @@ def _newton(quadratic: Quadratic, x: Array, multiplier: Array) -> tuple[Array, A
             break
         if going.sum() < _SPARSE * len(going):
             quadratic, left, least, failed = quadratic.at(going), left[going], least[going], failed[going]
-            x, multiplier, residual, inside, touched = (a[:, going] for a in (x, multiplier, residual, inside, touched))
+            x, multiplier, residual, inside = (a[:, going] for a in (x, multiplier, residual, inside))
+            touched = touched[:, going]
         step, change = _corrected(quadratic, x, multiplier, residual, inside, touched)
         x, multiplier = x + step, multiplier + change
     length = np.sqrt(groups.dot(best_x, best_x))

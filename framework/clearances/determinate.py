@@ -32,8 +32,8 @@ _FEW, _LONGER = 2, 16
 _LEAST, _LARGEST = 1e-139, 1e139
 # Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
 _UNSTRAINED = 1e-9
-# Share of the batch that motions may vary over: they are held in memory.
-_SHARE = 4
+# Share of the batch that motions may vary over, as they are held in memory, beyond so many of them.
+_SHARE, _SMALL = 4, 2**12
 
 
 class DeterminateContact:
@@ -97,9 +97,9 @@ class DeterminateContact:
     def forces(self) -> Array:
         """Forces without clearance, (n, ...)."""
         out = np.zeros((len(self._works), *self._grid.shape))
-        for place, work in zip(out, self._works, strict=True):
+        for k, work in enumerate(self._works):
             for value, factor in work:
-                place += np.asarray(value * factor, dtype=np.float64)
+                out[k, ...] += np.asarray(value * factor, dtype=np.float64)
         return out
 
     # -- written down -----------------------------------------------------------------------------------------------
@@ -239,7 +239,8 @@ def determinate_contact(
     if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
         return None
     loaded, moved = without_clearance.plan, motions.plan
-    if _SHARE * moved.grid.sizes[-1] > loaded.grid.sizes[-1] or loaded.topology.number != moved.topology.number:
+    count, whole = moved.grid.sizes[-1], loaded.grid.sizes[-1]
+    if whole < 2 or (count > _SMALL and _SHARE * count > whole) or loaded.topology.number != moved.topology.number:
         return None
     if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1 or _strained(motions):
         return None
