@@ -96,12 +96,25 @@ class BroadcastSolver:
         for name in names:
             suspects = self._suspicious(name)
             if suspects.any():
-                everywhere = np.array(np.broadcast_to(suspects, out.shape))
-                if known is not None:
-                    out |= everywhere & known
-                    everywhere &= ~known
-                out |= is_singular(self.plan, everywhere, self.plan.members_of(name))
+                out |= self._confirmed(suspects, self.plan.members_of(name), known)
         return out
+
+    def _confirmed(
+        self, suspects: NDArray[np.bool_], members: set[int], known: NDArray[np.bool_] | None
+    ) -> NDArray[np.bool_]:
+        """Which suspects, at the batch shape over which that varies, are singular; of the whole batch where known."""
+        shape = self.plan.frame.shape
+        suspects = np.asarray(suspects).reshape((1,) * (len(shape) - np.ndim(suspects)) + np.shape(suspects))
+        asked = suspects
+        if known is not None:
+            along = tuple(axis for axis, size in enumerate(suspects.shape) if size == 1)
+            asked = suspects & ~np.asarray(known.all(axis=along, keepdims=True))
+        # one entry stands for all of the same matrix
+        first = tuple(slice(0, size) for size in suspects.shape)
+        where = np.zeros(shape, dtype=bool)
+        where[first] = asked
+        found = is_singular(self.plan, where, members)[first]
+        return found if known is None else found | (suspects & known)
 
     def suspects(self) -> NDArray[np.bool_]:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""

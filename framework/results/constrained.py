@@ -19,7 +19,7 @@ from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
-from ..error_bounds.resolved import groups, ill_conditioned_state, rest
+from ..error_bounds.resolved import At, grouped, ill_conditioned_state, matrix_shape, rest
 from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import constrained_unknowns
 from ..solvers.sparse import SparseSolver
@@ -80,23 +80,53 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
     unknowns
         Numbers of the unknowns that count as loaded.
     """
-    for index in groups(suspects):
-        start = ill_conditioned_state(statics, index, unknowns)
-        count = 1 if index is None else len(index[0])
+    for index, first, which in grouped(suspects, matrix_shape(statics)):
+        start = ill_conditioned_state(statics, first, unknowns)
+        count = 1 if first is None else len(first[0])
         scaled, root = _scaled(start)
         bases, ranks = _free(scaled, count)
         root = np.broadcast_to(root, (count, len(unknowns)))
         for take, basis, constrained in _alike(bases, ranks):
-            part = None if index is None else tuple(each[take] for each in index)
-            shapes = np.moveaxis(basis * root[take][:, None], 1, 0)
+            entries = np.flatnonzero(np.isin(which, take))
+            like = np.searchsorted(take, which[entries])
+            part = _some(index, entries)
+            shapes = np.moveaxis((basis * root[take][:, None])[like], 1, 0)
             kept = np.delete(np.arange(len(unknowns)), constrained)
             names = [unknowns[k] for k in kept]
             state = ill_conditioned_state(statics, part, names)
-            solver = DenseCompliance(state.kinematics, state.springs, state.stiffness, names, Extended)
+            solver = _Shared(ill_conditioned_state(statics, _some(first, take), names), None if part is None else like)
             for _ in range(_STEPS):
                 state = state.corrected(solver)
             shapes = shapes[:, 0] if part is None else shapes
             yield _constrained(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
+
+
+class _Shared:
+    """Inverses in extended precision of the matrices of some entries, for others that are like them.
+
+    Parameters
+    ----------
+    state
+        The entries.
+    like
+        Which of them each of the others is like, (m,); None where there are no axes.
+    """
+
+    def __init__(self, state: EquilibriumResidual, like: Index | None) -> None:
+        found = DenseCompliance(state.kinematics, state.springs, state.stiffness, state.unknowns, Extended)
+        self.root, self._inverse, self.least = (
+            each if like is None or len(each) == 1 else each[like] for each in (found.root, found.inverse, found.least)
+        )
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        out: Array = self.root * np.einsum("...ij,...j->...i", self._inverse, self.root * load)
+        return out
+
+
+def _some(index: At, take: Index) -> At:
+    """Some of the entries at these indices."""
+    return None if index is None else tuple(each[take] for each in index)
 
 
 def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:

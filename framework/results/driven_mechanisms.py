@@ -11,11 +11,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape, aligned
+from ..batch import Array, aligned
 from ..batched.plan import Plan
 from ..entries import picked
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.resolved import MOST, groups, ill_conditioned_state
+from ..error_bounds.resolved import MOST, geometry_shape, groups, ill_conditioned_state
 from ..structure.parts import Row, Value, total
 from .constrained import PLAIN, free_motions_of
 
@@ -44,7 +44,7 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
     statics = Statics(plan, determinate=True)
     if not _alike(statics):
         return out
-    shape = _geometry(statics, suspects.ndim)
+    shape = geometry_shape(statics)
     along = tuple(axis for axis, size in enumerate(shape) if size == 1)
     rows = [plan.tree.row(*divmod(dof, 6)) for dof in plan.forces]
     with np.errstate(all="ignore"):
@@ -104,15 +104,6 @@ def _alike(statics: Statics) -> bool:
             if not ((most <= _ALIKE * least) & np.isfinite(most)).all():
                 return False
     return True
-
-
-def _geometry(statics: Statics, ndim: int) -> Shape:
-    """Batch over which the geometry varies, with all axes."""
-    kinematics = statics.kinematics
-    dependents = [np.shape(v) for row, by in kinematics.dependents.values() for v in (*row.values(), *by.values())]
-    idle = [np.shape(where) for where in kinematics.idle.values()]
-    members = [each.rows.shape[:-3] for each in statics.springs]
-    return np.broadcast_shapes((1,) * ndim, kinematics.shape, *dependents, *idle, *members)
 
 
 def _motions(
