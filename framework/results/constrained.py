@@ -114,8 +114,10 @@ class _Shared:
 
     def __init__(self, state: EquilibriumResidual, like: Index | None) -> None:
         found = DenseCompliance(state.kinematics, state.springs, state.stiffness, state.unknowns, Extended)
+        parts = (found.root, 1), (found.inverse, 2), (found.least, 0)
+        # without an axis, or with one of size one, it is the same for all
         self.root, self._inverse, self.least = (
-            each if like is None or len(each) == 1 else each[like] for each in (found.root, found.inverse, found.least)
+            each if like is None or each.ndim == trailing or len(each) == 1 else each[like] for each, trailing in parts
         )
 
     def solve(self, load: Array) -> Array:
