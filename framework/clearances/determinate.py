@@ -53,7 +53,8 @@ class DeterminateContact:
     Attributes
     ----------
     pressed
-        Whether all journals are pressed against their bearings at all entries, which it takes; None while nobody knows.
+        Whether all journals are pressed against their bearings at all entries that have results, which it takes; None
+        while nobody knows.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class DeterminateContact:
 
     @property
     def pressed(self) -> bool:
-        """Whether all journals are pressed against their bearings at all entries, and nothing is singular."""
+        """Whether all journals are pressed against their bearings wherever there are results, and those are plain."""
         if self._pressed is None:
             self._compute(lambda take: [], [])
         assert self._pressed is not None
@@ -231,7 +232,7 @@ def determinate_contact(
     -------
     DeterminateContact or None
         None where offsets reach what loads do not, or several parts of the frame, where they strain a spring or their
-        motions vary over much of the batch, for one entry, and for frames that are not solved by broadcasting.
+        motions vary over much of a long batch, for one entry, and for frames that are not solved by broadcasting.
     """
     frame, solvers = without_clearance.frame, (without_clearance.solver, motions.solver)
     if not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
