@@ -33,11 +33,12 @@ class BroadcastSolver:
     def __init__(self, plan: Plan, former: dict[tuple[Chained, int], BlockFactor] | None = None) -> None:
         self.plan, self.former = plan, {} if former is None else former
         self._factors: dict[int, BlockFactor] = {}
+        self._small: dict[int, NDArray[np.bool_]] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
         clone = BroadcastSolver(plan, self.former)
-        clone._factors = self._factors
+        clone._factors, clone._small = self._factors, self._small
         return clone
 
     def part(self, node: int) -> BroadcastSolver:
@@ -129,7 +130,9 @@ class BroadcastSolver:
 
     def _suspicious(self, component: int) -> NDArray[np.bool_]:
         """Where pivots of a component are suspiciously small, at the batch shape over which that varies."""
-        return ~(self.factor(component).least() > SUSPECT)
+        if component not in self._small:
+            self._small[component] = np.asarray(~(self.factor(component).least() > SUSPECT))
+        return self._small[component]
 
     def solved(self, component: int) -> bool:
         """Whether a component has been factorised."""
