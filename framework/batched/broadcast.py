@@ -33,11 +33,12 @@ class BroadcastSolver:
     def __init__(self, plan: Plan, former: dict[tuple[Chained, int], BlockFactor] | None = None) -> None:
         self.plan, self.former = plan, {} if former is None else former
         self._factors: dict[int, BlockFactor] = {}
+        self._small: dict[int, NDArray[np.bool_]] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
         """The same for a plan of a part, with the same factors."""
         clone = BroadcastSolver(plan, self.former)
-        clone._factors = self._factors
+        clone._factors, clone._small = self._factors, self._small
         return clone
 
     def part(self, node: int) -> BroadcastSolver:
@@ -83,10 +84,11 @@ class BroadcastSolver:
                     terms[index].append((1.0, value))
             return [combine(term) for term in terms]
 
-    def singular(self, *, excited: bool) -> NDArray[np.bool_]:
+    def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.
 
-        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it.
+        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it, but
+        where it is `known` of the entry, (...).
         """
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         if excited and self.plan.entry is not None:
@@ -95,9 +97,25 @@ class BroadcastSolver:
         for name in names:
             suspects = self._suspicious(name)
             if suspects.any():
-                everywhere = np.array(np.broadcast_to(suspects, out.shape))
-                out |= is_singular(self.plan, everywhere, self.plan.members_of(name))
+                out |= self._confirmed(suspects, self.plan.members_of(name), known)
         return out
+
+    def _confirmed(
+        self, suspects: NDArray[np.bool_], members: set[int], known: NDArray[np.bool_] | None
+    ) -> NDArray[np.bool_]:
+        """Which suspects, at the batch shape over which that varies, are singular; of the whole batch where known."""
+        shape = self.plan.frame.shape
+        suspects = np.asarray(suspects).reshape((1,) * (len(shape) - np.ndim(suspects)) + np.shape(suspects))
+        asked = suspects
+        if known is not None:
+            along = tuple(axis for axis, size in enumerate(suspects.shape) if size == 1)
+            asked = suspects & ~np.asarray(known.all(axis=along, keepdims=True))
+        # one entry stands for all of the same matrix
+        first = tuple(slice(0, size) for size in suspects.shape)
+        where = np.zeros(shape, dtype=bool)
+        where[first] = asked
+        found = is_singular(self.plan, where, members)[first]
+        return found if known is None else found | (suspects & known)
 
     def suspects(self) -> NDArray[np.bool_]:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
@@ -112,7 +130,9 @@ class BroadcastSolver:
 
     def _suspicious(self, component: int) -> NDArray[np.bool_]:
         """Where pivots of a component are suspiciously small, at the batch shape over which that varies."""
-        return ~(self.factor(component).least() > SUSPECT)
+        if component not in self._small:
+            self._small[component] = np.asarray(~(self.factor(component).least() > SUSPECT))
+        return self._small[component]
 
     def solved(self, component: int) -> bool:
         """Whether a component has been factorised."""

@@ -3,9 +3,12 @@
     minimise  ½ x·S x − f·x   subject to |x_j| ≤ 1 for each group j of components
 
 with S symmetric and not negative, as a joint's stiffness against offsets in all joints is. At the minimum
-``f − S x = λ_j x_j`` in group j with ``λ_j ≥ 0``, and ``λ_j = 0`` where ``|x_j| < 1``. An interior-point method finds
-from any start which spheres are touched (Nocedal and Wright, Numerical Optimization, 2006, ch. 19); Newton's method on
-these equations, with the touched spheres as found and found again at each step, then goes to the last digit.
+``f − S x = λ_j x_j`` in group j with ``λ_j ≥ 0``, and ``λ_j = 0`` where ``|x_j| < 1``. A few steps for the multipliers
+alone, of which x follows, as for a single ball (Conn, Gould and Toint, Trust-Region Methods, 2000, sec. 7.3), lead most
+entries into the neighbourhood of their minimum. Newton's method on these equations, with the touched spheres as found
+and found again at each step, then goes to the last digit. For what is left, or has more than one minimum, an
+interior-point method finds from any start which spheres are touched (Nocedal and Wright, Numerical Optimization, 2006,
+ch. 19), and where there is a choice its middle.
 
 Components lead and the batch follows, so that each step is one NumPy operation on the entries that still need it.
 """
@@ -13,6 +16,8 @@ Components lead and the batch follows, so that each step is one NumPy operation 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +35,14 @@ _MOST = 100
 _STEPS = 12
 _PATIENCE = 6
 _ROUNDING = 1e-15
+# Steps for the multipliers alone, and what these leave at least of one that falls to zero or below.
+_FIRST, _KEPT = 4, 0.1
+# Pivot of S + λ, relative to its diagonal, above which there is one minimum only.
+_DETERMINED = 1e-9
+# Error of an entry that has converged, and steps without gain after which such a one ends.
+_CONVERGED, _STAGNANT = 4e-15, 2
+# Share of the entries that still iterate below which the others are taken out.
+_SPARSE = 0.7
 
 
 @dataclass(frozen=True)
@@ -38,21 +51,69 @@ class Groups:
 
     own: NDArray[np.int64]
 
+    @cached_property
+    def count(self) -> int:
+        """Number of balls."""
+        return int(self.own[-1]) + 1
+
+    @cached_property
+    def bounds(self) -> list[tuple[int, int]]:
+        """First component of each ball, and the one behind its last."""
+        ends = np.searchsorted(self.own, np.arange(self.count + 1)).tolist()
+        return list(pairwise(ends))
+
     def dot(self, a: Array, b: Array) -> Array:
-        """Inner product by ball, (balls, N)."""
-        starts = np.searchsorted(self.own, np.arange(self.own[-1] + 1))
-        out: Array = np.add.reduceat(a * b, starts, axis=0)
+        """Inner product by ball, (balls, ...)."""
+        product = a * b
+        out = np.empty((self.count, *product.shape[1:]))
+        for ball, (start, end) in enumerate(self.bounds):
+            out[ball] = product[start]
+            for k in range(start + 1, end):
+                out[ball] += product[k]
         return out
 
-    def widened(self, stiffness: Array, multiplier: Array, weight: Array, x: Array) -> Array:
-        """``S + λ + w x xᵀ``, the last two ball by ball, (n, n, N)."""
-        out = stiffness.copy()
-        rounding = 2.0 * _ROUNDING * np.abs(stiffness).max(axis=(0, 1))
-        for i, ball in enumerate(self.own):
-            out[i, i] += multiplier[ball] + rounding
-            for j in np.flatnonzero(self.own == ball):
-                out[i, j] += weight[ball] * x[i] * x[j]
+    def apart(self, x: Array) -> Array:
+        """The vectors with the components of one ball each, (n, balls, N)."""
+        out = np.zeros((len(x), self.count, *x.shape[1:]))
+        for ball, (start, end) in enumerate(self.bounds):
+            out[start:end, ball] = x[start:end]
         return out
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Quadratics of some entries: S (n, n, N), its largest number (N,), and f (n, N)."""
+
+    groups: Groups
+    stiffness: Array
+    largest: Array
+    force: Array
+
+    @classmethod
+    def of(cls, groups: Groups, stiffness: Array, force: Array) -> Quadratic:
+        """Those of entries with this stiffness and force."""
+        return cls(groups, stiffness, np.abs(stiffness).max(axis=(0, 1)), force)
+
+    def at(self, entries: NDArray[np.bool_]) -> Quadratic:
+        """Those of some of the entries."""
+        return Quadratic(self.groups, self.stiffness[:, :, entries], self.largest[entries], self.force[:, entries])
+
+    def left(self, x: Array) -> Array:
+        """``f - S x``."""
+        return self.force - _times(self.stiffness, x)
+
+    def widened(self, multiplier: Array) -> Array:
+        """``S + λ``, and its rounding so that it is regular, (n, n, N)."""
+        out, rounding = self.stiffness.copy(), 2.0 * _ROUNDING * self.largest
+        for i, ball in enumerate(self.groups.own):
+            out[i, i] += multiplier[ball] + rounding
+        return out
+
+    def solved(self, multiplier: Array) -> tuple[Array, Array]:
+        """x with ``(S + λ) x = f``, and what λ of each ball changes in it, by ball, (n, N) and (n, balls, N)."""
+        factor = _factorised(self.widened(multiplier))
+        x = _substituted(factor, self.force)
+        return x, _substituted(factor, self.groups.apart(x))
 
 
 def minimise_in_balls(stiffness: Array, force: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -74,43 +135,96 @@ def minimise_in_balls(stiffness: Array, force: Array, own: NDArray[np.int64]) ->
         10⁹, that rounding hides the minimum, f − S x − λ x shows it.
     """
     groups = Groups(own)
-    x, multiplier = np.zeros_like(force), np.zeros((int(own[-1]) + 1, force.shape[1]))
+    x, multiplier = np.zeros_like(force), np.zeros((groups.count, force.shape[1]))
     size = np.abs(force).max(axis=0)
-    loaded = np.flatnonzero(size > 0.0)
-    for start in range(0, len(loaded), CHUNK):
-        part = loaded[start : start + CHUNK]
-        scaled = stiffness[:, :, part] / size[part], force[:, part] / size[part]
-        with np.errstate(all="ignore"):
-            found = _minimum(*scaled, groups)
-        sound = np.isfinite(found[0]).all(axis=0) & np.isfinite(found[1]).all(axis=0)
-        x[:, part], multiplier[:, part] = np.where(sound, found[0], 0.0), np.where(sound, found[1] * size[part], 0.0)
+    left = np.flatnonzero(size > 0.0)
+    for minimum in (_near_minimum, _any_minimum):
+        unsolved = []
+        for start in range(0, len(left), CHUNK):
+            part = left[start : start + CHUNK]
+            quadratic = Quadratic.of(groups, stiffness[:, :, part] / size[part], force[:, part] / size[part])
+            with np.errstate(all="ignore"):
+                *found, solved = minimum(quadratic)
+            sound = np.isfinite(found[0]).all(axis=0) & np.isfinite(found[1]).all(axis=0)
+            x[:, part], multiplier[:, part] = (
+                np.where(sound, found[0], 0.0),
+                np.where(sound, found[1] * size[part], 0.0),
+            )
+            unsolved.append(part[~(solved & sound)])
+        left = np.concatenate(unsolved) if unsolved else left
     return x, multiplier
 
 
-def _minimum(stiffness: Array, force: Array, groups: Groups) -> tuple[Array, Array]:
-    """The minimum for f of size one: x and λ."""
-    x, multiplier = np.zeros_like(force), np.ones((int(groups.own[-1]) + 1, force.shape[1]))
-    x, multiplier = _interior(stiffness, force, groups, x, multiplier, _CENTRED[0])
-    *found, error = _newton(stiffness, force, groups, x, multiplier)
+# -- most entries -----------------------------------------------------------------------------------------------------
+
+
+def _near_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """The minimum for f of size one: x, λ, and where they are the only one."""
+    x, multiplier, error = _newton(quadratic, *_near(quadratic))
+    return x, multiplier, (error <= _CONVERGED) & _determined(quadratic, multiplier)
+
+
+def _near(quadratic: Quadratic) -> tuple[Array, Array]:
+    """x and λ near the minimum in most cases: Newton's method for λ on ``1/|x_j| = 1`` with ``(S + λ) x = f``.
+
+    A multiplier that would fall to zero is kept above it, as S alone may be singular, and the others are sought again.
+    """
+    groups = quadratic.groups
+    multiplier = np.sqrt(groups.dot(quadratic.force, quadratic.force))
+    eye = np.eye(groups.count)[..., None]
+    for _ in range(_FIRST):
+        x, pushed = quadratic.solved(multiplier)
+        square = groups.dot(x, x)
+        slope = groups.dot(x[:, None], pushed)
+        missing = square * (np.sqrt(square) - 1.0)
+        vanishing, least = np.zeros(multiplier.shape, dtype=bool), _KEPT * multiplier
+        for _ in range(2):
+            down = np.where(vanishing, least - multiplier, 0.0)
+            others = missing - _times(slope, down)
+            both = ~vanishing[:, None] & ~vanishing
+            step = _substituted(_factorised(np.where(both, slope, eye)), np.where(vanishing, down, others))
+            vanishing |= multiplier + step <= least
+        multiplier = np.where(vanishing, least, multiplier + step)
+    x = _substituted(_factorised(quadratic.widened(multiplier)), quadratic.force)
+    return x / np.maximum(np.sqrt(groups.dot(x, x)), 1.0)[groups.own], multiplier
+
+
+def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
+    """Whether S + λ is positive definite, but for components that nothing acts on, so that there is one minimum."""
+    matrix = quadratic.stiffness.copy()
+    for i, ball in enumerate(quadratic.groups.own):
+        matrix[i, i] += multiplier[ball]
+    diagonal = [matrix[k, k].copy() for k in range(len(matrix))]
+    factor = _factorised(matrix)
+    return np.asarray(np.logical_and.reduce([_DETERMINED * d * factor[k, k] <= 1.0 for k, d in enumerate(diagonal)]))
+
+
+# -- what is left -----------------------------------------------------------------------------------------------------
+
+
+def _any_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """The minimum for f of size one, in the middle of others where there are any: x, λ, and that this is all."""
+    groups = quadratic.groups
+    x, multiplier = np.zeros_like(quadratic.force), np.ones((groups.count, quadratic.force.shape[1]))
+    x, multiplier = _interior(quadratic, x, multiplier, _CENTRED[0])
+    *found, error = _newton(quadratic, x, multiplier)
     unconverged = ~(error <= _BALANCED)
     if unconverged.any():
-        part = stiffness[:, :, unconverged], force[:, unconverged], groups
-        *closer, least = _newton(*part, *_interior(*part, x[:, unconverged], multiplier[:, unconverged], _CENTRED[1]))
+        part = quadratic.at(unconverged)
+        *closer, least = _newton(part, *_interior(part, x[:, unconverged], multiplier[:, unconverged], _CENTRED[1]))
         better = least < error[unconverged]
         for whole, new in zip(found, closer, strict=True):
             whole[:, unconverged] = np.where(better, new, whole[:, unconverged])
-    return found[0], found[1]
+    return found[0], found[1], np.ones(error.shape, dtype=bool)
 
 
-def _interior(
-    stiffness: Array, force: Array, groups: Groups, x: Array, multiplier: Array, centred: float
-) -> tuple[Array, Array]:
+def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float) -> tuple[Array, Array]:
     """Interior-point method from x and λ up to the neighbourhood of the minimum: x and λ there."""
-    out_x, out_multiplier, left = x.copy(), multiplier.copy(), np.arange(force.shape[1])
-    enough = _RESIDUAL + 16.0 * _ROUNDING * np.abs(stiffness).max(axis=(0, 1))
+    groups, enough = quadratic.groups, _RESIDUAL + 16.0 * _ROUNDING * quadratic.largest
+    out_x, out_multiplier, left = x.copy(), multiplier.copy(), np.arange(len(enough))
     for _ in range(_MOST):
         inside = 0.5 * (1.0 - groups.dot(x, x))
-        residual = force - _times(stiffness, x)
+        residual = quadratic.left(x)
         rest = np.abs(residual - multiplier[groups.own] * x).max(axis=0)
         product = multiplier * inside
         going = (product.max(axis=0) > centred) | (rest > enough)
@@ -118,23 +232,25 @@ def _interior(
         if not going.any():
             break
         if not going.all():
-            left, enough, stiffness = left[going], enough[going], stiffness[:, :, going]
-            x, multiplier, inside, residual, force, product = (
-                a[:, going] for a in (x, multiplier, inside, residual, force, product)
-            )
-            rest = rest[going]
+            quadratic, left, enough, rest = quadratic.at(going), left[going], enough[going], rest[going]
+            x, multiplier, inside, residual, product = (a[:, going] for a in (x, multiplier, inside, residual, product))
         # the distance from the spheres is not to vanish before the imbalance does
         mean = np.maximum(product.mean(axis=0), 0.1 * rest)
-        x, multiplier = _inward(stiffness, groups, x, multiplier, inside, residual, mean)
+        x, multiplier = _inward(quadratic, x, multiplier, inside, residual, mean)
     return out_x, out_multiplier
 
 
 def _inward(
-    stiffness: Array, groups: Groups, x: Array, multiplier: Array, inside: Array, residual: Array, mean: Array
+    quadratic: Quadratic, x: Array, multiplier: Array, inside: Array, residual: Array, mean: Array
 ) -> tuple[Array, Array]:
     """One step: the target of λ times the distance from the sphere falls by what a step without it would achieve."""
-    matrix = groups.widened(stiffness, multiplier, multiplier / inside, x)
-    ahead, inward = _solved(matrix, residual, -x / inside[groups.own])
+    groups, matrix, weight = quadratic.groups, quadratic.widened(multiplier), multiplier / inside
+    for ball, (start, end) in enumerate(groups.bounds):
+        for i in range(start, end):
+            for j in range(start, end):
+                matrix[i, j] += weight[ball] * x[i] * x[j]
+    both = _substituted(_factorised(matrix), np.stack([residual, -x / inside[groups.own]], axis=1))
+    ahead, inward = both[:, 0], both[:, 1]
     rate = multiplier * (groups.dot(x, ahead) / inside - 1.0), (1.0 + multiplier * groups.dot(x, inward)) / inside
     free = np.minimum(1.0, _longest(groups, x, multiplier, inside, ahead, rate[0]))
     target = np.clip((1.0 - free) ** 3, 1e-4, 0.5) * mean
@@ -156,58 +272,56 @@ def _longest(groups: Groups, x: Array, multiplier: Array, inside: Array, step: A
     return longest
 
 
-def _newton(stiffness: Array, force: Array, groups: Groups, x: Array, multiplier: Array) -> tuple[Array, Array, Array]:
+# -- the last digits --------------------------------------------------------------------------------------------------
+
+
+def _newton(quadratic: Quadratic, x: Array, multiplier: Array) -> tuple[Array, Array, Array]:
     """Newton's method on the conditions of the minimum: a sphere is touched where λ exceeds the distance from it.
 
     Returns x, λ and by how far they miss the conditions, relative to S.
     """
-    size = 1.0 + np.abs(stiffness).max(axis=(0, 1))
-    least = np.full(size.shape, np.inf)
-    best = x, multiplier
-    going, failed = np.ones(size.shape, dtype=bool), np.zeros(size.shape)
+    groups, count = quadratic.groups, x.shape[1]
+    least, failed = np.full(count, np.inf), np.zeros(count)
+    best_x, best_multiplier, error_there, left = x.copy(), multiplier.copy(), least.copy(), np.arange(count)
     for _ in range(_STEPS):
         inside = 0.5 * (1.0 - groups.dot(x, x))
         touched = multiplier > inside
         multiplier = np.where(touched, multiplier, 0.0)
-        residual = force - _times(stiffness, x) - multiplier[groups.own] * x
+        residual = quadratic.left(x) - multiplier[groups.own] * x
         off = np.maximum(np.where(touched, np.abs(inside), -inside), -multiplier).max(axis=0)
-        error = np.maximum(np.abs(residual).max(axis=0) / size, off)
-        better = going & (error < least)
-        least = np.where(better, error, least)
-        best = np.where(better, x, best[0]), np.where(better, multiplier, best[1])
-        failed = np.where(better, 0, failed + 1)
+        error = np.maximum(np.abs(residual).max(axis=0) / (1.0 + quadratic.largest), off)
+        better = error < least
+        least, failed = np.where(better, error, least), np.where(better, 0, failed + 1)
+        put = left[better]
+        best_x[:, put], best_multiplier[:, put] = x[:, better], multiplier[:, better]
+        error_there[put] = error[better]
         # each entry ends for reasons of its own, so that it does not depend on the others
-        going &= (least > _ROUNDING) & (failed < _PATIENCE)
+        going = (least > _ROUNDING) & (failed < np.where(least <= _CONVERGED, _STAGNANT, _PATIENCE))
         if not going.any():
             break
-        step, change = _corrected(stiffness, groups, x, multiplier, residual, inside, touched)
+        if going.sum() < _SPARSE * len(going):
+            quadratic, left, least, failed = quadratic.at(going), left[going], least[going], failed[going]
+            x, multiplier, residual, inside = (a[:, going] for a in (x, multiplier, residual, inside))
+            touched = touched[:, going]
+        step, change = _corrected(quadratic, x, multiplier, residual, inside, touched)
         x, multiplier = x + step, multiplier + change
-    x, multiplier = best
-    length = np.sqrt(groups.dot(x, x))
-    x = x / np.where(multiplier > 0.0, length, np.maximum(length, 1.0))[groups.own]
-    return x, np.maximum(multiplier, 0.0), least
+    length = np.sqrt(groups.dot(best_x, best_x))
+    x = best_x / np.where(best_multiplier > 0.0, length, np.maximum(length, 1.0))[groups.own]
+    return x, np.maximum(best_multiplier, 0.0), error_there
 
 
 def _corrected(
-    stiffness: Array,
-    groups: Groups,
-    x: Array,
-    multiplier: Array,
-    residual: Array,
-    inside: Array,
-    touched: NDArray[np.bool_],
+    quadratic: Quadratic, x: Array, multiplier: Array, residual: Array, inside: Array, touched: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """Newton step of x and λ: ``(S + λ) dx + x dλ = residual`` and, on each touched sphere, ``x·dx = inside``."""
-    balls = range(len(multiplier))
-    normals = [np.where((groups.own == b)[:, None] & touched[b], x, 0.0) for b in balls]
-    matrix = groups.widened(stiffness, multiplier + _ROUNDING, np.zeros_like(multiplier), x)
-    free, *pushed = _solved(matrix, residual, *normals)
-    schur = np.stack([groups.dot(normals[b], pushed[c])[b] + (b == c) * ~touched[b] for b in balls for c in balls])
+    groups = quadratic.groups
+    factor = _factorised(quadratic.widened(multiplier + _ROUNDING))
+    free = _substituted(factor, residual)
+    pushed = _substituted(factor, groups.apart(np.where(touched[groups.own], x, 0.0)))
+    both, eye = touched[:, None] & touched, np.eye(groups.count)[..., None]
     gap = np.where(touched, groups.dot(x, free) - inside, 0.0)
-    (change,) = _solved(schur.reshape(len(balls), len(balls), -1), gap)
-    for b in balls:
-        free -= change[b] * pushed[b]
-    return free, change
+    change = _substituted(_factorised(np.where(both, groups.dot(x[:, None], pushed), eye)), gap)
+    return free - _times(pushed, change), change
 
 
 def _times(matrix: Array, x: Array) -> Array:
@@ -218,21 +332,27 @@ def _times(matrix: Array, x: Array) -> Array:
     return out
 
 
-def _solved(matrix: Array, *loads: Array) -> list[Array]:
-    """Solutions of a symmetric positive definite system, which is overwritten, by LDLᵀ; no pivot is below rounding."""
+def _factorised(matrix: Array) -> Array:
+    """LDLᵀ of symmetric matrices, which are overwritten: DLᵀ above the diagonal, L below it, and on it the inverse of
+    D, of which no pivot is below rounding."""
     n = len(matrix)
     least = [_ROUNDING * matrix[k, k] + np.finfo(float).tiny for k in range(n)]
-    out = [load.copy() for load in loads]
     for k in range(n):
         matrix[k, k] = 1.0 / np.maximum(matrix[k, k], least[k])
         for i in range(k + 1, n):
-            low = matrix[k, i] * matrix[k, k]
-            matrix[i, i:] -= low * matrix[k, i:]
-            for y in out:
-                y[i] -= low * y[k]
-    for y in out:
-        for k in reversed(range(n)):
-            for i in range(k + 1, n):
-                y[k] -= matrix[k, i] * y[i]
-            y[k] *= matrix[k, k]
+            matrix[i, k] = matrix[k, i] * matrix[k, k]
+            matrix[i, i:] -= matrix[i, k] * matrix[k, i:]
+    return matrix
+
+
+def _substituted(factor: Array, load: Array) -> Array:
+    """Solutions for loads (n, ..., N) by a factor (n, n, N)."""
+    n, out = len(factor), load.copy()
+    for k in range(n):
+        for i in range(k + 1, n):
+            out[i] -= factor[i, k] * out[k]
+    for k in reversed(range(n)):
+        for i in range(k + 1, n):
+            out[k] -= factor[k, i] * out[i]
+        out[k] *= factor[k, k]
     return out

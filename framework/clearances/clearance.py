@@ -55,6 +55,8 @@ class Clearances:
     ----------
     names
         The joints with clearance.
+    lost
+        Entries without results of which that is plain: left out, or set in motion by the loads, (...).
     determinate
         Contact in closed form where that may do; None elsewhere.
     """
@@ -68,7 +70,8 @@ class Clearances:
         )
         self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
         self.determinate: DeterminateContact | None = None
-        self._resistance = against_offsets(frame, self._components, self._bearing, solve)
+        self.lost = without_clearance.lost
+        self._resistance = against_offsets(frame, self._components, self._bearing, self.lost, solve)
         if self._resistance.motions is not None and not self._resistance.stiffness.any():
             radius, motions = [joint.clearance for joint in joints], self._resistance.motions
             self.determinate = determinate_contact(self._components, radius, without_clearance, motions)
@@ -92,7 +95,9 @@ class Clearances:
     def _force(self) -> Array:
         """Forces without clearance by component, (n, ...); NaN at mechanisms."""
         if self.determinate is not None:
-            return self.determinate.forces()
+            forces = self.determinate.forces()
+            forces[:, self.lost] = np.nan
+            return forces
         with warnings.catch_warnings():
             # Entries that are mechanisms have no contact, which their state tells.
             warnings.simplefilter("ignore", MechanismWarning)
@@ -105,14 +110,15 @@ class Clearances:
 
     def _bearing(self) -> NDArray[np.bool_]:
         """Which components bear a force anywhere, (n,)."""
-        return np.asarray((self._force != 0.0).reshape(len(self._force), -1).any(axis=1))
+        return np.asarray((np.nan_to_num(self._force) != 0.0).reshape(len(self._force), -1).any(axis=1))
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
         """Number of the state of each joint, see `Contact`, (joints, ...)."""
         state = self.contact_state.state
         for lost, why in (
-            (self._resistance.unknown, UNRESOLVED),
+            # without any force in a joint none of its contacts is hidden
+            (self._resistance.unknown & (self._force != 0.0).any(axis=0), UNRESOLVED),
             (self._singular, MECHANISM),
             (self.frame.absent, ABSENT),
         ):

@@ -32,8 +32,8 @@ _FEW, _LONGER = 2, 16
 _LEAST, _LARGEST = 1e-139, 1e139
 # Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
 _UNSTRAINED = 1e-9
-# Share of the batch that motions may vary over: they are held in memory.
-_SHARE = 4
+# Share of the batch that motions may vary over, as they are held in memory, beyond so many of them.
+_SHARE, _SMALL = 4, 2**12
 
 
 class DeterminateContact:
@@ -53,7 +53,8 @@ class DeterminateContact:
     Attributes
     ----------
     pressed
-        Whether all journals are pressed against their bearings at all entries, which it takes; None while nobody knows.
+        Whether all journals are pressed against their bearings at all entries that have results, which it takes; None
+        while nobody knows.
     """
 
     def __init__(
@@ -70,7 +71,7 @@ class DeterminateContact:
 
     @property
     def pressed(self) -> bool:
-        """Whether all journals are pressed against their bearings at all entries, and nothing is singular."""
+        """Whether all journals are pressed against their bearings wherever there are results, and those are plain."""
         if self._pressed is None:
             self._compute(lambda take: [], [])
         assert self._pressed is not None
@@ -83,7 +84,7 @@ class DeterminateContact:
         plan = self.without_clearance.plan
         number = plan.topology.number[node]
         out = self.without_clearance.stacked(plan.tree.global_rows(number))
-        moved = self.motions.stacked(self.motions.plan.tree.global_rows(number))
+        moved = _stacked(self.motions, self.motions.plan.tree.global_rows(number))
         rows = [k for k in range(6) if moved[..., k].any()]
         places = [out[..., k] for k in rows]
 
@@ -97,9 +98,9 @@ class DeterminateContact:
     def forces(self) -> Array:
         """Forces without clearance, (n, ...)."""
         out = np.zeros((len(self._works), *self._grid.shape))
-        for place, work in zip(out, self._works, strict=True):
+        for k, work in enumerate(self._works):
             for value, factor in work:
-                place += np.asarray(value * factor, dtype=np.float64)
+                out[k, ...] += np.asarray(value * factor, dtype=np.float64)
         return out
 
     # -- written down -----------------------------------------------------------------------------------------------
@@ -110,7 +111,7 @@ class DeterminateContact:
         plan, motions = self.without_clearance.plan, self.motions
         dofs = list(plan.forces)
         rows = [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs]
-        moved = motions.stacked(rows)
+        moved = _stacked(motions, rows)
         out: list[list[tuple[Value, Value]]] = []
         for u in moved:
             works: dict[int, Value] = {}
@@ -168,7 +169,7 @@ class DeterminateContact:
                 return
             take = Direct(self._grid.shape).take
             if self._pressed is None:
-                self._pressed = bool((np.asarray(self._margin(take)) > 0.0).all())
+                self._pressed = self._holds(np.asarray(self._margin(take)), ())
             for place, value in zip(places, results(take), strict=True):
                 place += value
 
@@ -192,17 +193,26 @@ class DeterminateContact:
             calculation.run(axis, indices, made)
             for (place, _), value in zip(asked, made, strict=False):
                 place[part] += value
-            pressed = pressed and all(bool((value > 0.0).all()) for value in made[len(asked) :])
+            pressed = pressed and all(self._holds(value, part) for value in made[len(asked) :])
         self._pressed = pressed if margin else self._pressed
 
     @cached_property
     def _sound(self) -> bool:
         """Whether each joint bears a force, and no pivot raises the suspicion that the frame is singular."""
-        solvers = [each.solver for each in (self.without_clearance, self.motions)]
+        solutions = self.without_clearance, self.motions
         borne = {int(j) for j, work in zip(self.components.own, self._works, strict=True) if work}
         return len(borne) == len(self._radius) and not any(
-            isinstance(solver, BroadcastSolver) and solver.suspects().any() for solver in solvers
+            isinstance(each.solver, BroadcastSolver) and (each.solver.suspects() & ~each.lost).any()
+            for each in solutions
         )
+
+    def _holds(self, margin: Array, part: tuple[slice, ...]) -> bool:
+        """Whether a margin, at a part of the batch, is above zero wherever there are results."""
+        lost = self.without_clearance.lost[part]
+        lost = np.asarray(
+            lost.all(axis=tuple(axis for axis, size in enumerate(margin.shape) if size == 1), keepdims=True)
+        )
+        return bool(((margin > 0.0) | lost).all())
 
     def _value(self, array: Array) -> Value:
         return self._grid.value(aligned(array, len(self._grid.shape)))
@@ -222,15 +232,16 @@ def determinate_contact(
     -------
     DeterminateContact or None
         None where offsets reach what loads do not, or several parts of the frame, where they strain a spring or their
-        motions vary over much of the batch, for one entry, and for frames that are not solved by broadcasting.
+        motions vary over much of a long batch, for one entry, and for frames that are not solved by broadcasting.
     """
     frame, solvers = without_clearance.frame, (without_clearance.solver, motions.solver)
-    if frame.absent is not None or not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
+    if not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
         return None
     if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
         return None
     loaded, moved = without_clearance.plan, motions.plan
-    if _SHARE * moved.grid.sizes[-1] > loaded.grid.sizes[-1] or loaded.topology.number != moved.topology.number:
+    count, whole = moved.grid.sizes[-1], loaded.grid.sizes[-1]
+    if whole < 2 or (count > _SMALL and _SHARE * count > whole) or loaded.topology.number != moved.topology.number:
         return None
     if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1 or _strained(motions):
         return None
@@ -247,7 +258,13 @@ def _strained(motions: LinearResults) -> bool:
             if k not in edge.ideal and not is_zero(edge.stiffness[k]):
                 rows.append({})
                 add_row(rows[-1], row, 1.0 if k < 3 else size)
-    return bool(rows) and not bool(np.abs(motions.stacked(rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
+    return bool(rows) and not bool(np.abs(_stacked(motions, rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
+
+
+def _stacked(motions: LinearResults, rows: Sequence[Row]) -> Array:
+    """Values of rows in motions by unit offsets, (n, ..., rows), zero at entries that were left out."""
+    found = motions.stacked(rows)
+    return found if motions.frame.absent is None else np.where(motions.lost[..., None], 0.0, found)
 
 
 def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:

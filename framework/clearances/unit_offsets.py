@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import DISPLACEMENTS
@@ -52,7 +52,9 @@ class Resistance:
     motions: LinearResults | None
 
 
-def against_offsets(frame: Description, components: ClearanceComponents, loaded: Loaded, solve: Solve) -> Resistance:
+def against_offsets(
+    frame: Description, components: ClearanceComponents, loaded: Loaded, lost: NDArray[np.bool_], solve: Solve
+) -> Resistance:
     """How a frame resists offsets in its joints.
 
     Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
@@ -66,6 +68,8 @@ def against_offsets(frame: Description, components: ClearanceComponents, loaded:
         Components of its joints.
     loaded
         Tells which of them bear a force anywhere in the batch, (n,): only these count where others move a mechanism.
+    lost
+        Entries of which nothing is asked, (...).
     solve
         Makes the linear solution of a description, without clearances.
 
@@ -77,10 +81,10 @@ def against_offsets(frame: Description, components: ClearanceComponents, loaded:
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
-        found = _answer(frame, typical, components, loaded, solve)
+        found = _answer(frame, typical, components, loaded, lost, solve)
         if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
             return found
-    return _answer(frame, joints, components, loaded, solve)
+    return _answer(frame, joints, components, loaded, lost, solve)
 
 
 def _alike(element: JointElement) -> bool:
@@ -94,10 +98,15 @@ def _answer(
     joints: dict[str, JointElement],
     components: ClearanceComponents,
     loaded: Loaded,
+    lost: NDArray[np.bool_],
     solve: Solve,
 ) -> Resistance:
-    count = len(components.pairs)
-    found, motions = _falls(_bare(frame, joints), components, np.ones(count, dtype=bool), solve)
+    count, bare = len(components.pairs), _bare(frame, joints)
+    out = _everywhere(lost, bare.shape)
+    if out.any():
+        bare.exclude(out)
+    found, motions = _falls(bare.copy(), components, np.ones(count, dtype=bool), solve)
+    found[..., out] = 0.0
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
     determinate = not unknown.any()
     members = _members(motions.plan, components)
@@ -106,14 +115,16 @@ def _answer(
     with np.errstate(invalid="ignore"):
         doubtful = (np.abs(found) > least) & (np.abs(found) <= _DOUBTFUL * least)
     if doubtful.any():
-        moved = np.where(unknown, 1.0, _largest_motions(motions, components))
+        moved = np.where(unknown | out, 1.0, _largest_motions(motions, components))
         least = least * moved[:, None] * moved
     if unknown.any() and not (bearing := loaded()).all():
-        found, _ = _falls(_bare(frame, joints), components, bearing, solve)
+        if bearing.any():
+            found, _ = _falls(bare, components, bearing, solve)
+            found[..., out] = 0.0
         apart = bearing[:, None] & bearing
         coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
         unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
-        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), found, 0.0)
+        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim) & ~unknown, found, 0.0)
     found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
     stiffness = np.where(np.abs(found) > least, found, 0.0)
     new = (1,) * (len(frame.shape) - unknown.ndim)
@@ -123,6 +134,14 @@ def _answer(
         unknown,
         motions if determinate else None,
     )
+
+
+def _everywhere(lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
+    """Where all entries are `lost` that are one entry of a batch of that shape."""
+    extra = lost.ndim - len(shape)
+    axes = tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
+    found: NDArray[np.bool_] = np.asarray(lost.all(axis=axes, keepdims=True))
+    return found.reshape(found.shape[extra:])
 
 
 def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:

@@ -7,13 +7,13 @@ values; and what has full rank is solved with S in extended precision, where tha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..entries import WHOLE, Entries
 from ..solvers.refinement import refined_by_springs
@@ -21,11 +21,14 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.spring_residual import SpringResidual
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Extended, Row
+from ..structure.topology import Index
 from .compliance import DenseCompliance, SparseCompliance, softest
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematic_edge import Real, extended
 from .resistance import resisted
 
+# Indices of entries by batch axis; None for the only entry of a batch without axes.
+At = tuple[NDArray[np.int64], ...] | None
 # Unknowns up to which it is worth the time.
 MOST = 400
 # Singular values of A that a matrix in extended precision can tell from zero.
@@ -79,19 +82,18 @@ class Resolved:
         self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
         statics = Statics(plan, determinate=True)
         with np.errstate(all="ignore"):
-            for index in groups(suspects):
-                self._solve(statics, index)
+            for index, first, which in grouped(suspects, matrix_shape(statics)):
+                self._solve(statics, index, first, which)
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
         return combined(self.plan, self.unknowns, self._values, rows)[self.mask]
 
-    def _solve(self, statics: Statics, index: tuple[NDArray[np.int64], ...] | None) -> None:
-        start = ill_conditioned_state(statics, index, self.unknowns)
+    def _solve(self, statics: Statics, index: At, first: At, which: Index) -> None:
+        start = ill_conditioned_state(statics, first, self.unknowns)
         rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
         # One for all entries where the stiffness does not vary over them.
-        count = 1 if index is None else len(index[0])
-        near = np.broadcast_to(rough.distance() > _LEAST, (count,))
+        near = np.broadcast_to(rough.distance() > _LEAST, (1 if first is None else len(first[0]),))[which]
         if not near.any():
             return
         kept = index if index is None else tuple(each[near] for each in index)
@@ -282,6 +284,42 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
             found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
             out[() if index is None else index] = found.distance() > _LEAST
     return out
+
+
+def geometry_shape(statics: Statics) -> Shape:
+    """Batch over which the geometry varies, with all axes of the batch."""
+    kinematics = statics.kinematics
+    dependents = [np.shape(v) for row, by in kinematics.dependents.values() for v in (*row.values(), *by.values())]
+    idle = [np.shape(where) for where in kinematics.idle.values()]
+    members = [each.rows.shape[:-3] for each in statics.springs]
+    whole = (1,) * len(statics.plan.frame.shape)
+    return np.broadcast_shapes(whole, kinematics.shape, *dependents, *idle, *members)
+
+
+def matrix_shape(statics: Statics) -> Shape:
+    """Batch over which geometry or stiffness varies, with all axes of the batch."""
+    members = [each.stiffness.shape[:-2] for each in statics.springs]
+    return np.broadcast_shapes(geometry_shape(statics), *members, *(each.shape[:-1] for each in statics.stiffness))
+
+
+def grouped(mask: NDArray[np.bool_], shape: Shape) -> Iterator[tuple[At, At, Index]]:
+    """Entries in a mask, some at a time, those together of which what varies over a batch of `shape` is the same.
+
+    Yields their indices; those of one for each that differs (m,); and which of these each entry is like. Indices are
+    None for the only entry of a batch without axes.
+    """
+    if not mask.ndim:
+        if mask:
+            yield None, None, np.zeros(1, dtype=np.int64)
+        return
+    index = np.nonzero(mask)
+    own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
+    number = np.ravel_multi_index(own, shape)
+    order = np.argsort(number, kind="stable")
+    for k in range(0, len(order), _CHUNK):
+        part = tuple(each[order[k : k + _CHUNK]] for each in index)
+        _, first, which = np.unique(number[order[k : k + _CHUNK]], return_index=True, return_inverse=True)
+        yield part, tuple(each[first] for each in part), which
 
 
 def groups(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.int64], ...] | None]:

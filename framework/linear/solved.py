@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
@@ -64,7 +65,9 @@ class SolvedFrame(SavedResults):
     @cached_property
     def primary(self) -> Primary:
         """Its unknowns, and what solves for them."""
-        return Primary(self.plan, Factors(), contact=self.clearances is not None)
+        if self.clearances is None:
+            return Primary(self.plan, Factors(), contact=False)
+        return Primary(self.plan, Factors(), contact=True, driven=self.clearances.lost)
 
     @property
     def determinate(self) -> DeterminateContact | None:
@@ -93,9 +96,14 @@ class SolvedFrame(SavedResults):
         return self.primary.resolved
 
     @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        return self.primary.lost
+
+    @property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        return self.primary.consistent_mechanisms
+        return None if self.pressed is not None else self.primary.consistent_mechanisms
 
     @property
     def known_consistent_mechanisms(self) -> ConsistentMechanisms | None:

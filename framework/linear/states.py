@@ -58,6 +58,8 @@ class FrameStates(SolvedFrame):
         state = put(states_of(self.shape, SolutionState.REGULAR), moving, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.consistent_mechanisms is not None:
             state = put(state, self.consistent_mechanisms.mask, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
+        if self.plan.entry is None:
+            state = put(state, self.primary.at_rest, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.clearances is not None:
             for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
                 state = put(state, (self.clearances.state == contact).any(axis=0), whole)
@@ -75,14 +77,15 @@ class FrameStates(SolvedFrame):
     def _singular(self) -> NDArray[np.bool_]:
         """Entries that are kinematically unstable under the loads."""
         if self.pressed is not None:
-            return np.zeros(self.shape, dtype=bool)
+            return self.pressed.without_clearance.movable
         if self.plan.entry is not None:
             return np.zeros(self.shape, dtype=bool)
-        found = self.solver.singular(excited=True)
+        found = self.primary.singular
         if self.resolved is not None:
             found = found & ~self.resolved.mask
         if self.consistent_mechanisms is not None:
             found = found & ~self.consistent_mechanisms.mask
+        found = found & ~self.primary.at_rest
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def mechanism(self, *entry: int) -> str:
@@ -103,7 +106,9 @@ class FrameStates(SolvedFrame):
         FrameError
             If the batch has no such entry.
         """
-        return describe(self.plan, one_entry(self.shape, entry, "mechanism"))
+        # free motions do not depend on where journals rest
+        plan = self.plan if self.pressed is None else self.pressed.without_clearance.plan
+        return describe(plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
         """Motion that nothing resists at a batch entry: its shapes, turning joints, and the work of the loads on it.

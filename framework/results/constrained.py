@@ -19,7 +19,7 @@ from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
-from ..error_bounds.resolved import groups, ill_conditioned_state, rest
+from ..error_bounds.resolved import At, grouped, ill_conditioned_state, matrix_shape, rest
 from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import constrained_unknowns
 from ..solvers.sparse import SparseSolver
@@ -34,7 +34,7 @@ _RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
 _GIVEN = 32.0 * float(np.finfo(np.float64).eps)
 _COMPUTED = 16.0
 # Share of what the parts of a load could do that is work without any doubt.
-_PLAIN = 1e-6
+PLAIN = 1e-6
 # How independent the held unknowns of one entry must be at another, by how they are at their own.
 _ALIKE = 0.1
 # Steps of refinement, and the share of the load that they may leave unbalanced.
@@ -80,23 +80,55 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
     unknowns
         Numbers of the unknowns that count as loaded.
     """
-    for index in groups(suspects):
-        start = ill_conditioned_state(statics, index, unknowns)
-        count = 1 if index is None else len(index[0])
+    for index, first, which in grouped(suspects, matrix_shape(statics)):
+        start = ill_conditioned_state(statics, first, unknowns)
+        count = 1 if first is None else len(first[0])
         scaled, root = _scaled(start)
         bases, ranks = _free(scaled, count)
         root = np.broadcast_to(root, (count, len(unknowns)))
         for take, basis, constrained in _alike(bases, ranks):
-            part = None if index is None else tuple(each[take] for each in index)
-            shapes = np.moveaxis(basis * root[take][:, None], 1, 0)
+            entries = np.flatnonzero(np.isin(which, take))
+            like = np.searchsorted(take, which[entries])
+            part = _some(index, entries)
+            shapes = np.moveaxis((basis * root[take][:, None])[like], 1, 0)
             kept = np.delete(np.arange(len(unknowns)), constrained)
             names = [unknowns[k] for k in kept]
             state = ill_conditioned_state(statics, part, names)
-            solver = DenseCompliance(state.kinematics, state.springs, state.stiffness, names, Extended)
+            solver = _Shared(ill_conditioned_state(statics, _some(first, take), names), None if part is None else like)
             for _ in range(_STEPS):
                 state = state.corrected(solver)
             shapes = shapes[:, 0] if part is None else shapes
             yield _constrained(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
+
+
+class _Shared:
+    """Inverses in extended precision of the matrices of some entries, for others that are like them.
+
+    Parameters
+    ----------
+    state
+        The entries.
+    like
+        Which of them each of the others is like, (m,); None where there are no axes.
+    """
+
+    def __init__(self, state: EquilibriumResidual, like: Index | None) -> None:
+        found = DenseCompliance(state.kinematics, state.springs, state.stiffness, state.unknowns, Extended)
+        parts = (found.root, 1), (found.inverse, 2), (found.least, 0)
+        # without an axis, or with one of size one, it is the same for all
+        self.root, self._inverse, self.least = (
+            each if like is None or each.ndim == trailing or len(each) == 1 else each[like] for each, trailing in parts
+        )
+
+    def solve(self, load: Array) -> Array:
+        """Displacements (..., n) for loads (..., n)."""
+        out: Array = self.root * np.einsum("...ij,...j->...i", self._inverse, self.root * load)
+        return out
+
+
+def _some(index: At, take: Index) -> At:
+    """Some of the entries at these indices."""
+    return None if index is None else tuple(each[take] for each in index)
 
 
 def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:
@@ -130,7 +162,7 @@ def _drives_motion(motions: Array, load: Array) -> bool:
     """Whether every load case (n, cases) plainly drives one of the motions (n, motions)."""
     if not motions.size:
         return False
-    driven = np.abs(motions.T @ load) > _PLAIN * (np.abs(motions).T @ np.abs(load))
+    driven = np.abs(motions.T @ load) > PLAIN * (np.abs(motions).T @ np.abs(load))
     return bool(driven.any(axis=0).all())
 
 
@@ -157,6 +189,25 @@ def _free(scaled: Array, count: int) -> tuple[Array, Index]:
     free = values <= ZERO * np.sqrt(size)
     ranks = np.where((values <= _RESISTED).sum(axis=-1) == free.sum(axis=-1), free.sum(axis=-1), 0)
     return np.broadcast_to(rows, (count, size, size)), np.broadcast_to(ranks, (count,))
+
+
+def free_motions_of(state: EquilibriumResidual, count: int) -> tuple[Array, Array]:
+    """Unknowns of the frame's own coordinates in the free motions of `count` entries, (motions, count, n); the largest
+    displacement in each, (motions, count), rotations counting as what they move at the distance of the origin.
+
+    Zero where an entry has fewer than others, or some that rounding does not tell from them.
+    """
+    scaled, root = _scaled(state)
+    bases, ranks = _free(scaled, count)
+    most, size = int(ranks.max(initial=0)), bases.shape[-1]
+    own = np.arange(size - most, size) >= size - ranks[:, None]
+    shapes = np.moveaxis(np.where(own[..., None], bases[:, size - most :], 0.0), 1, 0) * root
+    motions = extended(shapes if state.values.ndim > 1 else shapes[:, 0])
+    moved = np.abs(displaced(state, state.unknowns, motions)[1]).astype(np.float64)
+    away = state.change(_extent(state.statics), 0).astype(np.float64) + state.plan.frame.size
+    largest = np.maximum(moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2)) * away)
+    whole = _absolute(state, motions).astype(np.float64)
+    return whole.reshape(most, count, size), largest.reshape(most, count)
 
 
 def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:

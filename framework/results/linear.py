@@ -64,6 +64,11 @@ class LinearResults(Protocol):
         ...
 
     @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        ...
+
+    @property
     def movable(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach can move, (...)."""
         ...

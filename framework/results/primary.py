@@ -19,6 +19,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
+from .driven_mechanisms import at_rest, driven_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -39,6 +40,8 @@ class Primary:
         Whether journals were moved to where they rest in their clearances.
     solver
         What solves the plan; made when it is first asked for where None.
+    driven
+        Entries that are known to be mechanisms which the loads set in motion, (...); None where nothing is known.
 
     Attributes
     ----------
@@ -53,8 +56,9 @@ class Primary:
         *,
         contact: bool,
         solver: Solver | None = None,
+        driven: NDArray[np.bool_] | None = None,
     ) -> None:
-        self.plan, self.factors, self.contact = plan, factors, contact
+        self.plan, self.factors, self.contact, self._driven = plan, factors, contact, driven
         self.known_consistent_mechanisms: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
@@ -103,36 +107,63 @@ class Primary:
         return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
 
     @cached_property
+    def lost(self) -> NDArray[np.bool_]:
+        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        frame = self.frame
+        absent = False if frame.absent is None else frame.absent
+        left = np.array(np.broadcast_to(absent, self.shape))
+        if isinstance(self.solver, SparseSolver):
+            return left
+        if self._driven is not None:
+            return left | self._driven
+        suspects = self.solver.suspects() & ~left
+        return left | driven_mechanisms(self.plan, suspects, loaded(self.plan, self.solver)) if suspects.any() else left
+
+    @cached_property
+    def singular(self) -> NDArray[np.bool_]:
+        """Entries in which what the loads reach is singular to double precision, (...)."""
+        if isinstance(self.solver, BroadcastSolver):
+            return self.solver.singular(excited=True, known=self.lost)
+        return self.solver.singular(excited=True)
+
+    @cached_property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
         if self.contact:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
-            if (
-                self.solver.unsupported_motions(self.solver.excited).size
-                or not self.solver.singular(excited=True).any()
-            ):
+            if self.solver.unsupported_motions(self.solver.excited).size or not self.singular.any():
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
-            suspects = self.solver.suspects()
+            suspects = self.solver.suspects() & ~self.lost
             if not suspects.any():
                 return None
             if len(self.plan.unknowns) <= MOST:
                 found = Resolved(self.plan, suspects, loaded(self.plan, self.solver))
-            elif isinstance(self.solver, StackedSolver) or not (lost := self.solver.singular(excited=True)).any():
+            elif isinstance(self.solver, StackedSolver) or not (lost := self.singular & ~self.lost).any():
                 return None
             else:
                 found = ResolvedByBands(self.plan, lost)
         return found if found.mask.any() else None
 
     @cached_property
+    def _undetermined(self) -> NDArray[np.bool_]:
+        """Entries that can move, of which it takes a closer look whether the loads do work on that, (...)."""
+        found = self.singular & ~self.lost
+        return found if self.resolved is None else found & ~self.resolved.mask
+
+    @cached_property
+    def at_rest(self) -> NDArray[np.bool_]:
+        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced."""
+        none = isinstance(self.solver, SparseSolver)
+        return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
+
+    @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
-        found = self.solver.singular(excited=True)
-        if self.resolved is not None:
-            found = found & ~self.resolved.mask
+        found = self._undetermined & ~self.at_rest
         self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
         return self.known_consistent_mechanisms
 
@@ -162,6 +193,8 @@ class Primary:
             out[self.resolved.mask] = self.resolved.values(rows)
         if self.consistent_mechanisms is not None:
             out[self.consistent_mechanisms.mask] = self.consistent_mechanisms.values(rows)
+        if self.at_rest.any():
+            out[self.at_rest] = 0.0
         return out
 
     def nodal(self) -> Array:

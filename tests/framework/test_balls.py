@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkframe.framework.clearances.ball_qp import minimise_in_balls
+from linkframe.framework.clearances import ball_qp
+from linkframe.framework.clearances.ball_qp import Quadratic, minimise_in_balls
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import minimize
 
@@ -37,6 +38,28 @@ def test_conditions_of_the_minimum(size: float, rank: int) -> None:
     assert length.max() <= 1.0 + 1e-15
     assert multiplier.min() >= 0.0
     assert_allclose(length[multiplier > 0.0], 1.0, rtol=1e-15)
+
+
+@pytest.mark.parametrize("rank", [2, 6])
+@pytest.mark.parametrize("size", [1e-2, 1.0, 1e2])
+def test_few_entries_take_the_interior_points_and_the_others_would_find_the_same(
+    size: float, rank: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stiffness, force = problems(size, rank, 500)
+    searched, search = [0], ball_qp._any_minimum
+
+    def counted(quadratic: Quadratic) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        searched[0] += len(quadratic.largest)
+        return search(quadratic)
+
+    monkeypatch.setattr(ball_qp, "_any_minimum", counted)
+    x, multiplier = minimise_in_balls(stiffness, force, THREE_PAIRS)
+    assert searched[0] <= 0.1 * 500
+    monkeypatch.setattr(ball_qp, "_near_minimum", search)
+    expected, others = minimise_in_balls(stiffness, force, THREE_PAIRS)
+    assert_allclose(multiplier, others, rtol=0.0, atol=1e-11 * np.abs(force).max())
+    # as many digits as the minimum has itself
+    assert_allclose(np.einsum("ijn,jn->in", stiffness, x - expected), 0.0, atol=1e-11 * (1.0 + size))
 
 
 @settings(max_examples=50)

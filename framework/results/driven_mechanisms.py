@@ -1,0 +1,139 @@
+"""Entries of a batch that loads plainly set in motion, told by their geometry and loads alone.
+
+A free motion deforms nothing, so that it does not depend on how stiff anything is: entries of the same geometry have
+the same, which are found once for all of them. What is left for each entry is the work of its loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned
+from ..batched.plan import Plan
+from ..entries import picked
+from ..error_bounds.equilibrium import Statics
+from ..error_bounds.resolved import MOST, geometry_shape, groups, ill_conditioned_state
+from ..structure.parts import Row, Value, total
+from .constrained import PLAIN, free_motions_of
+
+# How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
+_ALIKE = 1e6
+
+
+def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> NDArray[np.bool_]:
+    """Which of the `suspects` are mechanisms that their loads plainly set in motion, (...) of the batch shape.
+
+    Others may be so, too: a closer look, at each entry by itself, tells. Where displacements are imposed, nothing is
+    plain.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+    unknowns
+        Numbers of the unknowns that count as loaded.
+    """
+    out = np.zeros(suspects.shape, dtype=bool)
+    if not (suspects.any() and plan.forces and plan.frame.size) or len(plan.unknowns) > MOST or _imposed(plan):
+        return out
+    statics = Statics(plan, determinate=True)
+    if not _alike(statics):
+        return out
+    shape = geometry_shape(statics)
+    along = tuple(axis for axis, size in enumerate(shape) if size == 1)
+    rows = [plan.tree.row(*divmod(dof, 6)) for dof in plan.forces]
+    with np.errstate(all="ignore"):
+        for index in groups(np.asarray(suspects.any(axis=along, keepdims=True))):
+            # the same place in the batch of geometries, and one of its entries
+            motions, largest = _motions(statics, index, unknowns, rows)
+            chosen = np.zeros(shape, dtype=np.int64)
+            chosen[... if index is None else index] = 1 if index is None else np.arange(1, 1 + len(index[0]))
+            here = suspects & (chosen > 0)
+            places = np.nonzero(here) if here.ndim else ()
+            found = np.broadcast_to(chosen, here.shape)[here] - 1
+            out[here] = _driven(plan, motions[:, found], largest[:, found], places)
+    return out
+
+
+def at_rest(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which of the `suspects` nothing acts on, no load and no imposed displacement, (...) of the batch shape.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+    """
+    out = np.zeros(suspects.shape, dtype=bool)
+    if not suspects.any():
+        return out
+    places = np.nonzero(suspects) if suspects.ndim else ()
+    values = plan.rhs_parameters.values
+    loads = [(values[k], total(parts)[1]) for by_source in plan.forces.values() for k, parts in by_source.items()]
+    imposed = [(values[-1 - k], factor) for row in _imposed(plan) for k, factor in row.items() if k < 0]
+    acts = np.zeros(int(suspects.sum()), dtype=bool)
+    for value, factor in [*loads, *imposed]:
+        acts |= (_at(value, places) != 0.0) & (_at(factor, places) != 0.0)
+    out[suspects] = ~acts
+    return out
+
+
+def _at(value: Value, places: tuple[NDArray[np.int64], ...]) -> Array:
+    """A value at some entries, (m,) or (1,) where it is the same at all."""
+    return picked(aligned(np.asarray(value, dtype=np.float64), len(places)), places)
+
+
+def _imposed(plan: Plan) -> list[Row]:
+    """Rows that displacements of supports or offsets of joints have a part in."""
+    rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
+    return [row for row in rows if min(row, default=0) < 0]
+
+
+def _alike(statics: Statics) -> bool:
+    """Whether no spring is far stiffer at one entry than at another, or resists at some alone."""
+    for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
+        if k.size:
+            batch = tuple(range(k.ndim - last))
+            least, most = k.min(axis=batch), k.max(axis=batch)
+            if not ((most <= _ALIKE * least) & np.isfinite(most)).all():
+                return False
+    return True
+
+
+def _motions(
+    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int], rows: Sequence[Row]
+) -> tuple[Array, Array]:
+    """Displacements in the directions of `rows` in each free motion of some entries (m,), (motions, m, rows), and the
+    largest there is, (motions, m).
+
+    Zero where an entry has none, or others that rounding does not tell from them.
+    """
+    count = 1 if index is None else len(index[0])
+    shapes, largest = free_motions_of(ill_conditioned_state(statics, index, unknowns), count)
+    at = {k: number for number, k in enumerate(unknowns)}
+    out = np.zeros((*shapes.shape[:2], len(rows)))
+    for number, row in enumerate(rows):
+        for k, factor in row.items():
+            if k in at:
+                value = np.asarray(factor, dtype=np.float64)
+                out[..., number] += (value if index is None else picked(value, index)) * shapes[..., at[k]]
+    return out, largest
+
+
+def _driven(plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.int64], ...]) -> NDArray[np.bool_]:
+    """Whether the loads of entries (m,) plainly do work on a motion, (motions, m, dofs): no small share of what they
+    could do along its largest displacement, (motions, m)."""
+    work, could = np.zeros(moved.shape[:2]), np.zeros(moved.shape[:2])
+    for number, (dof, by_source) in enumerate(plan.forces.items()):
+        arm = 1.0 if dof % 6 < 3 else 1.0 / plan.frame.size
+        for source, parts in by_source.items():
+            own = _at(plan.rhs_parameters.values[source] * total(parts)[1], places)
+            work += own * moved[..., number]
+            could += np.abs(own) * arm * largest
+    return np.asarray((np.abs(work) > PLAIN * could).any(axis=0))
