@@ -27,6 +27,7 @@ from .rounding import zero_eigenvalue
 from .spring_residual import Deformations, SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
 from .stacked_refinement import Residual, StaticsResidual, refine
+from .terms import SumPattern
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
@@ -148,9 +149,7 @@ class StackedSolver:
     @cached_property
     def sources(self) -> Index:
         """Known numbers that act on what is solved."""
-        terms = self.coupling.terms
-        acting = (terms.high >= self.coupling.size) & self.loaded[terms.low]
-        return np.unique(terms.high[acting]) - self.coupling.size
+        return self.coupling.pattern.sources(self.loaded)
 
     @property
     def columns(self) -> int:
@@ -327,19 +326,23 @@ class _Solved:
     @cached_property
     def _loads(self) -> Sums:
         """Loads for a unit of each right-hand-side parameter, (right-hand-side parameters, size)."""
-        return self._by_parameters(self.coupling.terms.high >= self.coupling.size)
+        return self._by_parameters(imposed=True)
 
     @cached_property
     def _forces(self) -> Sums:
         """The same without what known displacements call for."""
-        return self._by_parameters(self.coupling.terms.source >= self.coupling.blocks[-1].first)
+        return self._by_parameters(imposed=False)
 
-    def _by_parameters(self, acting: Mask) -> Sums:
-        terms, size = self.coupling.terms, self.coupling.size
-        acting[acting] = self.solver.loaded[terms.low[acting]]
-        own, sources = terms.at(acting), self.solver.sources
-        target = np.searchsorted(sources, own.high - size) * self.bands.size + self.bands.place[own.low]
-        return Sums(self.coupling, own, target, len(sources) * self.bands.size)
+    def _by_parameters(self, *, imposed: bool) -> Sums:
+        terms, loaded, place = self.coupling.pattern, self.solver.loaded, self.bands.place
+
+        def found() -> SumPattern:
+            acting = ~terms.stiff if imposed else terms.source >= terms.blocks[-2]
+            own, sources = np.flatnonzero(acting & loaded[terms.low]), self.solver.sources
+            target = np.searchsorted(sources, terms.high[own] - terms.size) * self.bands.size + place[terms.low[own]]
+            return SumPattern(terms, own, target, len(sources) * self.bands.size)
+
+        return Sums(self.coupling, terms.known(("loads", imposed, loaded.tobytes(), place.tobytes()), found))
 
     # -- refinement ---------------------------------------------------------------------------------------------------
 

@@ -19,6 +19,7 @@ from .lu import LUFactor
 from .patterns import filled
 from .rounding import zero_eigenvalue
 from .tensions import TensionFactor, affordable
+from .terms import SumPattern, TermPattern
 
 Mask = NDArray[np.bool_]
 # Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
@@ -27,6 +28,25 @@ _EPS = float(np.finfo(np.float64).eps)
 # Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
 # where they vary over the batch.
 Deformed = Callable[[Index], "tuple[scipy.sparse.csr_matrix, Index] | None"]
+
+
+class BandPattern:
+    """Where the numbers of some unknowns lie in a band, see `Bands`."""
+
+    def __init__(self, terms: TermPattern, where: Mask, order: Index) -> None:
+        self.place = np.full(terms.size, -1, dtype=np.int64)
+        ordered = np.flatnonzero(where)[order]
+        self.place[ordered[np.argsort(terms.label[ordered], kind="stable")]] = np.arange(len(order))
+        own = np.flatnonzero(terms.stiff)
+        own = own[where[terms.low[own]]]
+        one, other = self.place[terms.low[own]], self.place[terms.high[own]]
+        row, column = np.maximum(one, other), np.minimum(one, other)
+        self.width = int((row - column).max(initial=0)) + 1
+        self.position, target = np.unique(column * self.width + row - column, return_inverse=True)
+        self.column, below = np.divmod(self.position, self.width)
+        self.row = self.column + below
+        self.diagonal = np.flatnonzero(below == 0)
+        self.sums = SumPattern(terms, own, target, len(self.position))
 
 
 class Bands:
@@ -55,25 +75,15 @@ class Bands:
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
-        terms = coupling.terms
         self._deformed = deformed
         self.where, self.size = where, len(order)
-        self.place = np.full(coupling.size, -1, dtype=np.int64)
-        ordered = np.flatnonzero(where)[order]
-        self.place[ordered[np.argsort(coupling.label[ordered], kind="stable")]] = np.arange(self.size)
-        stiff = terms.high < coupling.size
-        stiff[stiff] = where[terms.low[stiff]]
-        own = terms.at(stiff)
-        one, other = self.place[own.low], self.place[own.high]
-        row, column = np.maximum(one, other), np.minimum(one, other)
-        self.width = int((row - column).max(initial=0)) + 1
-        keys, target = np.unique(column * self.width + row - column, return_inverse=True)
-        self.position: Index = keys
-        self.column, below = np.divmod(keys, self.width)
-        self.row = self.column + below
+        key = "bands", where.tobytes(), order.tobytes()
+        pattern = coupling.pattern.known(key, lambda: BandPattern(coupling.pattern, where, order))
+        self.place, self.width = pattern.place, pattern.width
+        self.position, self.column, self.row = pattern.position, pattern.column, pattern.row
         self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
-        self._diagonal = np.flatnonzero(below == 0)
-        self.sums = Sums(coupling, own, target, len(keys))
+        self._diagonal = pattern.diagonal
+        self.sums = Sums(coupling, pattern.sums)
 
     @cached_property
     def deformations(self) -> tuple[scipy.sparse.csr_matrix, Index] | None:
