@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -19,6 +20,7 @@ from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
+from ..program.pair_code import Pair, Rows, unbalanced
 from ..structure.topology import Index
 from .evaluation import Picked
 from .patterns import filled, kept, pattern_by_rows
@@ -94,6 +96,11 @@ class Deformations:
         links = [np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs]
         of_members = [k.T.reshape(-1).astype(np.float64, copy=False) for k, _ in each]
         self.springs = np.concatenate([*of_members, np.array(links, np.float64)])[self.acting]
+
+    @cached_property
+    def split(self) -> Rows:
+        """Deformations by the unknowns in pairs of double numbers."""
+        return Rows.of(self.by_unknowns)
 
     def restricted(self, where: Mask) -> Deformations:
         """Those by some of the unknowns, (n,), and by no right-hand-side parameters."""
@@ -202,6 +209,22 @@ def by_springs(plan: Plan, deformations: Deformations, load: Array) -> SpringRes
     return SpringResidual(deformations, deformations.springs[:, None], load)
 
 
+@dataclass(frozen=True)
+class Long:
+    """Numbers in extended precision."""
+
+    numbers: Real
+
+    @property
+    def rounded(self) -> Array:
+        """In double precision."""
+        return self.numbers.astype(np.float64)
+
+    def plus(self, change: Array) -> Long:
+        """The sum with other numbers."""
+        return Long(self.numbers + change)
+
+
 class SpringResidual:
     """Unbalanced loads by deformations that do not vary.
 
@@ -216,14 +239,21 @@ class SpringResidual:
     rhs_parameters
         Known displacements: the numbers (right-hand-side parameters, m k); None where there are none, or a unit of a
         load is solved for.
+    in_pairs
+        Whether to compute in pairs of double numbers, as machine code does.
     """
 
     def __init__(
-        self, deformations: Deformations, stiffness: Array, forces: Array, rhs_parameters: Array | None = None
+        self,
+        deformations: Deformations,
+        stiffness: Array,
+        forces: Array,
+        rhs_parameters: Array | None = None,
+        in_pairs: bool = False,
     ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
-        self._summed_finely = False
+        self._summed_finely, self._in_pairs = False, in_pairs
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
@@ -243,8 +273,23 @@ class SpringResidual:
         out.given, out._summed_finely = self.given, True
         return out
 
-    def left(self, values: Real) -> Array:
+    def begun(self, values: Array) -> Long | Pair:
+        """The values (size, m k) of the unknowns, ready to be refined."""
+        return Pair(values, np.zeros_like(values)) if self._in_pairs else Long(extended(values))
+
+    def left(self, values: Real | Long | Pair) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        if isinstance(values, Pair):
+            return self._left_by_pairs(values)
+        return self._left(values.numbers if isinstance(values, Long) else values)
+
+    def _left_by_pairs(self, values: Pair) -> Array:
+        given = None if isinstance(self.given, float) else Pair.of(self.given)
+        cases = values.large.shape[1] // max(1, self.stiffness.shape[1])
+        stiffness = self.stiffness if cases == 1 else np.repeat(self.stiffness, cases, axis=1)
+        return unbalanced(self.deformations.split, given, stiffness, self.forces, values)
+
+    def _left(self, values: Real) -> Array:
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given

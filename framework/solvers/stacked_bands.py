@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..structure.topology import Index
-from .band_factors import BandFactors, OneByOne, SideBySide, side_by_side
+from .band_factors import BandFactors, OneByOne, SideBySide, in_pairs, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, SUSPECT, Factor, probe
@@ -72,6 +72,8 @@ class Bands:
         Number of diagonals on and below the main one.
     side_by_side
         Whether factors are made some at a time.
+    in_pairs
+        Whether residuals are computed in pairs of double numbers.
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
@@ -82,6 +84,7 @@ class Bands:
         self.place, self.width = pattern.place, pattern.width
         self.position, self.column, self.row = pattern.position, pattern.column, pattern.row
         self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
+        self.in_pairs = in_pairs(coupling.grid.sizes[coupling.mask], self.size)
         self._diagonal = pattern.diagonal
         self.sums = Sums(coupling, pattern.sums)
 
@@ -100,7 +103,7 @@ class Bands:
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         values *= root[self.row]
         values *= root[self.column]
-        return StackedFactor(self, picked, values, np.ascontiguousarray(root.T))
+        return StackedFactor(self, picked, values, root)
 
 
 class StackedFactor:
@@ -115,7 +118,7 @@ class StackedFactor:
     values
         Their scaled entries (entries, m).
     root
-        The scale (m, size).
+        The scale (size, m).
     """
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
@@ -132,18 +135,18 @@ class StackedFactor:
         return scipy.sparse.csr_matrix(lower + lower.T - scipy.sparse.diags(lower.diagonal()))
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Solve in place with some of the scaled matrices for loads (m, k, size); NaN where a pivot is zero."""
+        """Solve in place with some of the scaled matrices for loads (size, m, k); NaN where a pivot is zero."""
         others = np.flatnonzero(np.isin(entries, list(self.instead))).tolist() if self.instead else []
-        found = [(other, self._otherwise(int(entries[other]), loads[other])) for other in others]
+        found = [(other, self._otherwise(int(entries[other]), loads[:, other])) for other in others]
         self._factors.solve(entries, loads)
         for other, values in found:
-            loads[other] = values
+            loads[:, other] = values
 
     def _otherwise(self, entry: int, load: Array) -> Array | float:
-        """Solution for loads (k, size) by LU."""
+        """Solution for loads (size, k) by LU."""
         factor = self.instead[entry]
-        found = factor.unscaled(factor.root[:, None] * load.T)
-        return np.nan if found is None else (factor.root[:, None] * found).T
+        found = factor.unscaled(factor.root[:, None] * load)
+        return np.nan if found is None else factor.root[:, None] * found
 
     @cached_property
     def growth(self) -> Array:
@@ -173,7 +176,7 @@ class StackedFactor:
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
-        blocks, count = self.bands.sums.coupling.blocks[:-1], len(self.root)
+        blocks, count = self.bands.sums.coupling.blocks[:-1], self.root.shape[1]
         out = np.empty((len(springs), len(entries)))
         for block in blocks:
             mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
@@ -205,7 +208,7 @@ class StackedFactor:
     @property
     def precise(self) -> Mask:
         """Entries of which solutions are exact to rounding as they come, (m,)."""
-        out = np.zeros(len(self.root), dtype=bool)
+        out = np.zeros(self.root.shape[1], dtype=bool)
         out[[entry for entry, factor in self.instead.items() if factor.precise]] = True
         return out
 
@@ -217,7 +220,7 @@ class StackedFactor:
         springs = self.numbers(acting, np.array([entry]))[:, 0]
         if (springs < 0.0).any():
             return None
-        scaled = filled(deformations, deformations.data * self.root[entry][deformations.indices])
+        scaled = filled(deformations, deformations.data * self.root[deformations.indices, entry])
         rough = filled(deformations, scaled.data.astype(np.float64))
         return TensionFactor(scipy.sparse.csr_matrix(rough.T @ scipy.sparse.diags(springs) @ rough), scaled, springs)
 
@@ -226,7 +229,7 @@ class StackedFactor:
         growth, zero = 1.0, zero_eigenvalue(len(vector))
         for enough in (SUSPECT, *(_SURE,) * (ITERATIONS - 1)):
             vector = vector / growth
-            self.solve(np.array([entry]), vector[None, None])
+            self.solve(np.array([entry]), vector[:, None, None])
             growth = float(np.linalg.norm(vector))
             if not growth >= enough / zero:
                 break

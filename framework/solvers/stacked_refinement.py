@@ -6,7 +6,7 @@ Whatever is asked of a load case, how often it is refined depends on it alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
 from ..structure.topology import Index
 from .evaluation import Picked
+from .spring_residual import Long
 from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
@@ -37,8 +38,25 @@ _MEMBER = 3000
 class Residual(Protocol):
     """Unbalanced loads of some entries."""
 
-    def left(self, values: Real) -> Array:
+    def begun(self, values: Array) -> Refined:
+        """The values (size, m k) of the unknowns, ready to be refined."""
+        ...
+
+    def left(self, values: Any) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        ...
+
+
+class Refined(Protocol):
+    """Numbers with more digits than those of double precision."""
+
+    @property
+    def rounded(self) -> Array:
+        """In double precision."""
+        ...
+
+    def plus(self, change: Array) -> Refined:
+        """The sum with other numbers."""
         ...
 
 
@@ -56,53 +74,59 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     entries
         Numbers of these, (m,).
     values
-        Solutions (m, k, size), which are replaced.
+        Solutions (size, m, k), which are replaced.
 
     Returns
     -------
     ndarray
         Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
     """
-    count, cases, size = values.shape
-    root = factor.root[entries][:, None]
-    found = extended(np.ascontiguousarray(values.reshape(-1, size).T))
-    whole = np.abs(values / root).max(axis=-1, initial=0.0)
+    size, count, cases = values.shape
+    root = factor.root[:, entries, None] if count < factor.root.shape[1] else factor.root[..., None]
+    found = residual.begun(values.reshape(size, -1))
+    whole = _greatest(values / root)
     contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
     error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
     for _ in range(_STEPS):
-        change = np.ascontiguousarray(residual.left(found).T).reshape(count, cases, size)
+        change = residual.left(found).reshape(size, count, cases)
         change *= root
         _solve(factor, entries, change, going)
-        moved = np.abs(change).max(axis=-1, initial=0.0)
+        moved = _greatest(change)
         sound = going.all() and np.isfinite(moved).all()
         moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
         contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
         error = np.where(going, moved, error)
         change *= root
         if not sound:
-            change[~(going[..., None] & np.isfinite(change))] = 0.0
-        found += change.reshape(-1, size).T
+            change[~(going & np.isfinite(change))] = 0.0
+        found = found.plus(change.reshape(size, -1))
         going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
         if not going.any():
             break
-    values[:] = found.T.reshape(values.shape)
+    values[...] = found.rounded.reshape(values.shape)
     lost: Mask = ~(error <= _LOST)
     return lost
 
 
+def _greatest(values: Array) -> Array:
+    """Greatest size (m, k) of values (size, m, k)."""
+    found: Array = np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
+    return found
+
+
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
-    """Solve for scaled loads (m, k, size) in place, as far as these are `going` (m, k)."""
+    """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k)."""
     if going.all():
         factor.solve(entries, loads)
         return
     whole = going.all(axis=1)
-    some = loads[whole]
+    some = loads[:, whole]
     factor.solve(entries[whole], some)
-    loads[whole] = some
+    loads[:, whole] = some
     for k in np.flatnonzero(going.any(axis=1) & ~whole).tolist():
-        few = loads[k : k + 1, going[k]]
+        few = loads[:, k : k + 1, going[k]]
         factor.solve(entries[k : k + 1], few)
-        loads[k, going[k]] = few[0]
+        loads[:, k, going[k]] = few[:, 0]
 
 
 class StaticsResidual:
@@ -117,7 +141,7 @@ class StaticsResidual:
     names
         Numbers of the unknowns, in the order of their values.
     units
-        Loads (m, k, size) where units of the right-hand-side parameters are solved for; None where all that acts is.
+        Loads (size, m, k) where units of the right-hand-side parameters are solved for; None where all that acts is.
     """
 
     def __init__(
@@ -126,14 +150,21 @@ class StaticsResidual:
         self.names, self.units = list(names), units
         self.statics = PickedStatics(plan, kinematics, picked)
 
-    def left(self, values: Real) -> Array:
+    def begun(self, values: Array) -> Long:
+        """The values (size, m k) of the unknowns in extended precision."""
+        return Long(extended(values))
+
+    def left(self, values: Long) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        each = np.ascontiguousarray(values.numbers.T)
         if self.units is not None:
-            by_entry = values.T.reshape(self.units.shape)
-            met = np.moveaxis(resisted(self.statics, self.names, np.moveaxis(by_entry, 1, 0)), 0, 1)
-            return np.asarray(self.units - met, dtype=np.float64).reshape(-1, len(values)).T
-        state = EquilibriumResidual(self.statics, _same, self.names, values.T, 1)
-        return state.balance.astype(np.float64).T
+            size, count, cases = self.units.shape
+            by_entry = np.moveaxis(each.reshape(count, cases, size), 1, 0)
+            met = np.moveaxis(resisted(self.statics, self.names, by_entry), 0, 1)
+            units = np.moveaxis(self.units, 0, -1)
+            return np.ascontiguousarray(np.asarray(units - met, dtype=np.float64).reshape(-1, size).T)
+        state = EquilibriumResidual(self.statics, _same, self.names, each, 1)
+        return np.ascontiguousarray(state.balance.astype(np.float64).T)
 
     @staticmethod
     def bytes(plan: Plan) -> int:
