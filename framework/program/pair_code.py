@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 
 class Pair(NamedTuple):
-    """Numbers as sums of two."""
+    """Numbers as sums of two each."""
 
     large: Array
     small: Array
@@ -35,19 +35,6 @@ class Pair(NamedTuple):
         """Numbers in extended precision, none of whose digits is lost."""
         large = numbers.astype(np.float64)
         return cls(large, (numbers - large).astype(np.float64))
-
-    @property
-    def rounded(self) -> Array:
-        """In double precision."""
-        return self.large + self.small
-
-    def plus(self, change: Array) -> Pair:
-        """The sum with other numbers."""
-        whole = self.large + change
-        taken = whole - self.large
-        left = (self.large - (whole - taken)) + (change - taken)
-        left += self.small
-        return Pair(whole, left)
 
 
 class Rows(NamedTuple):
@@ -71,8 +58,8 @@ class Rows(NamedTuple):
         return cls(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), Pair.of(matrix.data))
 
 
-def unbalanced(rows: Rows, given: Pair | None, stiffness: Array, forces: Array, values: Pair) -> Array:
-    """What forces leave of ``A^T k (A u + g)``: A u in pairs, and all else in double precision.
+def unbalanced(rows: Rows, given: Pair | None, stiffness: Array, forces: Array, values: Pair, root: Array) -> Array:
+    """What forces leave of ``A^T k (A u + g)``, scaled: A u in pairs, and all else in double precision.
 
     Parameters
     ----------
@@ -86,94 +73,82 @@ def unbalanced(rows: Rows, given: Pair | None, stiffness: Array, forces: Array, 
         (unknowns, m).
     values
         The unknowns u, (unknowns, m).
+    root
+        By what the loads that are left are multiplied, (unknowns, m).
 
     Returns
     -------
     ndarray
         (unknowns, m).
     """
-    count = forces.shape[1]
-    others = max(0, WIDTH - count)
-    known = (np.zeros((1, max(count, WIDTH))),) * 2 if given is None else given
-    arrays = [np.ascontiguousarray(np.pad(each, ((0, 0), (0, others))) if others else each)
-              for each in (stiffness, forces, *values, *known)]  # fmt: skip
+    size, count = forces.shape
+    known = (np.zeros((1, count)),) * 2 if given is None else given
+    arrays = [_wide(each) for each in (stiffness, forces, *values, *known, root)]
     out = np.empty(arrays[1].shape)
-    table = np.array([each.ctypes.data for each in (*rows[:2], *rows.numbers, *arrays, out)])
-    _function()(table.ctypes.data, len(stiffness), len(forces), count + others, int(given is not None))
-    return out[:, :count] if others else out
+    _run(_residual(), [*rows[:2], *rows.numbers, *arrays, out], len(stiffness), size, int(given is not None))
+    return out[:, :count]
+
+
+def add(values: Pair, change: Array, root: Array) -> Array:
+    """Add to values (unknowns, m), in place, scaled changes (unknowns, m) times their scale, (unknowns, m).
+
+    Returns
+    -------
+    ndarray
+        The greatest size of the scaled changes to each column, (m,); NaN where one is.
+    """
+    size, count = change.shape
+    arrays = [_wide(each) for each in (*values, change, root)]
+    greatest = np.empty((1, arrays[0].shape[1]))
+    _run(_addition(), [*arrays, greatest], 0, size, 0)
+    for each, wide in zip(values, arrays, strict=False):
+        if wide is not each:
+            each[...] = wide[:, :count]
+    return greatest[0, :count]
+
+
+def _wide(array: Array) -> Array:
+    """Row by row in memory, as wide as some vectors."""
+    others = -array.shape[1] % WIDTH
+    return np.ascontiguousarray(np.pad(array, ((0, 0), (0, others))) if others else array)
+
+
+def _run(function: Callable[..., None], arrays: list[NDArray[Any]], springs: int, size: int, given: int) -> None:
+    table = np.array([each.ctypes.data for each in arrays])
+    function(table.ctypes.data, springs, size, arrays[-1].shape[1], given)
 
 
 @cache
-def _function() -> Callable[..., None]:
-    return compiled_kernel(_Text().whole())
+def _residual() -> Callable[..., None]:
+    return compiled_kernel(_Residual().whole())
+
+
+@cache
+def _addition() -> Callable[..., None]:
+    return compiled_kernel(_Addition().whole())
 
 
 class _Text(LoopText):
-    """The function as the text that LLVM reads."""
+    """A function of arrays in a table as the text that LLVM reads: some entries, and then others."""
+
+    arrays: tuple[str, ...] = ()
 
     def whole(self) -> str:
         """All of it."""
         self._lines = [
             f"declare {_V} @llvm.fma.v{WIDTH}f64({_V}, {_V}, {_V})",
+            f"declare {_V} @llvm.fabs.v{WIDTH}f64({_V})",
             "define void @run(ptr %table, i64 %springs, i64 %size, i64 %count, i64 %given) {",
             "entry:",
-            f"  %vectors = add i64 %count, {WIDTH - 1}",
-            f"  %blocks = sdiv i64 %vectors, {WIDTH}",
-            f"  %most = sub i64 %count, {WIDTH}",
+            f"  %blocks = sdiv i64 %count, {WIDTH}",
         ]
-        names = ("start", "column", "large", "small", "stiffness", "forces", "u", "v", "g", "h", "out")
-        self._at = {name: self._pointer(str(k)) for k, name in enumerate(names)}
-        self._loop("0", "%blocks", self._entries)
+        self._at = {name: self._pointer(str(k)) for k, name in enumerate(self.arrays)}
+        self._loop("0", "%blocks", lambda block: self._entries(self._int("mul", block, str(WIDTH))))
         return "\n".join([*self._lines, "  ret void", "}"])
 
-    def _entries(self, block: str) -> None:
-        """Some entries; the last ones overlap those before."""
-        first = self._int("mul", block, str(WIDTH))
-        last = self._value("b", f"icmp slt i64 %most, {first}")
-        first = self._value("n", f"select i1 {last}, i64 %most, i64 {first}")
-        zero = "zeroinitializer"
-
-        def place(row: str) -> str:
-            return self._int("add", self._int("mul", row, "%count"), first)
-
-        def leave(row: str) -> None:
-            at = place(row)
-            left = f"fsub {_V} {self._lane('forces', at)}, {self._lane('out', at)}"
-            self._store_lane("out", at, self._vector(left))
-
-        self._loop("0", "%size", lambda row: self._store_lane("out", place(row), zero))
-        self._loop("0", "%springs", lambda spring: self._spring(spring, place))
-        self._loop("0", "%size", leave)
-
-    def _spring(self, spring: str, place: Callable[[str], str]) -> None:
-        """What one spring takes of the forces."""
-        start, stop = self._whole("start", spring), self._whole("start", self._int("add", spring, "1"))
-        # where nothing is given the first numbers are read, which are zero
-        at = self._int("mul", place(spring), "%given")
-        begin = [self._lane("g", at), self._lane("h", at)]
-
-        def add(k: str, sums: list[str]) -> list[str]:
-            at = place(self._whole("column", k))
-            share, rest = self._every("large", k), self._every("small", k)
-            large, small = self._lane("u", at), self._lane("v", at)
-            product = self._two("fmul", share, large)
-            left = self._fused(share, large, self._vector(f"fneg {_V} {product}"))
-            left = self._fused(rest, large, self._fused(share, small, left))
-            whole = self._two("fadd", sums[0], product)
-            taken = self._two("fsub", whole, sums[0])
-            lost = self._two("fsub", sums[0], self._two("fsub", whole, taken))
-            lost = self._two("fadd", lost, self._two("fsub", product, taken))
-            return [whole, self._two("fadd", sums[1], self._two("fadd", lost, left))]
-
-        large, small = self._carried(start, stop, begin, add)
-        tension = self._two("fmul", self._two("fadd", large, small), self._lane("stiffness", place(spring)))
-
-        def back(k: str) -> None:
-            at = place(self._whole("column", k))
-            taken = self._two("fmul", self._every("large", k), tension)
-            self._store_lane("out", at, self._two("fadd", self._lane("out", at), taken))
-
-        self._loop(start, stop, back)
+    def _entries(self, first: str) -> None:
+        """What is done for the entries from the `first` on that a vector holds."""
+        raise NotImplementedError
 
     # -- how it is written --------------------------------------------------------------------------------------------
 
@@ -182,6 +157,13 @@ class _Text(LoopText):
 
     def _fused(self, a: str, b: str, c: str) -> str:
         return self._vector(f"call {_V} @llvm.fma.v{WIDTH}f64({_V} {a}, {_V} {b}, {_V} {c})")
+
+    def _sum(self, a: str, b: str) -> tuple[str, str]:
+        """A sum, and what rounding takes of it."""
+        whole = self._two("fadd", a, b)
+        taken = self._two("fsub", whole, a)
+        lost = self._two("fsub", a, self._two("fsub", whole, taken))
+        return whole, self._two("fadd", lost, self._two("fsub", b, taken))
 
     def _number(self, kind: str, name: str, at: str) -> str:
         place = self._value("p", f"getelementptr {kind}, ptr {self._at[name]}, i64 {at}")
@@ -202,3 +184,72 @@ class _Text(LoopText):
     def _store_lane(self, name: str, at: str, value: str) -> None:
         place = self._value("p", f"getelementptr double, ptr {self._at[name]}, i64 {at}")
         self._lines.append(f"  store {_V} {value}, ptr {place}, align 8")
+
+    def _row(self, row: str, first: str) -> str:
+        return self._int("add", self._int("mul", row, "%count"), first)
+
+
+class _Residual(_Text):
+    """Unbalanced loads."""
+
+    arrays = ("start", "column", "large", "small", "stiffness", "forces", "u", "v", "g", "h", "root", "out")
+
+    def _entries(self, first: str) -> None:
+        def leave(row: str) -> None:
+            at = self._row(row, first)
+            left = self._two("fsub", self._lane("forces", at), self._lane("out", at))
+            self._store_lane("out", at, self._two("fmul", left, self._lane("root", at)))
+
+        self._loop("0", "%size", lambda row: self._store_lane("out", self._row(row, first), "zeroinitializer"))
+        self._loop("0", "%springs", lambda spring: self._spring(spring, lambda row: self._row(row, first)))
+        self._loop("0", "%size", leave)
+
+    def _spring(self, spring: str, place: Callable[[str], str]) -> None:
+        """What one spring takes of the forces."""
+        start, stop = self._whole("start", spring), self._whole("start", self._int("add", spring, "1"))
+        # where nothing is given the first numbers are read, which are zero
+        at = self._int("mul", place(spring), "%given")
+        begin = [self._lane("g", at), self._lane("h", at)]
+
+        def add(k: str, sums: list[str]) -> list[str]:
+            at = place(self._whole("column", k))
+            share, rest = self._every("large", k), self._every("small", k)
+            large, small = self._lane("u", at), self._lane("v", at)
+            product = self._two("fmul", share, large)
+            left = self._fused(share, large, self._vector(f"fneg {_V} {product}"))
+            left = self._fused(rest, large, self._fused(share, small, left))
+            whole, lost = self._sum(sums[0], product)
+            return [whole, self._two("fadd", sums[1], self._two("fadd", lost, left))]
+
+        large, small = self._carried(start, stop, begin, add)
+        tension = self._two("fmul", self._two("fadd", large, small), self._lane("stiffness", place(spring)))
+
+        def back(k: str) -> None:
+            at = place(self._whole("column", k))
+            taken = self._two("fmul", self._every("large", k), tension)
+            self._store_lane("out", at, self._two("fadd", self._lane("out", at), taken))
+
+        self._loop(start, stop, back)
+
+
+class _Addition(_Text):
+    """Values to which changes are added."""
+
+    arrays = ("large", "small", "change", "root", "greatest")
+
+    def _entries(self, first: str) -> None:
+        def one(row: str, found: list[str]) -> list[str]:
+            at = self._row(row, first)
+            scaled, large = self._lane("change", at), self._lane("large", at)
+            change = self._two("fmul", scaled, self._lane("root", at))
+            whole, lost = self._sum(large, change)
+            self._store_lane("large", at, whole)
+            self._store_lane("small", at, self._two("fadd", lost, self._lane("small", at)))
+            size = self._vector(f"call {_V} @llvm.fabs.v{WIDTH}f64({_V} {scaled})")
+            more = self._value("b", f"fcmp ogt {_V} {size}, {found[0]}")
+            greatest = self._vector(f"select <{WIDTH} x i1> {more}, {_V} {size}, {_V} {found[0]}")
+            unknown = self._value("b", f"fcmp uno {_V} {scaled}, {scaled}")
+            return [greatest, self._vector(f"select <{WIDTH} x i1> {unknown}, {_V} {scaled}, {_V} {found[1]}")]
+
+        found = self._carried("0", "%size", ["zeroinitializer"] * 2, one)
+        self._store_lane("greatest", first, self._two("fadd", *found))

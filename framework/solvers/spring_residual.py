@@ -209,22 +209,6 @@ def by_springs(plan: Plan, deformations: Deformations, load: Array) -> SpringRes
     return SpringResidual(deformations, deformations.springs[:, None], load)
 
 
-@dataclass(frozen=True)
-class Long:
-    """Numbers in extended precision."""
-
-    numbers: Real
-
-    @property
-    def rounded(self) -> Array:
-        """In double precision."""
-        return self.numbers.astype(np.float64)
-
-    def plus(self, change: Array) -> Long:
-        """The sum with other numbers."""
-        return Long(self.numbers + change)
-
-
 class SpringResidual:
     """Unbalanced loads by deformations that do not vary.
 
@@ -239,21 +223,14 @@ class SpringResidual:
     rhs_parameters
         Known displacements: the numbers (right-hand-side parameters, m k); None where there are none, or a unit of a
         load is solved for.
-    in_pairs
-        Whether to compute in pairs of double numbers, as machine code does.
     """
 
     def __init__(
-        self,
-        deformations: Deformations,
-        stiffness: Array,
-        forces: Array,
-        rhs_parameters: Array | None = None,
-        in_pairs: bool = False,
+        self, deformations: Deformations, stiffness: Array, forces: Array, rhs_parameters: Array | None = None
     ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
-        self._summed_finely, self._in_pairs = False, in_pairs
+        self._summed_finely = False
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
@@ -273,23 +250,15 @@ class SpringResidual:
         out.given, out._summed_finely = self.given, True
         return out
 
-    def begun(self, values: Array) -> Long | Pair:
-        """The values (size, m k) of the unknowns, ready to be refined."""
-        return Pair(values, np.zeros_like(values)) if self._in_pairs else Long(extended(values))
-
-    def left(self, values: Real | Long | Pair) -> Array:
-        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
-        if isinstance(values, Pair):
-            return self._left_by_pairs(values)
-        return self._left(values.numbers if isinstance(values, Long) else values)
-
-    def _left_by_pairs(self, values: Pair) -> Array:
+    def left_by_pairs(self, values: Pair, root: Array) -> Array:
+        """The same of pairs of double numbers, by machine code, times a scale (size, m k)."""
         given = None if isinstance(self.given, float) else Pair.of(self.given)
-        cases = values.large.shape[1] // max(1, self.stiffness.shape[1])
+        cases = self.forces.shape[1] // max(1, self.stiffness.shape[1])
         stiffness = self.stiffness if cases == 1 else np.repeat(self.stiffness, cases, axis=1)
-        return unbalanced(self.deformations.split, given, stiffness, self.forces, values)
+        return unbalanced(self.deformations.split, given, stiffness, self.forces, values, root)
 
-    def _left(self, values: Real) -> Array:
+    def left(self, values: Real) -> Array:
+        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given

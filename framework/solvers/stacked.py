@@ -26,7 +26,7 @@ from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
 from .spring_residual import Deformations, SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
-from .stacked_refinement import Residual, StaticsResidual, refine
+from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
 from .terms import SumPattern
 
 Mask = NDArray[np.bool_]
@@ -392,7 +392,8 @@ class _Solved:
         if self.coupling.imposed:
             given = picked.of_values(self.plan.rhs_parameters.values)
             forces = self._right(matrices, columns, imposed=False)
-        return SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given, self.bands.in_pairs)
+        residual = SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given)
+        return BySprings(residual, in_pairs=self.bands.in_pairs)
 
     @cached_property
     def _kinematics(self) -> FrameKinematics:

@@ -5,8 +5,8 @@ Whatever is asked of a load case, how often it is refined depends on it alone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,10 @@ from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
+from ..program.pair_code import Pair, add
 from ..structure.topology import Index
 from .evaluation import Picked
-from .spring_residual import Long
+from .spring_residual import SpringResidual
 from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
@@ -38,25 +39,25 @@ _MEMBER = 3000
 class Residual(Protocol):
     """Unbalanced loads of some entries."""
 
-    def begun(self, values: Array) -> Refined:
-        """The values (size, m k) of the unknowns, ready to be refined."""
-        ...
-
-    def left(self, values: Any) -> Array:
-        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
         ...
 
 
 class Refined(Protocol):
-    """Numbers with more digits than those of double precision."""
+    """Values (size, m k) of the unknowns with more digits than those of double precision."""
+
+    def left(self) -> Array:
+        """Scaled loads (size, m k) that they leave."""
+        ...
+
+    def add(self, change: Array) -> Array:
+        """Add scaled changes (size, m k); the greatest size of these in each column, NaN where one is, (m k,)."""
+        ...
 
     @property
     def rounded(self) -> Array:
         """In double precision."""
-        ...
-
-    def plus(self, change: Array) -> Refined:
-        """The sum with other numbers."""
         ...
 
 
@@ -82,42 +83,43 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
         Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
     """
     size, count, cases = values.shape
-    root = factor.root[:, entries, None] if count < factor.root.shape[1] else factor.root[..., None]
-    found = residual.begun(values.reshape(size, -1))
-    whole = _greatest(values / root)
+    root = factor.root if count == factor.root.shape[1] else factor.root[:, entries]
+    root = root if cases == 1 else np.repeat(root, cases, axis=1)
+    flat = values.reshape(size, -1)
+    whole = _greatest(flat / root).reshape(count, cases)
+    found = residual.refined(flat, root)
     contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
     error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
+    lacking = np.zeros((count, cases), dtype=bool)
     for _ in range(_STEPS):
-        change = residual.left(found).reshape(size, count, cases)
-        change *= root
+        change = found.left().reshape(size, count, cases)
         _solve(factor, entries, change, going)
-        moved = _greatest(change)
-        sound = going.all() and np.isfinite(moved).all()
+        moved = found.add(change.reshape(size, -1)).reshape(count, cases)
+        lacking |= np.isnan(moved)
         moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
         contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
         error = np.where(going, moved, error)
-        change *= root
-        if not sound:
-            change[~(going & np.isfinite(change))] = 0.0
-        found = found.plus(change.reshape(size, -1))
         going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
         if not going.any():
             break
-    values[...] = found.rounded.reshape(values.shape)
+    rounded = found.rounded.reshape(values.shape)
+    values[...] = np.where(lacking, values, rounded) if lacking.any() else rounded
     lost: Mask = ~(error <= _LOST)
     return lost
 
 
 def _greatest(values: Array) -> Array:
-    """Greatest size (m, k) of values (size, m, k)."""
+    """Greatest size of each column of numbers (size, m), (m,)."""
     found: Array = np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
     return found
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
-    """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k)."""
-    if going.all():
+    """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k); zero where they are not."""
+    if going.all() or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
         factor.solve(entries, loads)
+        if not going.all():
+            np.copyto(loads, 0.0, where=~going)
         return
     whole = going.all(axis=1)
     some = loads[:, whole]
@@ -127,6 +129,78 @@ def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> 
         few = loads[:, k : k + 1, going[k]]
         factor.solve(entries[k : k + 1], few)
         loads[:, k, going[k]] = few[:, 0]
+    loads[:, ~going] = 0.0
+
+
+class InLong:
+    """Values refined in extended precision.
+
+    Parameters
+    ----------
+    left
+        Unbalanced loads (size, m) of values (size, m).
+    values, root
+        The values, and their scale, (size, m).
+    """
+
+    def __init__(self, left: Callable[[Real], Array], values: Array, root: Array) -> None:
+        self._left, self._values, self._root = left, extended(values), root
+
+    def left(self) -> Array:
+        """Scaled loads (size, m) that they leave."""
+        return self._left(self._values) * self._root
+
+    def add(self, change: Array) -> Array:
+        """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
+        moved = _greatest(change)
+        self._values += change * self._root
+        return moved
+
+    @property
+    def rounded(self) -> Array:
+        """In double precision."""
+        return self._values.astype(np.float64)
+
+
+class InPairs:
+    """The same in pairs of double numbers, by machine code."""
+
+    def __init__(self, left: Callable[[Pair, Array], Array], values: Array, root: Array) -> None:
+        self._left, self._values, self._root = left, Pair(values.copy(), np.zeros_like(values)), root
+
+    def left(self) -> Array:
+        """Scaled loads (size, m) that they leave."""
+        return self._left(self._values, self._root)
+
+    def add(self, change: Array) -> Array:
+        """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
+        return add(self._values, change, self._root)
+
+    @property
+    def rounded(self) -> Array:
+        """In double precision."""
+        return self._values.large + self._values.small
+
+
+class BySprings:
+    """Residual of entries by deformations that they have in common.
+
+    Parameters
+    ----------
+    residual
+        Loads that values leave.
+    in_pairs
+        Whether to refine in pairs of double numbers, by machine code.
+    """
+
+    def __init__(self, residual: SpringResidual, *, in_pairs: bool) -> None:
+        self._residual, self._in_pairs = residual, in_pairs
+
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
+        if self._in_pairs:
+            return InPairs(self._residual.left_by_pairs, values, root)
+        return InLong(self._residual.left, values, root)
 
 
 class StaticsResidual:
@@ -150,13 +224,13 @@ class StaticsResidual:
         self.names, self.units = list(names), units
         self.statics = PickedStatics(plan, kinematics, picked)
 
-    def begun(self, values: Array) -> Long:
-        """The values (size, m k) of the unknowns in extended precision."""
-        return Long(extended(values))
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
+        return InLong(self.left, values, root)
 
-    def left(self, values: Long) -> Array:
+    def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
-        each = np.ascontiguousarray(values.numbers.T)
+        each = np.ascontiguousarray(values.T)
         if self.units is not None:
             size, count, cases = self.units.shape
             by_entry = np.moveaxis(each.reshape(count, cases, size), 1, 0)
