@@ -84,13 +84,13 @@ class Deformations:
         groups = plan.topology.groups
         each = [constant_springs(plan, group, picked.of_group(group).element) for group in groups]
         found = [rows for _, rows in each]
-        used = [each != 0.0 for each in found]
+        used = [each.astype(bool) for each in found]
         dofs, joints = [group.dofs for group in groups], len(plan.tree.springs)
         tables = [rows.start, rows.column, place, np.array([rows.known, 6 * len(plan.topology.number), joints])]
         masks = [np.packbits(each) for each in used]
         pattern = kept("deformations", [*masks, *dofs, *tables], lambda: _pattern(used, dofs, *tables))
-        ones = extended(np.ones(joints))
-        data = np.concatenate([*(each.reshape(-1) for each in found), ones])[pattern.taken]
+        every = [*(each.reshape(-1) for each in found), extended(np.ones(joints))]
+        data = (every[0] if len(found) == 1 and not joints else np.concatenate(every))[pattern.taken]
         data *= rows.share[pattern.shares]
         self._fill(pattern, data)
         links = [np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs]

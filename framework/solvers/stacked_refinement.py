@@ -32,6 +32,8 @@ _FINE, _STEPS = 1e-15, 5
 _LOST = 1e-6
 # What the estimated error is taken to be larger.
 _SAFE = 8.0
+# Columns below which they are looked at one by one.
+_NARROW = 16
 # Bytes of a member in extended precision.
 _MEMBER = 3000
 
@@ -110,8 +112,10 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
 
 def _greatest(values: Array) -> Array:
     """Greatest size of each column of numbers (size, m), (m,)."""
-    found: Array = np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
-    return found
+    if values.shape[1] < _NARROW:
+        found: Array = np.abs(values.T, order="C").max(axis=1, initial=0.0)
+        return found
+    return np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:

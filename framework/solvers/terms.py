@@ -18,7 +18,7 @@ from .patterns import connected, labelled, pattern_by_rows
 Mask = NDArray[np.bool_]
 Found = TypeVar("Found")
 # What a number that acts on a member weighs, with what follows from it, at most; weight from which on nothing is kept.
-_EACH, _MOST = 16, 2**20
+_EACH, _MOST = 16, 2**21
 # Things that follow from the terms of one frame that are kept with them.
 _KINDS = 12
 _TWELVE = np.triu_indices(12)
