@@ -23,7 +23,7 @@ from ..error_bounds.kinematic_edge import Real, extended
 from ..program.pair_code import Pair, Rows, unbalanced
 from ..structure.topology import Index
 from .evaluation import Picked
-from .patterns import filled, kept, pattern_by_rows
+from .patterns import filled, kept, pattern_by_rows, product
 from .transformation import Transformation, expanded
 
 Mask = NDArray[np.bool_]
@@ -138,11 +138,10 @@ class Deformations:
         """
         if (self.springs < 0.0).any():
             return None
-        root = np.sqrt(self.springs)
+        root, table = np.sqrt(self.springs), self.by_unknowns
         weighted = filled(self.back, self.back.data * root[self.back.indices])
-        each = np.repeat(root, np.diff(self.by_unknowns.indptr))
-        found = weighted @ filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64) * each)
-        return scipy.sparse.csr_matrix(found)
+        each = np.repeat(root, np.diff(table.indptr))
+        return product(weighted, filled(table, table.data.astype(np.float64) * each))
 
 
 def _pattern(

@@ -227,7 +227,7 @@ class StackedSolver:
         for start in range(0, self.count, step):
             matrices = np.arange(start, min(start + step, self.count))
             key = self.coupling.mask, bands.where.tobytes(), start
-            if key not in self._factors or self._factors[key].root.shape[1] != len(matrices):
+            if key not in self._factors or self._factors[key].count != len(matrices):
                 with timed(self.plan.times, "factorisation"):
                     shape, mask = self.plan.frame.shape, self.coupling.mask
                     factor = bands.factorised(Picked.of(shape, mask, matrices))

@@ -119,10 +119,15 @@ class StackedFactor:
         Their scaled entries (entries, m).
     root
         The scale (size, m).
+
+    Attributes
+    ----------
+    count
+        How many there are, m.
     """
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
-        self.bands, self.picked, self.root = bands, picked, root
+        self.bands, self.picked, self.root, self.count = bands, picked, root, root.shape[1]
         kind = SideBySide if bands.side_by_side else OneByOne
         self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
@@ -176,7 +181,7 @@ class StackedFactor:
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
-        blocks, count = self.bands.sums.coupling.blocks[:-1], self.root.shape[1]
+        blocks, count = self.bands.sums.coupling.blocks[:-1], self.count
         out = np.empty((len(springs), len(entries)))
         for block in blocks:
             mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
@@ -208,7 +213,7 @@ class StackedFactor:
     @property
     def precise(self) -> Mask:
         """Entries of which solutions are exact to rounding as they come, (m,)."""
-        out = np.zeros(self.root.shape[1], dtype=bool)
+        out = np.zeros(self.count, dtype=bool)
         out[[entry for entry, factor in self.instead.items() if factor.precise]] = True
         return out
 

@@ -85,7 +85,7 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
         Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
     """
     size, count, cases = values.shape
-    root = factor.root if count == factor.root.shape[1] else factor.root[:, entries]
+    root = factor.root if count == factor.count else factor.root[:, entries]
     root = root if cases == 1 else np.repeat(root, cases, axis=1)
     flat = values.reshape(size, -1)
     whole = _greatest(flat / root).reshape(count, cases)
@@ -112,10 +112,12 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
 
 def _greatest(values: Array) -> Array:
     """Greatest size of each column of numbers (size, m), (m,)."""
+    found: Array
     if values.shape[1] < _NARROW:
-        found: Array = np.abs(values.T, order="C").max(axis=1, initial=0.0)
-        return found
-    return np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
+        found = np.abs(values.T, order="C").max(axis=1, initial=0.0)
+    else:
+        found = np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
+    return found
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
