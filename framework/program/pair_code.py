@@ -1,6 +1,6 @@
 """Unbalanced loads of many batch entries in pairs of double numbers, some entries abreast, as machine code.
 
-A pair is a sum of which the second number is below the rounding of the first, so that it carries twice the digits.
+A pair (a double-double) is a sum of which the second number is below the rounding of the first, so that it carries twice the digits.
 Products and sums without loss are Dekker's and Knuth's (Ogita, Rump & Oishi, Accurate Sum and Dot Product, SIAM J. Sci.
 Comput. 26(6), 2005, Algorithms 3.1, 3.5 and 5.3), with fused operations. They take a tenth of the time that extended
 precision does, which no vector unit has. Needs the extra ``fast``.
@@ -24,17 +24,22 @@ from .machine_text import WIDTH
 Array = NDArray[np.float64]
 
 
-class Pair(NamedTuple):
+class DoubleDouble(NamedTuple):
     """Numbers as sums of two each."""
 
     large: Array
     small: Array
 
     @classmethod
-    def of(cls, numbers: NDArray[Any]) -> Pair:
+    def of(cls, numbers: NDArray[Any]) -> DoubleDouble:
         """Numbers in extended precision, none of whose digits is lost."""
         large = numbers.astype(np.float64)
         return cls(large, (numbers - large).astype(np.float64))
+
+    @property
+    def rounded(self) -> Array:
+        """In double precision."""
+        return self.large + self.small
 
 
 class Rows(NamedTuple):
@@ -50,15 +55,17 @@ class Rows(NamedTuple):
 
     start: NDArray[np.int64]
     column: NDArray[np.int64]
-    numbers: Pair
+    numbers: DoubleDouble
 
     @classmethod
     def of(cls, matrix: scipy.sparse.csr_matrix) -> Rows:
         """Those of a matrix in extended precision."""
-        return cls(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), Pair.of(matrix.data))
+        return cls(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), DoubleDouble.of(matrix.data))
 
 
-def unbalanced(rows: Rows, given: Pair | None, stiffness: Array, forces: Array, values: Pair, root: Array) -> Array:
+def unbalanced(
+    rows: Rows, given: DoubleDouble | None, stiffness: Array, forces: Array, values: DoubleDouble, root: Array
+) -> Array:
     """What forces leave of ``A^T k (A u + g)``, scaled: A u in pairs, and all else in double precision.
 
     Parameters
@@ -89,7 +96,7 @@ def unbalanced(rows: Rows, given: Pair | None, stiffness: Array, forces: Array, 
     return out[:, :count]
 
 
-def add(values: Pair, change: Array, root: Array) -> Array:
+def add(values: DoubleDouble, change: Array, root: Array) -> Array:
     """Add to values (unknowns, m), in place, scaled changes (unknowns, m) times their scale, (unknowns, m).
 
     Returns
@@ -128,7 +135,7 @@ def _addition() -> Callable[..., None]:
     return compiled_kernel(_Addition().whole())
 
 
-class _Text(LoopText):
+class _EntryLoops(LoopText):
     """A function of arrays in a table as the text that LLVM reads: some entries, and then others."""
 
     arrays: tuple[str, ...] = ()
@@ -189,7 +196,7 @@ class _Text(LoopText):
         return self._int("add", self._int("mul", row, "%count"), first)
 
 
-class _Residual(_Text):
+class _Residual(_EntryLoops):
     """Unbalanced loads."""
 
     arrays = ("start", "column", "large", "small", "stiffness", "forces", "u", "v", "g", "h", "root", "out")
@@ -232,7 +239,7 @@ class _Residual(_Text):
         self._loop(start, stop, back)
 
 
-class _Addition(_Text):
+class _Addition(_EntryLoops):
     """Values to which changes are added."""
 
     arrays = ("large", "small", "change", "root", "greatest")

@@ -20,7 +20,7 @@ from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
-from ..program.pair_code import Pair, Rows, unbalanced
+from ..program.pair_code import DoubleDouble, Rows, unbalanced
 from ..structure.topology import Index
 from .evaluation import Picked
 from .patterns import filled, kept, pattern_by_rows, product
@@ -229,7 +229,7 @@ class SpringResidual:
     ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
-        self._summed_finely = False
+        self.summed_finely = False
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
@@ -240,18 +240,18 @@ class SpringResidual:
     def under(self, forces: Array) -> SpringResidual:
         """That of one matrix under other forces (size, k) and no known displacements."""
         out = SpringResidual(self.deformations, self.stiffness, forces)
-        out._summed_finely = self._summed_finely
+        out.summed_finely = self.summed_finely
         return out
 
     def finely(self) -> SpringResidual:
         """The same with forces summed in extended precision."""
         out = self.under(self.forces)
-        out.given, out._summed_finely = self.given, True
+        out.given, out.summed_finely = self.given, True
         return out
 
-    def left_by_pairs(self, values: Pair, root: Array) -> Array:
+    def left_by_pairs(self, values: DoubleDouble, root: Array) -> Array:
         """The same of pairs of double numbers, by machine code, times a scale (size, m k)."""
-        given = None if isinstance(self.given, float) else Pair.of(self.given)
+        given = None if isinstance(self.given, float) else DoubleDouble.of(self.given)
         cases = self.forces.shape[1] // max(1, self.stiffness.shape[1])
         stiffness = self.stiffness if cases == 1 else np.repeat(self.stiffness, cases, axis=1)
         return unbalanced(self.deformations.split, given, stiffness, self.forces, values, root)
@@ -261,10 +261,10 @@ class SpringResidual:
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given
-        if not self._summed_finely:
+        if not self.summed_finely:
             tensions = tensions.astype(np.float64)
         by_entry = tensions.reshape(springs, count, cases // max(1, count))
         by_entry *= self.stiffness[:, :, None]
-        back = self.deformations.by_unknowns.T if self._summed_finely else self.deformations.back
+        back = self.deformations.by_unknowns.T if self.summed_finely else self.deformations.back
         left: Array = (self.forces - back @ tensions).astype(np.float64, copy=False)
         return left

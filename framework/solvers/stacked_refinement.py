@@ -5,7 +5,7 @@ Whatever is asked of a load case, how often it is refined depends on it alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.kinematic_edge import Real
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
-from ..program.pair_code import Pair, add
 from ..structure.topology import Index
 from .evaluation import Picked
+from .refined_values import InLong, InPairs, Refined, greatest
 from .spring_residual import SpringResidual
 from .stacked_bands import StackedFactor
 
@@ -32,8 +32,6 @@ _FINE, _STEPS = 1e-15, 5
 _LOST = 1e-6
 # What the estimated error is taken to be larger.
 _SAFE = 8.0
-# Columns below which they are looked at one by one.
-_NARROW = 16
 # Bytes of a member in extended precision.
 _MEMBER = 3000
 
@@ -43,23 +41,6 @@ class Residual(Protocol):
 
     def refined(self, values: Array, root: Array) -> Refined:
         """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
-        ...
-
-
-class Refined(Protocol):
-    """Values (size, m k) of the unknowns with more digits than those of double precision."""
-
-    def left(self) -> Array:
-        """Scaled loads (size, m k) that they leave."""
-        ...
-
-    def add(self, change: Array) -> Array:
-        """Add scaled changes (size, m k); the greatest size of these in each column, NaN where one is, (m k,)."""
-        ...
-
-    @property
-    def rounded(self) -> Array:
-        """In double precision."""
         ...
 
 
@@ -88,7 +69,7 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     root = factor.root if count == factor.count else factor.root[:, entries]
     root = root if cases == 1 else np.repeat(root, cases, axis=1)
     flat = values.reshape(size, -1)
-    whole = _greatest(flat / root).reshape(count, cases)
+    whole = greatest(flat / root).reshape(count, cases)
     found = residual.refined(flat, root)
     contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
     error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
@@ -110,16 +91,6 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     return lost
 
 
-def _greatest(values: Array) -> Array:
-    """Greatest size of each column of numbers (size, m), (m,)."""
-    found: Array
-    if values.shape[1] < _NARROW:
-        found = np.abs(values.T, order="C").max(axis=1, initial=0.0)
-    else:
-        found = np.maximum(values.max(axis=0, initial=0.0), -values.min(axis=0, initial=0.0))
-    return found
-
-
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
     """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k); zero where they are not."""
     if going.all() or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
@@ -136,56 +107,6 @@ def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> 
         factor.solve(entries[k : k + 1], few)
         loads[:, k, going[k]] = few[:, 0]
     loads[:, ~going] = 0.0
-
-
-class InLong:
-    """Values refined in extended precision.
-
-    Parameters
-    ----------
-    left
-        Unbalanced loads (size, m) of values (size, m).
-    values, root
-        The values, and their scale, (size, m).
-    """
-
-    def __init__(self, left: Callable[[Real], Array], values: Array, root: Array) -> None:
-        self._left, self._values, self._root = left, extended(values), root
-
-    def left(self) -> Array:
-        """Scaled loads (size, m) that they leave."""
-        return self._left(self._values) * self._root
-
-    def add(self, change: Array) -> Array:
-        """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
-        moved = _greatest(change)
-        self._values += change * self._root
-        return moved
-
-    @property
-    def rounded(self) -> Array:
-        """In double precision."""
-        return self._values.astype(np.float64)
-
-
-class InPairs:
-    """The same in pairs of double numbers, by machine code."""
-
-    def __init__(self, left: Callable[[Pair, Array], Array], values: Array, root: Array) -> None:
-        self._left, self._values, self._root = left, Pair(values.copy(), np.zeros_like(values)), root
-
-    def left(self) -> Array:
-        """Scaled loads (size, m) that they leave."""
-        return self._left(self._values, self._root)
-
-    def add(self, change: Array) -> Array:
-        """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
-        return add(self._values, change, self._root)
-
-    @property
-    def rounded(self) -> Array:
-        """In double precision."""
-        return self._values.large + self._values.small
 
 
 class BySprings:

@@ -36,9 +36,9 @@ def test_pairs_lose_nothing_of_a_motion_of_the_whole() -> None:
     for count in (1, 8, 19):
         shares = scipy.sparse.csr_matrix(np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [0.3, 0.0, 0.7]]))
         shares = scipy.sparse.csr_matrix(shares.astype(np.longdouble))
-        values = pair_code.Pair(1.0 + np.zeros((3, count)), 2.0**-60 * rng.standard_normal((3, count)))
+        values = pair_code.DoubleDouble(1.0 + np.zeros((3, count)), 2.0**-60 * rng.standard_normal((3, count)))
         stiffness, forces = rng.uniform(1.0, 2.0, (3, count)), np.zeros((3, count))
-        given = pair_code.Pair(2.0**-61 * rng.standard_normal((3, count)), np.zeros((3, count)))
+        given = pair_code.DoubleDouble(2.0**-61 * rng.standard_normal((3, count)), np.zeros((3, count)))
         rows, ones = pair_code.Rows.of(shares), np.ones((3, count))
         for known in (None, given):
             left = pair_code.unbalanced(rows, known, stiffness, forces, values, ones)
@@ -60,7 +60,7 @@ def test_changes_are_added_without_loss() -> None:
     for count in (1, 8, 19):
         large, change = rng.standard_normal((30, count)), 1e-9 * rng.standard_normal((30, count))
         change[5, 0] = np.nan
-        values = pair_code.Pair(large.copy(), np.zeros_like(large))
+        values = pair_code.DoubleDouble(large.copy(), np.zeros_like(large))
         found = pair_code.add(values, change, np.full_like(large, 0.5))
         np.testing.assert_array_equal(found, np.abs(change).max(axis=0))
         for a, b, one, other in zip(*(each[:, -1:].flat for each in (*values, large, change)), strict=True):
