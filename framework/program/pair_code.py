@@ -1,9 +1,9 @@
 """Unbalanced loads of many batch entries in pairs of double numbers, some entries abreast, as machine code.
 
-A pair (a double-double) is a sum of which the second number is below the rounding of the first, so that it carries twice the digits.
-Products and sums without loss are Dekker's and Knuth's (Ogita, Rump & Oishi, Accurate Sum and Dot Product, SIAM J. Sci.
-Comput. 26(6), 2005, Algorithms 3.1, 3.5 and 5.3), with fused operations. They take a tenth of the time that extended
-precision does, which no vector unit has. Needs the extra ``fast``.
+A pair, a double-double, is a sum of which the second number is below the rounding of the first, so that it carries
+twice the digits. Products and sums without loss are Dekker's and Knuth's (Ogita, Rump & Oishi, Accurate Sum and Dot
+Product, SIAM J. Sci. Comput. 26(6), 2005, Algorithms 3.1, 3.5 and 5.3), with fused operations. They take a tenth of the
+time that extended precision does, which no vector unit has. Needs the extra ``fast``.
 """
 
 from __future__ import annotations
