@@ -96,28 +96,29 @@ def unbalanced(
     return out[:, :count]
 
 
-def add(values: DoubleDouble, change: Array, root: Array) -> Array:
-    """Add to values (unknowns, m), in place, scaled changes (unknowns, m) times their scale, (unknowns, m).
+def added(values: DoubleDouble, change: Array, root: Array, *, overwrite: bool = False) -> tuple[DoubleDouble, Array]:
+    """Values (unknowns, m) with scaled changes (unknowns, m) times their scale, (unknowns, m), added.
+
+    Where told to, the sums may `overwrite` the values.
 
     Returns
     -------
-    ndarray
-        The greatest size of the scaled changes to each column, (m,); NaN where one is.
+    tuple
+        The sums; and the greatest size of the scaled changes to each column, (m,), NaN where one is.
     """
     size, count = change.shape
     arrays = [_wide(each) for each in (*values, change, root)]
-    greatest = np.empty((1, arrays[0].shape[1]))
-    _run(_addition(), [*arrays, greatest], 0, size, 0)
-    for each, wide in zip(values, arrays, strict=False):
-        if wide is not each:
-            each[...] = wide[:, :count]
-    return greatest[0, :count]
+    large, small, greatest = *arrays[:2], np.empty((1, max(count, WIDTH)))
+    if not overwrite or count % WIDTH:
+        large, small = np.empty_like(large), np.empty_like(small)
+    _run(_addition(), [*arrays, large, small, greatest], 0, size, 0)
+    return DoubleDouble(large[:, :count], small[:, :count]), greatest[0, :count]
 
 
 def _wide(array: Array) -> Array:
-    """Row by row in memory, as wide as some vectors."""
-    others = -array.shape[1] % WIDTH
-    return np.ascontiguousarray(np.pad(array, ((0, 0), (0, others))) if others else array)
+    """Row by row in memory, as wide as a vector at least."""
+    others = WIDTH - array.shape[1]
+    return np.ascontiguousarray(np.pad(array, ((0, 0), (0, others))) if others > 0 else array)
 
 
 def _run(function: Callable[..., None], arrays: list[NDArray[Any]], springs: int, size: int, given: int) -> None:
@@ -147,11 +148,19 @@ class _EntryLoops(LoopText):
             f"declare {_V} @llvm.fabs.v{WIDTH}f64({_V})",
             "define void @run(ptr %table, i64 %springs, i64 %size, i64 %count, i64 %given) {",
             "entry:",
-            f"  %blocks = sdiv i64 %count, {WIDTH}",
+            f"  %vectors = add i64 %count, {WIDTH - 1}",
+            f"  %blocks = sdiv i64 %vectors, {WIDTH}",
+            f"  %most = sub i64 %count, {WIDTH}",
         ]
         self._at = {name: self._pointer(str(k)) for k, name in enumerate(self.arrays)}
-        self._loop("0", "%blocks", lambda block: self._entries(self._int("mul", block, str(WIDTH))))
+        self._loop("0", "%blocks", self._vector_of_entries)
         return "\n".join([*self._lines, "  ret void", "}"])
+
+    def _vector_of_entries(self, block: str) -> None:
+        """Entries of a block; those of the last one overlap the ones before, which gives the same once more."""
+        first = self._int("mul", block, str(WIDTH))
+        beyond = self._value("b", f"icmp slt i64 %most, {first}")
+        self._entries(self._value("n", f"select i1 {beyond}, i64 %most, i64 {first}"))
 
     def _entries(self, first: str) -> None:
         """What is done for the entries from the `first` on that a vector holds."""
@@ -242,7 +251,7 @@ class _Residual(_EntryLoops):
 class _Addition(_EntryLoops):
     """Values to which changes are added."""
 
-    arrays = ("large", "small", "change", "root", "greatest")
+    arrays = ("large", "small", "change", "root", "whole", "rest", "greatest")
 
     def _entries(self, first: str) -> None:
         def one(row: str, found: list[str]) -> list[str]:
@@ -250,8 +259,8 @@ class _Addition(_EntryLoops):
             scaled, large = self._lane("change", at), self._lane("large", at)
             change = self._two("fmul", scaled, self._lane("root", at))
             whole, lost = self._sum(large, change)
-            self._store_lane("large", at, whole)
-            self._store_lane("small", at, self._two("fadd", lost, self._lane("small", at)))
+            self._store_lane("whole", at, whole)
+            self._store_lane("rest", at, self._two("fadd", lost, self._lane("small", at)))
             size = self._vector(f"call {_V} @llvm.fabs.v{WIDTH}f64({_V} {scaled})")
             more = self._value("b", f"fcmp ogt {_V} {size}, {found[0]}")
             greatest = self._vector(f"select <{WIDTH} x i1> {more}, {_V} {size}, {_V} {found[0]}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..batch import Array
 from ..error_bounds.kinematic_edge import Real, extended
-from ..program.pair_code import DoubleDouble, add
+from ..program.pair_code import DoubleDouble, added
 
 # Columns below which they are looked at one by one.
 _NARROW = 16
@@ -68,8 +68,9 @@ class InPairs:
     """The same in pairs of double numbers, by machine code; loads that they leave come with their scale."""
 
     def __init__(self, left: Callable[[DoubleDouble, Array], Array], values: Array, root: Array | None = None) -> None:
-        self._left, self._values = left, DoubleDouble(np.array(values, order="C"), np.zeros(values.shape))
+        self._left, self._values = left, DoubleDouble(values, np.zeros(values.shape))
         self._root = np.ones(values.shape) if root is None else root
+        self._own = False  # what was given stays
 
     def left(self) -> Array:
         """Scaled loads (size, m) that they leave."""
@@ -77,7 +78,9 @@ class InPairs:
 
     def add(self, change: Array) -> Array:
         """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
-        return add(self._values, change, self._root)
+        self._values, moved = added(self._values, change, self._root, overwrite=self._own)
+        self._own = True
+        return moved
 
     @property
     def rounded(self) -> Array:

@@ -53,15 +53,15 @@ def test_pairs_lose_nothing_of_a_motion_of_the_whole() -> None:
 
 
 def test_changes_are_added_without_loss() -> None:
-    """In place; the greatest of each column, and what is no number, come back."""
+    """The greatest of each column, and what is no number, come back."""
     pair_code = pytest.importorskip("linkframe.framework.program.pair_code")
     pytest.importorskip("llvmlite")
     rng = np.random.default_rng(4)
-    for count in (1, 8, 19):
+    for count, overwrite in ((1, False), (8, True), (16, False), (19, True)):
         large, change = rng.standard_normal((30, count)), 1e-9 * rng.standard_normal((30, count))
         change[5, 0] = np.nan
         values = pair_code.DoubleDouble(large.copy(), np.zeros_like(large))
-        found = pair_code.add(values, change, np.full_like(large, 0.5))
+        values, found = pair_code.added(values, change, np.full_like(large, 0.5), overwrite=overwrite)
         np.testing.assert_array_equal(found, np.abs(change).max(axis=0))
         for a, b, one, other in zip(*(each[:, -1:].flat for each in (*values, large, change)), strict=True):
             if np.isfinite(other):
