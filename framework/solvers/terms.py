@@ -94,11 +94,12 @@ class TermPattern:
 
     def known(self, key: tuple[object, ...], make: Callable[[], Found]) -> Found:
         """What follows from the terms and the content of a key, made where it is not known yet."""
-        if key not in self._known:
-            while len(self._known) >= _KINDS:  # such as of many sets of loaded unknowns
-                self._known.pop(next(iter(self._known)), None)
-            self._known[key] = make()
-        found: Found = self._known[key]
+        found: Found | None = self._known.get(key)
+        if found is None:  # two threads may both make it, which does no harm
+            found = make()
+            if len(self._known) >= _KINDS:  # such as of many sets of loaded unknowns
+                self._known.clear()
+            self._known[key] = found
         return found
 
     @cached_property
