@@ -150,6 +150,8 @@ def alike(one: Any, other: Any) -> bool:
 ORDERS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # Patterns of graphs and matrices, by the numbers of what is coupled; they weigh as many.
 PATTERNS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
+# Terms of the equations of batches, by what their members, joints and loads act on; they weigh as many numbers.
+TERMS: Bounded[tuple[object, ...], Any] = Bounded(2**22)
 # Operations of an elimination, by what is eliminated; they weigh as many as they are.
 PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # What programs are compiled to, by their steps; they weigh as many.

@@ -9,19 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from itertools import count
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .loop_text import VECTOR as _V
+from .loop_text import LoopText
 from .machine_code import compiled_kernel
 from .machine_text import WIDTH
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-_V = f"<{WIDTH} x double>"
 
 
 def factorise(bands: Array) -> None:
@@ -70,13 +68,8 @@ def _function() -> Callable[..., None]:
     return compiled_kernel(_Text().whole())
 
 
-class _Text:
+class _Text(LoopText):
     """The function as the text that LLVM reads: of no right-hand sides it factorises, of some it solves."""
-
-    def __init__(self) -> None:
-        self._lines: list[str] = []
-        self._names = count()
-        self._block = "entry"
 
     def whole(self) -> str:
         """All of it."""
@@ -146,86 +139,13 @@ class _Text:
             j = self._int("sub", self._int("sub", "%size", "1"), k)
             first, at = self._int("mul", j, "%width"), self._int("add", start, j)
 
-            def row(i: str, left: str) -> str:
+            def row(i: str, left: list[str]) -> list[str]:
                 known, share = self._load(loads, self._int("add", at, i)), self._int("add", first, i)
                 taken = self._vector(f"fmul {_V} {self._load(band, share)}, {known}")
-                return self._vector(f"fsub {_V} {left}, {taken}")
+                return [self._vector(f"fsub {_V} {left[0]}, {taken}")]
 
-            self._store(loads, at, self._summed(self._load(loads, at), row))
+            self._store(loads, at, self._carried("1", "%width", [self._load(loads, at)], row)[0])
             self._divide(loads, at, self._load(band, first))
 
         self._loop("0", "%size", forward)
         self._loop("0", "%size", backward)
-
-    # -- how it is written --------------------------------------------------------------------------------------------
-
-    def _value(self, kind: str, line: str) -> str:
-        name = f"%{kind}{next(self._names)}"
-        self._lines.append(f"  {name} = {line}")
-        return name
-
-    def _int(self, operation: str, a: str, b: str) -> str:
-        return self._value("n", f"{operation} i64 {a}, {b}")
-
-    def _vector(self, line: str) -> str:
-        return self._value("v", line)
-
-    def _pointer(self, at: str) -> str:
-        """The pointer that the table has at a place."""
-        return self._value("p", f"load ptr, ptr {self._value('p', f'getelementptr i64, ptr %table, i64 {at}')}")
-
-    def _place(self, base: str, at: str) -> str:
-        return self._value("p", f"getelementptr {_V}, ptr {base}, i64 {at}")
-
-    def _load(self, base: str, at: str) -> str:
-        return self._vector(f"load {_V}, ptr {self._place(base, at)}, align 8")
-
-    def _store(self, base: str, at: str, value: str) -> None:
-        self._lines.append(f"  store {_V} {value}, ptr {self._place(base, at)}, align 8")
-
-    def _loop(self, start: str, stop: str, body: Callable[[str], Any]) -> None:
-        label, number, then = self._head(start)
-        self._lines.append(f"  br i1 {self._less(number, stop)}, label %{label}.body, label %{label}.done")
-        self._body(label)
-        body(number)
-        self._end(label, number, then)
-
-    def _summed(self, value: str, body: Callable[[str, str], str]) -> str:
-        """What becomes of a value from row to row below the diagonal."""
-        before, label = self._block, f"loop{next(self._names)}"
-        _, number, then = self._head("1", label)
-        at = len(self._lines)
-        self._lines.append("")
-        self._lines.append(f"  br i1 {self._less(number, '%width')}, label %{label}.body, label %{label}.done")
-        self._body(label)
-        found = body(number, f"%{label}.value")
-        self._lines[at] = f"  %{label}.value = phi {_V} [{value}, %{before}], [{found}, %{label}.end]"
-        self._end(label, number, then)
-        return f"%{label}.value"
-
-    def _head(self, start: str, label: str = "") -> tuple[str, str, str]:
-        label = label or f"loop{next(self._names)}"
-        number, then = f"%{label}.number", f"%{label}.next"
-        self._lines += [
-            f"  br label %{label}",
-            f"{label}:",
-            f"  {number} = phi i64 [{start}, %{self._block}], [{then}, %{label}.end]",
-        ]
-        return label, number, then
-
-    def _less(self, number: str, stop: str) -> str:
-        return self._value("b", f"icmp slt i64 {number}, {stop}")
-
-    def _body(self, label: str) -> None:
-        self._lines.append(f"{label}.body:")
-        self._block = f"{label}.body"
-
-    def _end(self, label: str, number: str, then: str) -> None:
-        self._lines += [
-            f"  br label %{label}.end",
-            f"{label}.end:",
-            f"  {then} = add i64 {number}, 1",
-            f"  br label %{label}",
-            f"{label}.done:",
-        ]
-        self._block = f"{label}.done"

@@ -65,7 +65,7 @@ def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[
     with np.errstate(all="ignore"):
         for start in range(0, count, step):
             factor = bands.factorised(Picked(plan.frame.shape, tuple(each[start : start + step] for each in index)))
-            growth = factor.probed(np.arange(len(factor.root)))
+            growth = factor.probed(np.arange(factor.count))
             found.append(~(1.0 / growth > zero_eigenvalue(bands.size)))
     return np.concatenate(found)
 

@@ -13,7 +13,7 @@ import scipy
 
 from ..batch import Array
 from ..program import band_code
-from ..program.machine_code import available
+from ..program.machine_code import available, fused
 from ..program.machine_text import WIDTH
 from ..structure.topology import Index
 
@@ -33,7 +33,7 @@ class BandFactors(Protocol):
         ...
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Replace the loads (entries, k, n) on some entries by solutions."""
+        """Replace the loads (n, entries, k) on some entries by solutions."""
         ...
 
 
@@ -44,6 +44,14 @@ def side_by_side(entries: int, size: int, width: int) -> bool:
     """
     pays = _ABREAST * in_lanes(entries) <= entries
     return width <= _NARROW and entries * size >= _MANY and pays and available()
+
+
+def in_pairs(entries: int, size: int) -> bool:
+    """Whether residuals of so many solutions of so many unknowns are computed in pairs of double numbers.
+
+    They are in extended precision else.
+    """
+    return entries >= WIDTH and entries * size >= _MANY and available() and fused()
 
 
 def in_lanes(entries: int) -> int:
@@ -84,9 +92,11 @@ class OneByOne:
         return np.where(self.failed[:, None], np.nan, found)
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Replace the loads (entries, k, n) on some entries by solutions."""
-        for entry, load in zip(entries.tolist(), loads, strict=True):
+        """Replace the loads (n, entries, k) on some entries by solutions."""
+        each = np.ascontiguousarray(np.moveaxis(loads, 0, -1))
+        for entry, load in zip(entries.tolist(), each, strict=True):
             scipy.linalg.lapack.dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
+        loads[...] = np.moveaxis(each, -1, 0)
 
 
 class SideBySide:
@@ -109,16 +119,20 @@ class SideBySide:
         return np.ascontiguousarray(found.reshape(-1, self._size)[: self._count])
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Replace the loads (entries, k, n) on some entries by solutions."""
+        """Replace the loads (n, entries, k) on some entries by solutions."""
         if not loads.size:
             return
         groups, at = np.unique(entries // WIDTH, return_inverse=True)
-        where, cases = WIDTH * at + entries % WIDTH, loads.shape[1]
-        rows = np.zeros((len(groups) * WIDTH, cases, self._size))
-        rows[where] = loads
-        lanes = np.zeros((len(groups), cases, self._size + self._width, WIDTH))
-        inside = lanes[:, :, : self._size]
-        inside[...] = np.moveaxis(rows.reshape(-1, WIDTH, cases, self._size), 1, -1)
+        where, cases = WIDTH * at + entries % WIDTH, loads.shape[2]
+        every = loads.flags.c_contiguous and np.array_equal(where, np.arange(len(groups) * WIDTH))
+        rows = loads if every else np.zeros((self._size, len(groups) * WIDTH, cases))
+        if not every:
+            rows[:, where] = loads
+        lanes = np.empty((len(groups), cases, self._size + self._width, WIDTH))
+        lanes[:, :, self._size :] = 0.0
+        inside, outside = lanes[:, :, : self._size], rows.reshape(self._size, -1, WIDTH, cases).transpose(1, 3, 0, 2)
+        inside[...] = outside
         band_code.solve(self._bands, groups, lanes)
-        rows.reshape(-1, WIDTH, cases, self._size)[...] = np.moveaxis(inside, -1, 1)
-        loads[:] = rows[where]
+        outside[...] = inside
+        if not every:
+            loads[...] = rows[:, where]

@@ -22,13 +22,12 @@ from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mas
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
-from .patterns import connected, labelled
+from .terms import Tables, term_pattern
 from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
 # Entries of the batch of which deformations are looked at together, times members.
 _LOOKED = 2**15
-_TWELVE = np.triu_indices(12)
 
 
 @dataclass(frozen=True)
@@ -59,35 +58,6 @@ class EvaluatedBlock:
     rows: NDArray[np.float64] | None
     values: Sequence[Value]
     mask: int
-
-
-@dataclass(frozen=True)
-class Terms:
-    """Terms of the equations, one an item.
-
-    Attributes
-    ----------
-    source
-        Number that it is a share of.
-    factor
-        What of that is the same for all entries.
-    first, second
-        Numbers of `Coupling.factors` by which it is multiplied as well; -1 for none.
-    low, high
-        Unknowns that it couples, by their places; of a load `high` is the number of unknowns plus that of the known.
-    """
-
-    source: Index
-    factor: NDArray[np.float64]
-    first: Index
-    second: Index
-    low: Index
-    high: Index
-
-    def at(self, chosen: Mask | Index) -> Terms:
-        """Some of the terms."""
-        places = (each[chosen] for each in (self.first, self.second, self.low, self.high))
-        return Terms(self.source[chosen], self.factor[chosen], *places)
 
 
 class Described(Protocol):
@@ -126,8 +96,8 @@ class Coupling:
     ----------
     blocks
         What the terms are shares of.
-    terms
-        The terms.
+    pattern, factor
+        The terms, and what of each is the same for all entries, (terms,).
     transformation
         T and G.
     factors
@@ -140,89 +110,66 @@ class Coupling:
 
     def __init__(self, plan: Described, *, everywhere: bool = True) -> None:
         topology, tree, grid = plan.topology, plan.tree, plan.grid
-        unknown, forces = plan.graph.unknown, plan.forces
+        unknown, forces = plan.graph.unknown, plan.forces  # which add right-hand-side parameters
         self.grid, self.size, self.rhs_parameters = grid, len(unknown), len(plan.rhs_parameters.values)
         self._everywhere, self.exact = everywhere, True
         dofs = 6 * len(topology.number)
         self.transformation = Transformation(dofs, tree, unknown, self.rhs_parameters)
         self.factors = self.transformation.factors
         self.blocks: list[EvaluatedBlock] = []
-        found = [self._of_group(group) for group in topology.groups]
-        found.append(self._of_springs(dofs, [spring.stiffness for spring in tree.springs]))
-        found.append(self._of_loads(dofs + len(tree.springs), forces))
-        self.terms = Terms(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
+        acting = [self._acting(group) for group in topology.groups]
+        self._block(len(tree.springs), None, None, [spring.stiffness for spring in tree.springs])
+        loads = self._of_loads(forces)
+        rows, springs = self.transformation, (dofs, len(tree.springs))
+        tables = Tables(rows.start, rows.column, rows.varying, self.size)
+        pattern = term_pattern(tables, acting, [group.dofs for group in topology.groups], springs, loads)
+        found = pattern.factors([block.rows for block in self.blocks if block.rows is not None], rows.share)
+        used = found != 0.0  # products of what is all but zero may be so
+        every = bool(used.all())
+        self.pattern = pattern if every else pattern.at(used)
+        self.factor: NDArray[np.float64] = found if every else found[used]
         stiff = [block.mask for block in self.blocks[:-1]] + [mask_of(value) for value in self.factors]
         self.mask = int(np.bitwise_or.reduce(np.array([0, *stiff])))
         self.imposed = any(k < 0 for rows in tree.rows.values() for row in rows for k in row) or any(
             k < 0 for spring in tree.springs for k in spring.row
         )
 
-    @cached_property
+    @property
     def label(self) -> Index:
         """Connected component of each unknown, (n,)."""
-        stiff = self.terms.high < self.size
-        return connected(self.terms.low[stiff], self.terms.high[stiff], self.size)
+        return self.pattern.label
 
-    @cached_property
+    @property
     def loaded(self) -> Mask:
         """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
-        return labelled(self.label, self.label[self.terms.low[self.terms.high >= self.size]])
+        return self.pattern.loaded
 
     @cached_property
     def masks(self) -> Index:
         """Batch axes over which what an unknown is coupled by varies, (n,)."""
-        by_block = np.zeros(len(self.terms.source), dtype=np.int64)
+        terms, stiff = self.pattern, self.pattern.stiff
+        by_block = np.zeros(len(terms.source), dtype=np.int64)
         for block in self.blocks[:-1]:
-            by_block[(self.terms.source >= block.first) & (self.terms.source < block.first + block.count)] = block.mask
+            by_block[(terms.source >= block.first) & (terms.source < block.first + block.count)] = block.mask
         own = np.array([*map(mask_of, self.factors), 0], dtype=np.int64)
-        masks = by_block | own[self.terms.first] | own[self.terms.second]
-        stiff = self.terms.high < self.size
+        masks = by_block | own[terms.first] | own[terms.second]
         out = np.zeros(self.size, dtype=np.int64)
-        for places in (self.terms.low, self.terms.high):
+        for places in (terms.low, terms.high):
             np.bitwise_or.at(out, places[stiff], masks[stiff])
         return out
 
     # -- what they are sums of ----------------------------------------------------------------------------------------
 
-    def _expanded(
-        self, source: Index, one: Index, other: Index, own: NDArray[np.float64], sign: float
-    ) -> tuple[Index, ...]:
-        """Terms of numbers with factors of their `own` that join two rows of T, (i, j) standing for (j, i) as well."""
-        rows = self.transformation
-        start, column, share, number = rows.start, rows.column, rows.share, rows.varying
-        each = start[other + 1] - start[other]
-        times = (start[one + 1] - start[one]) * each
-        item = np.repeat(np.arange(len(one)), times)
-        place = np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
-        first = start[one[item]] + place // each[item]
-        second = start[other[item]] + place % each[item]
-        i, j, same = column[first], column[second], one[item] == other[item]
-        low, high = np.minimum(i, j), np.maximum(i, j)
-        kept = (low < self.size) & (~same | (i >= j))
-        factor = own[item] * share[first] * share[second] * np.where(same | (i != j), 1.0, 2.0)
-        factor = np.where(high >= self.size, sign * factor, factor)
-        parts = source[item], factor, number[first], number[second], low, high
-        return tuple(part[kept] for part in parts)
-
-    def _of_group(self, group: Group) -> tuple[Index, ...]:
-        count, (a, b) = len(group.pieces), _TWELVE
-        mask = mask_of_shape(group.stiffness_shape)
-        rows = _deformed(group)
+    def _acting(self, group: Group) -> Mask:
+        """Which displacements deform which springs of members, see `term_pattern`; the block is taken up with it."""
+        count, rows = len(group.pieces), _deformed(group)
         if rows is None:
             self.exact = self.exact and self._everywhere
-            block = self._block(144 * count, group, None, [], mask)
-            piece, pair = np.nonzero(self._used(group)[:, a, b])
-            a, b = a[pair], b[pair]
-            source = block.first + (12 * a + b) * count + piece
-            share = np.ones(len(source))
-        else:
-            block = self._block(rows.shape[1] * count, group, rows, [], mask)
-            piece, spring, a, b = _pairs(rows)
-            source = block.first + spring * count + piece
-            share = rows[piece, spring, a] * rows[piece, spring, b]
-            used = share != 0.0  # products of what is all but zero may be so
-            piece, a, b, source, share = piece[used], a[used], b[used], source[used], share[used]
-        return self._expanded(source, group.dofs[piece, a], group.dofs[piece, b], share, -1.0)
+            self._block(144 * count, group, None, [])
+            return self._used(group)[..., None]
+        self._block(rows.shape[1] * count, group, rows, [])
+        acting: Mask = rows != 0.0
+        return acting
 
     def _used(self, group: Group) -> Mask:
         """Entries of the stiffness of each piece that some spring makes somewhere in the batch, (n, 12, 12)."""
@@ -239,44 +186,24 @@ class Coupling:
         found: Mask = np.logical_or.reduce([_seen(group.cut(axis, indices)) for indices in slices])
         return found
 
-    def _of_springs(self, first: int, stiffness: Sequence[Value]) -> tuple[Index, ...]:
-        mask = int(np.bitwise_or.reduce(np.array([0, *map(mask_of, stiffness)])))
-        block = self._block(len(stiffness), None, None, stiffness, mask)
-        rows = first + np.arange(len(stiffness))
-        return self._expanded(block.first + np.arange(len(stiffness)), rows, rows, np.ones(len(rows)), -1.0)
-
-    def _of_loads(self, first: int, forces: Forces) -> tuple[Index, ...]:
+    def _of_loads(self, forces: Forces) -> Index:
+        """Displacement that each load works on, and its number among the known, (loads, 2)."""
         given = [
             (dof, source, value)
             for dof, sources in forces.items()
             for source, parts in sources.items()
             for value in parts.values()
         ]
-        values = [value for _, _, value in given]
-        mask = int(np.bitwise_or.reduce(np.array([0, *map(mask_of, values)])))
-        block = self._block(len(given), None, None, values, mask)
-        where = np.array([(dof, source) for dof, source, _ in given], dtype=np.int64).reshape(-1, 2)
-        source = block.first + np.arange(len(given))
-        return self._expanded(source, where[:, 0], first + where[:, 1], np.ones(len(given)), 1.0)
+        self._block(len(given), None, None, [value for _, _, value in given])
+        return np.array([(dof, source) for dof, source, _ in given], dtype=np.int64).reshape(-1, 2)
 
     def _block(
-        self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value], mask: int
-    ) -> EvaluatedBlock:
+        self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value]
+    ) -> None:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
+        each = map(mask_of, values) if group is None else [mask_of_shape(group.stiffness_shape)]
+        mask = int(np.bitwise_or.reduce(np.array([0, *each])))
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
-        return self.blocks[-1]
-
-
-def _pairs(rows: NDArray[np.float64]) -> tuple[Index, Index, Index, Index]:
-    """Which piece and spring, and which two displacements, the lower first, deform it: of its own entries each pair."""
-    piece, spring, one = np.nonzero(rows)
-    place = np.arange(len(one))
-    starts = np.diff(rows.shape[1] * piece + spring, prepend=-1) > 0
-    ends = np.append(np.flatnonzero(starts)[1:], len(one))[np.cumsum(starts) - 1]
-    times = ends - place
-    item = np.repeat(place, times)
-    other = item + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
-    return piece[item], spring[item], one[item], one[other]
 
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:

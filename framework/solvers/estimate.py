@@ -92,7 +92,7 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     graph
         Nodes and their coupling.
     """
-    entries, sizes = coupling.grid.sizes[coupling.mask], np.bincount(coupling.label[coupling.loaded])
+    entries, sizes = coupling.grid.sizes[coupling.mask], coupling.pattern.loaded_sizes
     # Of a frame whose planes are not coupled the band is as much narrower.
     size, width = int(sizes.sum()), graph.width * int(sizes.max(initial=0)) / max(1, coupling.size)
     beside = side_by_side(entries, size, int(width))
@@ -113,6 +113,6 @@ def _count(block: EvaluatedBlock) -> int:
 
 def _operations(coupling: Coupling, graph: Graph) -> float:
     """Multiplications of an elimination of what the loads reach, each component for itself."""
-    sizes = np.bincount(coupling.label[coupling.loaded])
+    sizes = coupling.pattern.loaded_sizes
     whole = 6.0 * max(1, len(np.unique(graph.node)))
     return graph.dissection.operations * float(((sizes / whole) ** 3).sum())

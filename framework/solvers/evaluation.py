@@ -14,8 +14,9 @@ from ..entries import picked
 from ..structure.group import Group
 from ..structure.parts import Value
 from ..structure.topology import Index
-from .coupling import Coupling, EvaluatedBlock, Terms
-from .patterns import by_rows
+from .coupling import Coupling, EvaluatedBlock
+from .patterns import filled
+from .terms import Ordered, SumPattern
 
 
 @dataclass(frozen=True)
@@ -93,13 +94,24 @@ class _Sum:
     whole
         (targets, numbers of the block).
     each
-        (targets, terms), with the terms' numbers in the block and their varying factors.
+        (targets, terms).
+    source, factors
+        Numbers of these terms in the block, and of their two varying factors; -1 for none.
     """
 
     block: EvaluatedBlock
     whole: scipy.sparse.csr_matrix | None
     each: scipy.sparse.csr_matrix | None
-    terms: Terms
+    source: Index
+    factors: tuple[Index, Index]
+
+    @classmethod
+    def of(cls, coupling: Coupling, number: int, whole: Ordered | None, each: Ordered | None) -> _Sum:
+        """That of the block of a number, by the patterns of `SumPattern`."""
+        block, terms = coupling.blocks[number], coupling.pattern
+        one, other = (None if p is None else filled(p.matrix, coupling.factor[p.order]) for p in (whole, each))
+        places = np.zeros(0, dtype=np.int64) if each is None else each.places
+        return cls(block, one, other, terms.source[places] - block.first, (terms.first[places], terms.second[places]))
 
 
 class Sums:
@@ -109,35 +121,13 @@ class Sums:
     ----------
     coupling
         The equations.
-    terms
-        Those of the terms that matter here.
-    target
-        What each of them goes to.
-    count
-        Number of targets.
+    pattern
+        Which of their terms add up to what.
     """
 
-    def __init__(self, coupling: Coupling, terms: Terms, target: Index, count: int) -> None:
-        self.coupling, self.count = coupling, count
-        self.parts: list[_Sum] = []
-        for block in coupling.blocks:
-            mine = (terms.source >= block.first) & (terms.source < block.first + block.count)
-            plain = mine & (terms.first < 0) & (terms.second < 0)
-            whole = self._whole(block, terms.at(plain), target[plain])
-            rest = mine & ~plain
-            own, size = terms.at(rest), int(rest.sum())
-            each = (
-                scipy.sparse.csr_matrix((own.factor, (target[rest], np.arange(size))), shape=(count, size))
-                if size
-                else None
-            )
-            if whole is not None or each is not None:
-                self.parts.append(_Sum(block, whole, each, own))
-
-    def _whole(self, block: EvaluatedBlock, terms: Terms, target: Index) -> scipy.sparse.csr_matrix | None:
-        if not len(target):
-            return None
-        return by_rows(terms.factor, target, terms.source - block.first, (self.count, block.count))
+    def __init__(self, coupling: Coupling, pattern: SumPattern) -> None:
+        self.coupling, self.count = coupling, pattern.count
+        self.parts = [_Sum.of(coupling, *part) for part in pattern.parts]
 
     @cached_property
     def constant(self) -> Array:
@@ -163,14 +153,14 @@ class Sums:
                 out += part.whole @ np.ascontiguousarray(np.broadcast_to(numbers, (len(numbers), count)))
             if part.each is not None:
                 assert factors is not None
-                out += part.each @ _weighted(part.terms, part.block, numbers, factors)
+                out += part.each @ _weighted(part, numbers, factors)
         return out
 
 
-def _weighted(terms: Terms, block: EvaluatedBlock, numbers: Array, factors: Array) -> NDArray[np.float64]:
+def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]:
     """Terms with their varying factors, (terms, m)."""
-    taken: Array = numbers[terms.source - block.first]
-    for each in (terms.first, terms.second):
+    taken: Array = numbers[part.source]
+    for each in part.factors:
         taken = taken * np.where((each >= 0)[:, None], factors[each], 1.0)
     return np.ascontiguousarray(np.broadcast_to(taken, (len(taken), factors.shape[1])))
 

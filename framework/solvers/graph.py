@@ -108,7 +108,7 @@ class Graph:
     @cached_property
     def _local(self) -> tuple[Index, Index]:
         """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
-        carrying = np.unique(self.node)
+        carrying = self.node[np.diff(self.node, prepend=-1) > 0]  # unknowns are in order
         return carrying, np.searchsorted(carrying, self.pairs)
 
     def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:

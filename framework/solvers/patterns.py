@@ -19,6 +19,8 @@ Found = TypeVar("Found")
 
 # Numbers from which on what follows from them is not kept.
 _MANY = 2**17
+# What a product of two entries of a matrix weighs.
+_PRODUCT = 3
 
 
 def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], weight: int = 0) -> Found:
@@ -104,6 +106,31 @@ def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.spa
 
     places, found = kept("part", (matrix.indptr, matrix.indices, where), pattern)
     return filled(found, matrix.data[places])
+
+
+def product(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
+    """``A B`` without what is exactly zero; sums follow the rows of A."""
+    each = np.diff(second.indptr).astype(np.int64)
+    weight = _PRODUCT * int(each[first.indices].sum())
+    if weight > _MANY:
+        return scipy.sparse.csr_matrix(first @ second)
+
+    def pattern() -> tuple[Index, Index, scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
+        shape = first.shape[0], second.shape[1]
+        row = np.repeat(np.arange(shape[0]), np.diff(first.indptr))
+        times = each[first.indices]
+        one = np.repeat(np.arange(len(times)), times)
+        other = second.indptr[first.indices[one]] + np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
+        places, target = np.unique(row[one] * shape[1] + second.indices[other], return_inverse=True)
+        order, sums = pattern_by_rows(target, np.arange(len(one)), (len(places), len(one)))
+        sums.indices = np.arange(len(one), dtype=np.int32)
+        return one[order], other[order], sums, _sorted(np.ones(len(places)), *np.divmod(places, shape[1]), shape)
+
+    tables = (first.indptr, first.indices, second.indptr, second.indices)
+    one, other, sums, found = kept("product", tables, pattern, weight)
+    data = sums @ (first.data[one] * second.data[other])
+    whole = filled(found, data)
+    return whole if data.all() else without_zeros(whole, data)
 
 
 def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:

@@ -14,8 +14,9 @@ import numpy as np
 from ..batch import Array
 from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
-from ..error_bounds.kinematic_edge import extended
 from ..structure.topology import Index
+from .band_factors import in_pairs
+from .refined_values import InLong, InPairs, Refined
 from .spring_residual import SpringResidual
 
 # Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
@@ -45,27 +46,31 @@ def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[
         The better values (n, load cases).
     """
     out = np.empty_like(values)
+    pairs = in_pairs(values.shape[1], len(values)) and not residual.summed_finely
     step = max(1, _ROOM // max(1, len(values)))
     for start in range(0, values.shape[1], step):
         part = slice(start, start + step)
-        out[:, part] = _refined(residual.of(part), values[:, part], solve)
+        some, left = values[:, part], residual.of(part)
+        found: Refined = InPairs(left.left_by_pairs, some) if pairs else InLong(left.left, some)
+        out[:, part] = _refined(found, some, solve)
     return out
 
 
-def _refined(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
-    found, sizes = extended(values), np.abs(values).max(axis=0, initial=0.0)
+def _refined(found: Refined, values: Array, solve: Callable[[Array], Array]) -> Array:
+    sizes = np.abs(values).max(axis=0, initial=0.0)
     going, before = sizes > 0.0, sizes
     for _ in range(_STEPS):
-        change = solve(residual.left(found))
+        change = solve(found.left())
         change[~np.isfinite(change)] = 0.0
-        found += np.where(going, change, 0.0)
-        moved = np.abs(change).max(axis=0, initial=0.0)
+        if not going.all():
+            change[:, ~going] = 0.0
+        moved = found.add(change)
         # a step multiplies the error by what it was of the step before, the first by what it was of the solution
         going &= moved**2 > _FINE * sizes * before
         before = moved
         if not going.any():
             break
-    return found.astype(np.float64)
+    return found.rounded
 
 
 def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:

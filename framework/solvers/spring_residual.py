@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy
@@ -19,9 +20,10 @@ from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
+from ..program.pair_code import DoubleDouble, Rows, unbalanced
 from ..structure.topology import Index
 from .evaluation import Picked
-from .patterns import filled, kept, pattern_by_rows
+from .patterns import filled, kept, pattern_by_rows, product
 from .transformation import Transformation, expanded
 
 Mask = NDArray[np.bool_]
@@ -82,18 +84,23 @@ class Deformations:
         groups = plan.topology.groups
         each = [constant_springs(plan, group, picked.of_group(group).element) for group in groups]
         found = [rows for _, rows in each]
-        used = [each != 0.0 for each in found]
+        used = [each.astype(bool) for each in found]
         dofs, joints = [group.dofs for group in groups], len(plan.tree.springs)
         tables = [rows.start, rows.column, place, np.array([rows.known, 6 * len(plan.topology.number), joints])]
         masks = [np.packbits(each) for each in used]
         pattern = kept("deformations", [*masks, *dofs, *tables], lambda: _pattern(used, dofs, *tables))
-        ones = extended(np.ones(joints))
-        data = np.concatenate([*(each.reshape(-1) for each in found), ones])[pattern.taken]
+        every = [*(each.reshape(-1) for each in found), extended(np.ones(joints))]
+        data = (every[0] if len(found) == 1 and not joints else np.concatenate(every))[pattern.taken]
         data *= rows.share[pattern.shares]
         self._fill(pattern, data)
         links = [np.reshape(spring.stiffness, -1)[0] for spring in plan.tree.springs]
         of_members = [k.T.reshape(-1).astype(np.float64, copy=False) for k, _ in each]
         self.springs = np.concatenate([*of_members, np.array(links, np.float64)])[self.acting]
+
+    @cached_property
+    def split(self) -> Rows:
+        """Deformations by the unknowns in pairs of double numbers."""
+        return Rows.of(self.by_unknowns)
 
     def restricted(self, where: Mask) -> Deformations:
         """Those by some of the unknowns, (n,), and by no right-hand-side parameters."""
@@ -131,11 +138,10 @@ class Deformations:
         """
         if (self.springs < 0.0).any():
             return None
-        root = np.sqrt(self.springs)
+        root, table = np.sqrt(self.springs), self.by_unknowns
         weighted = filled(self.back, self.back.data * root[self.back.indices])
-        each = np.repeat(root, np.diff(self.by_unknowns.indptr))
-        found = weighted @ filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64) * each)
-        return scipy.sparse.csr_matrix(found)
+        each = np.repeat(root, np.diff(table.indptr))
+        return product(weighted, filled(table, table.data.astype(np.float64) * each))
 
 
 def _pattern(
@@ -224,7 +230,7 @@ class SpringResidual:
     ) -> None:
         self.deformations, self.stiffness, self.forces = deformations, stiffness, forces
         self.given: Real | float = 0.0
-        self._summed_finely = False
+        self.summed_finely = False
         if rhs_parameters is not None and deformations.by_parameters.nnz:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
@@ -235,24 +241,31 @@ class SpringResidual:
     def under(self, forces: Array) -> SpringResidual:
         """That of one matrix under other forces (size, k) and no known displacements."""
         out = SpringResidual(self.deformations, self.stiffness, forces)
-        out._summed_finely = self._summed_finely
+        out.summed_finely = self.summed_finely
         return out
 
     def finely(self) -> SpringResidual:
         """The same with forces summed in extended precision."""
         out = self.under(self.forces)
-        out.given, out._summed_finely = self.given, True
+        out.given, out.summed_finely = self.given, True
         return out
+
+    def left_by_pairs(self, values: DoubleDouble, root: Array) -> Array:
+        """The same of pairs of double numbers, by machine code, times a scale (size, m k)."""
+        given = None if isinstance(self.given, float) else DoubleDouble.of(self.given)
+        cases = self.forces.shape[1] // max(1, self.stiffness.shape[1])
+        stiffness = self.stiffness if cases == 1 else np.repeat(self.stiffness, cases, axis=1)
+        return unbalanced(self.deformations.split, given, stiffness, self.forces, values, root)
 
     def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = self.deformations.by_unknowns @ values
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given
-        if not self._summed_finely:
+        if not self.summed_finely:
             tensions = tensions.astype(np.float64)
         by_entry = tensions.reshape(springs, count, cases // max(1, count))
         by_entry *= self.stiffness[:, :, None]
-        back = self.deformations.by_unknowns.T if self._summed_finely else self.deformations.back
+        back = self.deformations.by_unknowns.T if self.summed_finely else self.deformations.back
         left: Array = (self.forces - back @ tensions).astype(np.float64, copy=False)
         return left

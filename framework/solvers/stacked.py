@@ -26,7 +26,8 @@ from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
 from .spring_residual import Deformations, SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
-from .stacked_refinement import Residual, StaticsResidual, refine
+from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
+from .terms import SumPattern
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
@@ -148,9 +149,7 @@ class StackedSolver:
     @cached_property
     def sources(self) -> Index:
         """Known numbers that act on what is solved."""
-        terms = self.coupling.terms
-        acting = (terms.high >= self.coupling.size) & self.loaded[terms.low]
-        return np.unique(terms.high[acting]) - self.coupling.size
+        return self.coupling.pattern.sources(self.loaded)
 
     @property
     def columns(self) -> int:
@@ -228,7 +227,7 @@ class StackedSolver:
         for start in range(0, self.count, step):
             matrices = np.arange(start, min(start + step, self.count))
             key = self.coupling.mask, bands.where.tobytes(), start
-            if key not in self._factors or len(self._factors[key].root) != len(matrices):
+            if key not in self._factors or self._factors[key].count != len(matrices):
                 with timed(self.plan.times, "factorisation"):
                     shape, mask = self.plan.frame.shape, self.coupling.mask
                     factor = bands.factorised(Picked.of(shape, mask, matrices))
@@ -285,8 +284,8 @@ class _Solved:
         for matrices, factor in solver.factors(self.bands):
             self._examine(matrices, factor)
             for columns in solver.slices(self.bands.size * len(matrices)):
-                found = self._part(matrices, columns, factor)[..., rows]
-                out[:, matrices[:, None], columns] = np.moveaxis(found, -1, 0)
+                part = slice(matrices[0], matrices[-1] + 1), slice(columns[0], columns[-1] + 1)
+                out[:, *part] = self._part(matrices, columns, factor)[rows]
         self._found, self._at = out, np.full(self.bands.size, -1)
         self._at[rows] = np.arange(len(rows))
 
@@ -295,13 +294,13 @@ class _Solved:
             self.singular[matrices] = factor.singular
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
-        """Values (m, right-hand sides, size) of some matrices for some of their right-hand sides."""
+        """Values (size, m, right-hand sides) of some matrices for some of their right-hand sides."""
         with timed(self.plan.times, "solution"):
             right = self._right(matrices, columns)
-            values = right * factor.root[:, None]
-            factor.solve(np.arange(len(values)), values)
-            values *= factor.root[:, None]
-            values[self.singular[matrices]] = np.nan
+            values = right * factor.root[..., None]
+            factor.solve(np.arange(len(matrices)), values)
+            values *= factor.root[..., None]
+            values[:, self.singular[matrices]] = np.nan
         # pivots tell what is singular and not what is soft: a step of refinement does
         hard = np.flatnonzero(~self.singular[matrices] & ~factor.precise)
         if len(hard) and len(columns):
@@ -312,49 +311,56 @@ class _Solved:
     # -- loads --------------------------------------------------------------------------------------------------------
 
     def _right(self, matrices: Index, columns: Index, *, imposed: bool = True) -> Array:
-        """Loads (m, right-hand sides, size) in the order of elimination; what `imposed` displacements call for too."""
+        """Loads (size, m, right-hand sides) in the order of elimination; what `imposed` displacements call for too."""
         solver, size = self.solver, self.bands.size
         picked = solver.entries(matrices, columns)
         found = (self._loads if imposed else self._forces).at(picked).reshape(len(solver.sources), size, -1)
         if solver.by_units:
-            return np.ascontiguousarray(np.moveaxis(found, -1, 0)[:, columns])
+            return np.ascontiguousarray(found[columns].transpose(1, 2, 0))
         rhs_parameters = picked.of_values(
             [self.plan.rhs_parameters.values[source] for source in solver.sources.tolist()]
         )
-        whole = np.einsum("snm,sm->mn", found, rhs_parameters)
-        return np.ascontiguousarray(whole).reshape(len(matrices), len(columns), size)
+        whole: Array = np.einsum("snm,sm->nm", found, rhs_parameters)
+        return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
 
     @cached_property
     def _loads(self) -> Sums:
         """Loads for a unit of each right-hand-side parameter, (right-hand-side parameters, size)."""
-        return self._by_parameters(self.coupling.terms.high >= self.coupling.size)
+        return self._by_parameters(imposed=True)
 
     @cached_property
     def _forces(self) -> Sums:
         """The same without what known displacements call for."""
-        return self._by_parameters(self.coupling.terms.source >= self.coupling.blocks[-1].first)
+        return self._by_parameters(imposed=False)
 
-    def _by_parameters(self, acting: Mask) -> Sums:
-        terms, size = self.coupling.terms, self.coupling.size
-        acting[acting] = self.solver.loaded[terms.low[acting]]
-        own, sources = terms.at(acting), self.solver.sources
-        target = np.searchsorted(sources, own.high - size) * self.bands.size + self.bands.place[own.low]
-        return Sums(self.coupling, own, target, len(sources) * self.bands.size)
+    def _by_parameters(self, *, imposed: bool) -> Sums:
+        terms, loaded, place = self.coupling.pattern, self.solver.loaded, self.bands.place
+
+        def found() -> SumPattern:
+            acting = ~terms.stiff if imposed else terms.source >= terms.blocks[-2]
+            own, sources = np.flatnonzero(acting & loaded[terms.low]), self.solver.sources
+            target = np.searchsorted(sources, terms.high[own] - terms.size) * self.bands.size + place[terms.low[own]]
+            return SumPattern(terms, own, target, len(sources) * self.bands.size)
+
+        return Sums(self.coupling, terms.known(("loads", imposed, loaded.tobytes(), place.tobytes()), found))
 
     # -- refinement ---------------------------------------------------------------------------------------------------
 
     def _refine(
         self, matrices: Index, columns: Index, hard: Index, factor: StackedFactor, right: Array, values: Array
     ) -> None:
-        """Better `values` (m, right-hand sides, size) of the `hard` ones."""
+        """Better `values` (size, m, right-hand sides) of the `hard` ones."""
         cases = 1 if self.solver.by_units else len(columns)
         step = max(1, _REFINED // (cases * self._bytes))
         for start in range(0, len(hard), step):
             some = hard[start : start + step]
-            better = values[some]
-            lost = refine(self._residual(matrices[some], columns, right[some], factor, some), factor, some, better)
-            better[lost.any(axis=1)] = np.nan
-            values[some], self.singular[matrices[some]] = better, lost.any(axis=1)
+            every = len(some) == values.shape[1]
+            better, loads = (values, right) if every else (values[:, some], right[:, some])
+            lost = refine(self._residual(matrices[some], columns, loads, factor, some), factor, some, better)
+            better[:, lost.any(axis=1)] = np.nan
+            self.singular[matrices[some]] = lost.any(axis=1)
+            if not every:
+                values[:, some] = better
 
     @cached_property
     def names(self) -> list[int]:
@@ -386,7 +392,8 @@ class _Solved:
         if self.coupling.imposed:
             given = picked.of_values(self.plan.rhs_parameters.values)
             forces = self._right(matrices, columns, imposed=False)
-        return SpringResidual(deformations, stiffness, forces.reshape(-1, self.bands.size).T, given)
+        residual = SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given)
+        return BySprings(residual, in_pairs=self.bands.in_pairs)
 
     @cached_property
     def _kinematics(self) -> FrameKinematics:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..structure.topology import Index
-from .band_factors import BandFactors, OneByOne, SideBySide, side_by_side
+from .band_factors import BandFactors, OneByOne, SideBySide, in_pairs, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, SUSPECT, Factor, probe
@@ -19,6 +19,7 @@ from .lu import LUFactor
 from .patterns import filled
 from .rounding import zero_eigenvalue
 from .tensions import TensionFactor, affordable
+from .terms import SumPattern, TermPattern
 
 Mask = NDArray[np.bool_]
 # Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
@@ -27,6 +28,25 @@ _EPS = float(np.finfo(np.float64).eps)
 # Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
 # where they vary over the batch.
 Deformed = Callable[[Index], "tuple[scipy.sparse.csr_matrix, Index] | None"]
+
+
+class BandPattern:
+    """Where the numbers of some unknowns lie in a band, see `Bands`."""
+
+    def __init__(self, terms: TermPattern, where: Mask, order: Index) -> None:
+        self.place = np.full(terms.size, -1, dtype=np.int64)
+        ordered = np.flatnonzero(where)[order]
+        self.place[ordered[np.argsort(terms.label[ordered], kind="stable")]] = np.arange(len(order))
+        own = np.flatnonzero(terms.stiff)
+        own = own[where[terms.low[own]]]
+        one, other = self.place[terms.low[own]], self.place[terms.high[own]]
+        row, column = np.maximum(one, other), np.minimum(one, other)
+        self.width = int((row - column).max(initial=0)) + 1
+        self.position, target = np.unique(column * self.width + row - column, return_inverse=True)
+        self.column, below = np.divmod(self.position, self.width)
+        self.row = self.column + below
+        self.diagonal = np.flatnonzero(below == 0)
+        self.sums = SumPattern(terms, own, target, len(self.position))
 
 
 class Bands:
@@ -52,28 +72,21 @@ class Bands:
         Number of diagonals on and below the main one.
     side_by_side
         Whether factors are made some at a time.
+    in_pairs
+        Whether residuals are computed in pairs of double numbers.
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
-        terms = coupling.terms
         self._deformed = deformed
         self.where, self.size = where, len(order)
-        self.place = np.full(coupling.size, -1, dtype=np.int64)
-        ordered = np.flatnonzero(where)[order]
-        self.place[ordered[np.argsort(coupling.label[ordered], kind="stable")]] = np.arange(self.size)
-        stiff = terms.high < coupling.size
-        stiff[stiff] = where[terms.low[stiff]]
-        own = terms.at(stiff)
-        one, other = self.place[own.low], self.place[own.high]
-        row, column = np.maximum(one, other), np.minimum(one, other)
-        self.width = int((row - column).max(initial=0)) + 1
-        keys, target = np.unique(column * self.width + row - column, return_inverse=True)
-        self.position: Index = keys
-        self.column, below = np.divmod(keys, self.width)
-        self.row = self.column + below
+        key = "bands", where.tobytes(), order.tobytes()
+        pattern = coupling.pattern.known(key, lambda: BandPattern(coupling.pattern, where, order))
+        self.place, self.width = pattern.place, pattern.width
+        self.position, self.column, self.row = pattern.position, pattern.column, pattern.row
         self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
-        self._diagonal = np.flatnonzero(below == 0)
-        self.sums = Sums(coupling, own, target, len(keys))
+        self.in_pairs = in_pairs(coupling.grid.sizes[coupling.mask], self.size)
+        self._diagonal = pattern.diagonal
+        self.sums = Sums(coupling, pattern.sums)
 
     @cached_property
     def deformations(self) -> tuple[scipy.sparse.csr_matrix, Index] | None:
@@ -90,7 +103,7 @@ class Bands:
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         values *= root[self.row]
         values *= root[self.column]
-        return StackedFactor(self, picked, values, np.ascontiguousarray(root.T))
+        return StackedFactor(self, picked, values, root)
 
 
 class StackedFactor:
@@ -105,11 +118,16 @@ class StackedFactor:
     values
         Their scaled entries (entries, m).
     root
-        The scale (m, size).
+        The scale (size, m).
+
+    Attributes
+    ----------
+    count
+        How many there are, m.
     """
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
-        self.bands, self.picked, self.root = bands, picked, root
+        self.bands, self.picked, self.root, self.count = bands, picked, root, root.shape[1]
         kind = SideBySide if bands.side_by_side else OneByOne
         self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
@@ -122,18 +140,18 @@ class StackedFactor:
         return scipy.sparse.csr_matrix(lower + lower.T - scipy.sparse.diags(lower.diagonal()))
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Solve in place with some of the scaled matrices for loads (m, k, size); NaN where a pivot is zero."""
+        """Solve in place with some of the scaled matrices for loads (size, m, k); NaN where a pivot is zero."""
         others = np.flatnonzero(np.isin(entries, list(self.instead))).tolist() if self.instead else []
-        found = [(other, self._otherwise(int(entries[other]), loads[other])) for other in others]
+        found = [(other, self._otherwise(int(entries[other]), loads[:, other])) for other in others]
         self._factors.solve(entries, loads)
         for other, values in found:
-            loads[other] = values
+            loads[:, other] = values
 
     def _otherwise(self, entry: int, load: Array) -> Array | float:
-        """Solution for loads (k, size) by LU."""
+        """Solution for loads (size, k) by LU."""
         factor = self.instead[entry]
-        found = factor.unscaled(factor.root[:, None] * load.T)
-        return np.nan if found is None else (factor.root[:, None] * found).T
+        found = factor.unscaled(factor.root[:, None] * load)
+        return np.nan if found is None else factor.root[:, None] * found
 
     @cached_property
     def growth(self) -> Array:
@@ -163,7 +181,7 @@ class StackedFactor:
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
-        blocks, count = self.bands.sums.coupling.blocks[:-1], len(self.root)
+        blocks, count = self.bands.sums.coupling.blocks[:-1], self.count
         out = np.empty((len(springs), len(entries)))
         for block in blocks:
             mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
@@ -195,7 +213,7 @@ class StackedFactor:
     @property
     def precise(self) -> Mask:
         """Entries of which solutions are exact to rounding as they come, (m,)."""
-        out = np.zeros(len(self.root), dtype=bool)
+        out = np.zeros(self.count, dtype=bool)
         out[[entry for entry, factor in self.instead.items() if factor.precise]] = True
         return out
 
@@ -207,7 +225,7 @@ class StackedFactor:
         springs = self.numbers(acting, np.array([entry]))[:, 0]
         if (springs < 0.0).any():
             return None
-        scaled = filled(deformations, deformations.data * self.root[entry][deformations.indices])
+        scaled = filled(deformations, deformations.data * self.root[deformations.indices, entry])
         rough = filled(deformations, scaled.data.astype(np.float64))
         return TensionFactor(scipy.sparse.csr_matrix(rough.T @ scipy.sparse.diags(springs) @ rough), scaled, springs)
 
@@ -216,7 +234,7 @@ class StackedFactor:
         growth, zero = 1.0, zero_eigenvalue(len(vector))
         for enough in (SUSPECT, *(_SURE,) * (ITERATIONS - 1)):
             vector = vector / growth
-            self.solve(np.array([entry]), vector[None, None])
+            self.solve(np.array([entry]), vector[:, None, None])
             growth = float(np.linalg.norm(vector))
             if not growth >= enough / zero:
                 break

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import EquilibriumResidual
-from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.kinematic_edge import Real
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.picked import PickedStatics
 from ..error_bounds.resistance import resisted
 from ..structure.topology import Index
 from .evaluation import Picked
+from .refined_values import InLong, InPairs, Refined, greatest
+from .spring_residual import SpringResidual
 from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
@@ -37,8 +39,8 @@ _MEMBER = 3000
 class Residual(Protocol):
     """Unbalanced loads of some entries."""
 
-    def left(self, values: Real) -> Array:
-        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
         ...
 
 
@@ -56,53 +58,76 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     entries
         Numbers of these, (m,).
     values
-        Solutions (m, k, size), which are replaced.
+        Solutions (size, m, k), which are replaced.
 
     Returns
     -------
     ndarray
         Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
     """
-    count, cases, size = values.shape
-    root = factor.root[entries][:, None]
-    found = extended(np.ascontiguousarray(values.reshape(-1, size).T))
-    whole = np.abs(values / root).max(axis=-1, initial=0.0)
+    size, count, cases = values.shape
+    root = factor.root if count == factor.count else factor.root[:, entries]
+    root = root if cases == 1 else np.repeat(root, cases, axis=1)
+    flat = values.reshape(size, -1)
+    whole = greatest(flat / root).reshape(count, cases)
+    found = residual.refined(flat, root)
     contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
     error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
+    lacking = np.zeros((count, cases), dtype=bool)
     for _ in range(_STEPS):
-        change = np.ascontiguousarray(residual.left(found).T).reshape(count, cases, size)
-        change *= root
+        change = found.left().reshape(size, count, cases)
         _solve(factor, entries, change, going)
-        moved = np.abs(change).max(axis=-1, initial=0.0)
-        sound = going.all() and np.isfinite(moved).all()
+        moved = found.add(change.reshape(size, -1)).reshape(count, cases)
+        lacking |= np.isnan(moved)
         moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
         contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
         error = np.where(going, moved, error)
-        change *= root
-        if not sound:
-            change[~(going[..., None] & np.isfinite(change))] = 0.0
-        found += change.reshape(-1, size).T
         going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
         if not going.any():
             break
-    values[:] = found.T.reshape(values.shape)
+    rounded = found.rounded.reshape(values.shape)
+    values[...] = np.where(lacking, values, rounded) if lacking.any() else rounded
     lost: Mask = ~(error <= _LOST)
     return lost
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
-    """Solve for scaled loads (m, k, size) in place, as far as these are `going` (m, k)."""
-    if going.all():
+    """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k); zero where they are not."""
+    if going.all() or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
         factor.solve(entries, loads)
+        if not going.all():
+            np.copyto(loads, 0.0, where=~going)
         return
     whole = going.all(axis=1)
-    some = loads[whole]
+    some = loads[:, whole]
     factor.solve(entries[whole], some)
-    loads[whole] = some
+    loads[:, whole] = some
     for k in np.flatnonzero(going.any(axis=1) & ~whole).tolist():
-        few = loads[k : k + 1, going[k]]
+        few = loads[:, k : k + 1, going[k]]
         factor.solve(entries[k : k + 1], few)
-        loads[k, going[k]] = few[0]
+        loads[:, k, going[k]] = few[:, 0]
+    loads[:, ~going] = 0.0
+
+
+class BySprings:
+    """Residual of entries by deformations that they have in common.
+
+    Parameters
+    ----------
+    residual
+        Loads that values leave.
+    in_pairs
+        Whether to refine in pairs of double numbers, by machine code.
+    """
+
+    def __init__(self, residual: SpringResidual, *, in_pairs: bool) -> None:
+        self._residual, self._in_pairs = residual, in_pairs
+
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
+        if self._in_pairs:
+            return InPairs(self._residual.left_by_pairs, values, root)
+        return InLong(self._residual.left, values, root)
 
 
 class StaticsResidual:
@@ -117,7 +142,7 @@ class StaticsResidual:
     names
         Numbers of the unknowns, in the order of their values.
     units
-        Loads (m, k, size) where units of the right-hand-side parameters are solved for; None where all that acts is.
+        Loads (size, m, k) where units of the right-hand-side parameters are solved for; None where all that acts is.
     """
 
     def __init__(
@@ -126,14 +151,21 @@ class StaticsResidual:
         self.names, self.units = list(names), units
         self.statics = PickedStatics(plan, kinematics, picked)
 
+    def refined(self, values: Array, root: Array) -> Refined:
+        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
+        return InLong(self.left, values, root)
+
     def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        each = np.ascontiguousarray(values.T)
         if self.units is not None:
-            by_entry = values.T.reshape(self.units.shape)
-            met = np.moveaxis(resisted(self.statics, self.names, np.moveaxis(by_entry, 1, 0)), 0, 1)
-            return np.asarray(self.units - met, dtype=np.float64).reshape(-1, len(values)).T
-        state = EquilibriumResidual(self.statics, _same, self.names, values.T, 1)
-        return state.balance.astype(np.float64).T
+            size, count, cases = self.units.shape
+            by_entry = np.moveaxis(each.reshape(count, cases, size), 1, 0)
+            met = np.moveaxis(resisted(self.statics, self.names, by_entry), 0, 1)
+            units = np.moveaxis(self.units, 0, -1)
+            return np.ascontiguousarray(np.asarray(units - met, dtype=np.float64).reshape(-1, size).T)
+        state = EquilibriumResidual(self.statics, _same, self.names, each, 1)
+        return np.ascontiguousarray(state.balance.astype(np.float64).T)
 
     @staticmethod
     def bytes(plan: Plan) -> int:

@@ -123,8 +123,9 @@ class SparseStiffness:
         rows, graph = self.unloaded.graph.transformation, self.unloaded.graph
         if not (affordable(int(where.sum()), graph.width) and are_described(self.unloaded, rows)):
             return None
-        place = np.where(where, np.cumsum(where) - 1, -1)
-        deformations = Deformations(self.unloaded, rows, place)
+        deformations = self.deformations_of(where)
+        if deformations is None:
+            deformations = Deformations(self.unloaded, rows, np.where(where, np.cumsum(where) - 1, -1))
         if (deformations.springs < 0.0).any():
             return None
         return TensionFactor(matrix, deformations.by_unknowns, deformations.springs)

@@ -35,12 +35,12 @@ def test_solutions_are_those_of_dense_matrices(count: int, size: int, width: int
     factors = SideBySide(values, position, size, width)
     diagonal = np.diagonal(np.linalg.cholesky(whole), axis1=1, axis2=2)
     np.testing.assert_allclose(factors.pivots, diagonal, rtol=1e-14)
-    loads = np.random.default_rng(2).standard_normal((count, 3, size))
+    loads = np.random.default_rng(2).standard_normal((size, count, 3))
     for entries in (np.arange(count), np.arange(count)[::-2]):
-        found = loads[entries].copy()
+        found = loads[:, entries].copy()
         factors.solve(entries, found)
-        exact = np.swapaxes(np.linalg.solve(whole[entries], np.swapaxes(loads[entries], 1, 2)), 1, 2)
-        np.testing.assert_allclose(found, exact, rtol=1e-12, atol=1e-14)
+        exact = np.linalg.solve(whole[entries], np.swapaxes(loads[:, entries], 0, 1))
+        np.testing.assert_allclose(np.swapaxes(found, 0, 1), exact, rtol=1e-12, atol=1e-14)
 
 
 def test_lanes_know_nothing_of_each_other() -> None:
@@ -48,16 +48,16 @@ def test_lanes_know_nothing_of_each_other() -> None:
     pytest.importorskip("llvmlite")
     values, position, _ = matrices(10, 20, 4)
     values[0, 3] = -1.0
-    loads = np.random.default_rng(2).standard_normal((10, 1, 20))
+    loads = np.random.default_rng(2).standard_normal((20, 10, 1))
     together = loads.copy()
     factors = SideBySide(values, position, 20, 4)
     factors.solve(np.arange(10), together)
     definite = (factors.pivots > 0.0).all(axis=1)
     assert np.flatnonzero(~definite).tolist() == [3]
     for k in np.flatnonzero(definite).tolist():
-        alone = loads[k : k + 1].copy()
+        alone = loads[:, k : k + 1].copy()
         SideBySide(values[:, k : k + 1], position, 20, 4).solve(np.zeros(1, dtype=np.int64), alone)
-        np.testing.assert_array_equal(alone[0], together[k])
+        np.testing.assert_array_equal(alone[:, 0], together[:, k])
 
 
 def test_the_same_by_either(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,298 @@
+"""Terms of the equations of a batch: which they are, which frames of one topology have in common, and their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from ..cache import TERMS
+from ..structure.topology import Index
+from .patterns import connected, labelled, pattern_by_rows
+
+Mask = NDArray[np.bool_]
+Found = TypeVar("Found")
+# What a number that acts on a member weighs, with what follows from it, at most; weight from which on nothing is kept.
+_EACH, _MOST = 16, 2**21
+# Things that follow from the terms of one frame that are kept with them.
+_KINDS = 12
+_TWELVE = np.triu_indices(12)
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What the displacements of nodes and springs are made of, see `Transformation`, without their shares.
+
+    Attributes
+    ----------
+    start, column, varying
+        Those of the transformation.
+    size
+        Number of unknowns.
+    """
+
+    start: Index
+    column: Index
+    varying: Index
+    size: int
+
+
+@dataclass(frozen=True, eq=False)
+class TermPattern:
+    """Terms of the equations, one an item, without their factors; nobody may change them.
+
+    Attributes
+    ----------
+    source
+        Number that it is a share of.
+    first, second
+        Numbers of `Coupling.factors` by which it is multiplied as well; -1 for none.
+    low, high
+        Unknowns that it couples, by their places; of a load `high` is the number of unknowns plus that of the known.
+    own
+        Two numbers (2, terms) among the deformations whose product it is a share by; 0 for one.
+    shares
+        Two shares of `Transformation` by which it is multiplied, (2, terms).
+    times
+        What else it is multiplied by.
+    blocks
+        Where the numbers of each block begin, and at last where they end.
+    size
+        Number of unknowns.
+    """
+
+    source: Index
+    first: Index
+    second: Index
+    low: Index
+    high: Index
+    own: Index
+    shares: Index
+    times: NDArray[np.float64]
+    blocks: tuple[int, ...]
+    size: int
+    _known: dict[tuple[object, ...], Any] = field(default_factory=dict, init=False, repr=False)
+
+    def factors(self, deformations: Sequence[NDArray[np.float64]], share: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What of each term is the same for all entries, by deformations of members that do not vary, and shares."""
+        numbers = np.concatenate([np.ones(1), *(each.reshape(-1) for each in deformations)])
+        found: NDArray[np.float64] = numbers[self.own[0]] * numbers[self.own[1]]
+        found *= share[self.shares[0]]
+        found *= share[self.shares[1]]
+        found *= self.times
+        return found
+
+    def at(self, chosen: Mask) -> TermPattern:
+        """Some of the terms."""
+        names = ("source", "first", "second", "low", "high", "own", "shares", "times")
+        return replace(self, **{name: getattr(self, name)[..., chosen] for name in names})
+
+    def known(self, key: tuple[object, ...], make: Callable[[], Found]) -> Found:
+        """What follows from the terms and the content of a key, made where it is not known yet."""
+        found: Found | None = self._known.get(key)
+        if found is None:  # two threads may both make it, which does no harm
+            found = make()
+            if len(self._known) >= _KINDS:  # such as of many sets of loaded unknowns
+                self._known.clear()
+            self._known[key] = found
+        return found
+
+    @cached_property
+    def stiff(self) -> Mask:
+        """Terms of the stiffness; the others are loads."""
+        return self.high < self.size
+
+    @cached_property
+    def label(self) -> Index:
+        """Connected component of each unknown, (n,)."""
+        return connected(self.low[self.stiff], self.high[self.stiff], self.size)
+
+    @cached_property
+    def loaded(self) -> Mask:
+        """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
+        return labelled(self.label, self.label[self.low[~self.stiff]])
+
+    @cached_property
+    def loaded_sizes(self) -> Index:
+        """Unknowns of each loaded component, by its label; 0 of the others."""
+        return np.bincount(self.label[self.loaded])
+
+    def sources(self, loaded: Mask) -> Index:
+        """Known numbers that act on what is `loaded`, (n,)."""
+
+        def found() -> Index:
+            acting = ~self.stiff & loaded[self.low]
+            return np.unique(self.high[acting]) - self.size
+
+        return self.known(("sources", loaded.tobytes()), found)
+
+
+class Ordered(NamedTuple):
+    """Some terms, their order row by row, and a matrix of their pattern."""
+
+    places: Index
+    order: Index
+    matrix: scipy.sparse.csr_matrix
+
+
+class SumPattern:
+    """Which terms add up to what.
+
+    Parameters
+    ----------
+    pattern
+        All terms.
+    chosen
+        Places of those that matter here.
+    target
+        What each of them goes to.
+    count
+        Number of targets.
+
+    Attributes
+    ----------
+    parts
+        By block, of those that there is something of: its number; the terms that no factor varies of, with a matrix
+        (targets, numbers of the block) of their pattern; and the others, with one (targets, terms).
+    """
+
+    def __init__(self, pattern: TermPattern, chosen: Index, target: Index, count: int) -> None:
+        self.count = count
+        source, plain = pattern.source[chosen], (pattern.first[chosen] < 0) & (pattern.second[chosen] < 0)
+        self.parts: list[tuple[int, Ordered | None, Ordered | None]] = []
+        for number, (begin, end) in enumerate(zip(pattern.blocks[:-1], pattern.blocks[1:], strict=True)):
+            mine = (source >= begin) & (source < end)
+            whole, each = np.flatnonzero(mine & plain), np.flatnonzero(mine & ~plain)
+            parts = (
+                _ordered(chosen, whole, target, source[whole] - begin, (count, end - begin)),
+                _ordered(chosen, each, target, np.arange(len(each)), (count, len(each))),
+            )
+            if any(part is not None for part in parts):
+                self.parts.append((number, *parts))
+
+
+def _ordered(chosen: Index, some: Index, target: Index, column: Index, shape: tuple[int, int]) -> Ordered | None:
+    if not len(some):
+        return None
+    order, matrix = pattern_by_rows(target[some], column, shape)
+    return Ordered(chosen[some], chosen[some][order], matrix)
+
+
+# -- which there are --------------------------------------------------------------------------------------------------
+
+
+def term_pattern(
+    tables: Tables, acting: Sequence[Mask], dofs: Sequence[Index], edges: tuple[int, int], loads: Index
+) -> TermPattern:
+    """The terms of a frame, kept by what they depend on.
+
+    Parameters
+    ----------
+    tables
+        What displacements are made of.
+    acting
+        For each stack of members, which displacements deform which springs, (n, s, 12), or, where deformations vary
+        over the batch, which entries of its stiffness are not zero, (n, 12, 12, 1).
+    dofs
+        Numbers of the displacements of its members, (n, 12).
+    edges
+        Number of the first row of a spring of a joint or support, and how many there are.
+    loads
+        Displacement that a load works on, and its number among the known, (loads, 2).
+    """
+
+    def make() -> TermPattern:
+        return _found(tables, acting, dofs, edges, loads)
+
+    weight = _EACH * sum(map(_pairs_of, acting))
+    if weight > _MOST:
+        return make()
+    shapes = tuple(each.shape for each in (*acting, tables.start, loads))
+    numbers: list[NDArray[Any]] = [*map(np.packbits, acting), *dofs]
+    numbers += [tables.start, tables.column, tables.varying, loads]
+    key = (tables.size, edges, shapes, *(each.tobytes() for each in numbers))
+    found: TermPattern = TERMS.found(key, make, weight)
+    return found
+
+
+def _pairs_of(acting: Mask) -> int:
+    """Terms of a stack of members, about."""
+    if acting.ndim == 4:
+        return int(np.count_nonzero(acting))
+    each = np.count_nonzero(acting, axis=-1)
+    return int((each * (each + 1)).sum()) // 2
+
+
+def _found(
+    tables: Tables, acting: Sequence[Mask], dofs: Sequence[Index], edges: tuple[int, int], loads: Index
+) -> TermPattern:
+    blocks, parts, numbers = [0], [], 1
+    for mine, at in zip(acting, dofs, strict=True):
+        count = len(mine)
+        if mine.ndim == 4:
+            a, b = _TWELVE
+            piece, pair = np.nonzero(mine[:, a, b, 0])
+            a, b = a[pair], b[pair]
+            source, number = (12 * a + b) * count + piece, 144 * count
+            own = np.zeros((2, len(source)), dtype=np.int64)
+        else:
+            piece, spring, a, b = _pairs(mine)
+            source, number = spring * count + piece, mine.shape[1] * count
+            own = numbers + (piece * mine.shape[1] + spring) * 12 + np.stack([a, b])
+            numbers += mine.size
+        parts.append(_expanded(tables, blocks[-1] + source, at[piece, a], at[piece, b], own, -1.0))
+        blocks.append(blocks[-1] + number)
+    first, springs = edges
+    rows = first + np.arange(springs)
+    none = np.zeros((2, springs), dtype=np.int64)
+    parts.append(_expanded(tables, blocks[-1] + np.arange(springs), rows, rows, none, -1.0))
+    blocks.append(blocks[-1] + springs)
+    none = np.zeros((2, len(loads)), dtype=np.int64)
+    known = first + springs + loads[:, 1]
+    parts.append(_expanded(tables, blocks[-1] + np.arange(len(loads)), loads[:, 0], known, none, 1.0))
+    blocks.append(blocks[-1] + len(loads))
+    source, one, two, low, high, own, shares, times = (
+        np.concatenate(each, axis=-1) for each in zip(*parts, strict=True)
+    )
+    return TermPattern(source, one, two, low, high, own, shares, times, tuple(blocks), tables.size)
+
+
+def _expanded(
+    tables: Tables, source: Index, one: Index, other: Index, own: Index, sign: float
+) -> tuple[NDArray[Any], ...]:
+    """Terms of numbers that join two rows of T, (i, j) standing for (j, i) as well: what a `TermPattern` has of them.
+
+    `own` are the numbers (2, n) of the deformations that each is a share by.
+    """
+    start, column = tables.start, tables.column
+    each = start[other + 1] - start[other]
+    times = (start[one + 1] - start[one]) * each
+    item = np.repeat(np.arange(len(one)), times)
+    place = np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+    first = start[one[item]] + place // each[item]
+    second = start[other[item]] + place % each[item]
+    i, j, same = column[first], column[second], one[item] == other[item]
+    low, high = np.minimum(i, j), np.maximum(i, j)
+    kept = (low < tables.size) & (~same | (i >= j))
+    factor = np.where(same | (i != j), 1.0, 2.0)
+    factor = np.where(high >= tables.size, sign * factor, factor)[kept]
+    item, first, second = item[kept], first[kept], second[kept]
+    varying = tables.varying[first], tables.varying[second]
+    return source[item], *varying, low[kept], high[kept], own[:, item], np.stack([first, second]), factor
+
+
+def _pairs(acting: Mask) -> tuple[Index, Index, Index, Index]:
+    """Which piece and spring, and which two displacements, the lower first, deform it: of its own entries each pair."""
+    piece, spring, one = np.nonzero(acting)
+    place = np.arange(len(one))
+    starts = np.diff(acting.shape[1] * piece + spring, prepend=-1) > 0
+    ends = np.append(np.flatnonzero(starts)[1:], len(one))[np.cumsum(starts) - 1]
+    times = ends - place
+    item = np.repeat(place, times)
+    other = item + np.arange(len(item)) - np.repeat(np.cumsum(times) - times, times)
+    return piece[item], spring[item], one[item], one[other]
