@@ -74,10 +74,12 @@ def planned(frame: Description, described: Description, method: str | None) -> t
 
 
 def _known(last: Unloaded, differences: Differences) -> Former | None:
-    """What a last solution tells of the next one's members; None where these are others."""
-    if differences.members and differences.connections:
+    """What a last solution tells of the next one's members; None where these connect other nodes."""
+    elements = differences.members and differences.elements
+    if differences.members and not elements and differences.connections:
         return None
-    return Former(last, moved=differences.members, linked=not differences.links)
+    moved = differences.members and not elements
+    return Former(last, moved=moved, elements=elements, linked=not differences.links)
 
 
 def share(frame: Description, other: Description) -> None:

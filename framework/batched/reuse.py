@@ -47,6 +47,16 @@ class Differences:
         )
 
     @property
+    def elements(self) -> bool:
+        """Whether members are others between the same nodes, and nothing else of nodes and bodies is."""
+        one, other = self.one.members, self.other.members
+        return (
+            self._parts.isdisjoint(_MEMBERS - {"members"})
+            and list(one) == list(other)
+            and all(a[1:] == b[1:] for a, b in zip(one.values(), other.values(), strict=True))
+        )
+
+    @property
     def links(self) -> bool:
         """Whether joints, ties, supports or bodies have other numbers, as what is rigid has where its nodes move."""
         rigid = "nodes" in self._parts and any(tie.rigid for tie in self.one.ties)
