@@ -205,9 +205,10 @@ class Topology:
             vars(clone).update({name: vars(self)[name] for name in _OF_NODES if name in vars(self)})
         known: list[Group] | None = vars(self).get("groups")
         chords = clone._chords
-        if known is not None and self.plain_positions is not None and isinstance(chords, np.ndarray):
-            if all(is_proven(new) and _family(before) == _family(new) for before, new in changed.values()):
-                clone.groups = [clone._remade(group, chords, changed) for group in known]
+        if known is None or self.plain_positions is None or not isinstance(chords, np.ndarray):
+            return clone
+        if all(is_proven(new) and _family(before) == _family(new) for before, new in changed.values()):
+            clone.groups = [clone._remade(group, chords, changed) for group in known]
         return clone
 
     def _remade(self, group: Group, chords: Array, changed: Collection[int]) -> Group:
