@@ -17,6 +17,11 @@ from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
 
 
+# Rate and acceleration of what stands still.
+_STILL = np.zeros(())
+_STILL.setflags(write=False)
+
+
 @dataclass(frozen=True, eq=False)
 class Drives:
     """Given motion of the driven coordinates, in the mechanism's units.
@@ -67,7 +72,7 @@ def given_drives(
         states += _states(pair, components, values.get(name), scales, shapes)
         for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
             if name not in given:
-                out += [np.zeros(()) for _ in components]
+                out += [_STILL] * len(components)
                 continue
             array = _components(f"{what} of joint {name!r}", given[name], components)
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
