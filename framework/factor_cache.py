@@ -75,10 +75,10 @@ def planned(frame: Description, described: Description, method: str | None) -> t
 
 def _known(last: Unloaded, differences: Differences) -> Former | None:
     """What a last solution tells of the next one's members; None where these connect other nodes."""
-    elements = differences.members and differences.elements
-    if differences.members and not elements and differences.connections:
-        return None
+    elements = differences.elements
     moved = differences.members and not elements
+    if moved and differences.connections:
+        return None
     return Former(last, moved=moved, elements=elements, linked=not differences.links)
 
 

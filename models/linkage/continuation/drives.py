@@ -16,7 +16,6 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
 
-
 # Rate and acceleration of what stands still.
 _STILL = np.zeros(())
 _STILL.setflags(write=False)
