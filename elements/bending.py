@@ -61,9 +61,9 @@ def bending_plane(fraction: Real, length: Real, whole: tuple[Real, Real], releas
     """
     centre, rest = fraction * length, (1.0 - fraction) * length
     turning, moving = whole[0], -whole[1]
-    none = 0.0 * turning
     if not released:
         return Plane(fraction, centre, rest, 1.0 / moving, 1.0 / turning)
+    none = 0.0 * turning
     if len(released) == 2:
         return Plane(0.0, none, none, none, none)
     if START_TURNED in released:

@@ -5,12 +5,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Self
 
 import numpy as np
 
 from ..framework.protocol import Array
 from .parameters import Real, common_shape, derived_number, given_state, positive, shape_of
+
+
+@cache
+def _sizes_of(kind: type) -> tuple[str, ...]:
+    """Names of what sections of a class are made from."""
+    return tuple(each.name for each in fields(kind) if each.init)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +80,7 @@ class CrossSection(ABC):
         >>> Rectangle(y=0.02, z=0.01).sizes()
         {'y': 0.02, 'z': 0.01}
         """
-        return {each.name: getattr(self, each.name) for each in fields(self) if each.init}
+        return {name: getattr(self, name) for name in _sizes_of(type(self))}
 
     @property
     def form(self) -> Hashable:

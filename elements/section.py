@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Hashable
 from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -13,7 +14,7 @@ from ..framework.errors import FrameError
 from ..framework.protocol import Array
 from .analysed_section import properties_of
 from .cross_section import CrossSection, greatest, split, von_mises
-from .parameters import Real, array_of, common_shape, positive
+from .parameters import Real, array_of, common_shape, positive, shape_of
 
 NOT_GIVEN = float("nan")
 # Numbers of a block of places and forces that stays in the cache.
@@ -120,9 +121,24 @@ class Section(CrossSection):
         common_shape("Section", {name: np.shape(value) for name, value in self.sizes().items()})
 
     @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape: the broadcast of the properties."""
+        return shape_of(*super().sizes().values()) if self.fibres is None else super().shape
+
+    @property
     def form(self) -> Hashable:
         """Sections of which the same properties are given; with fibres, the section itself."""
-        return (type(self), tuple(self.sizes())) if self.fibres is None else self
+        return (type(self), self._given) if self.fibres is None else self
+
+    @cached_property
+    def _given(self) -> tuple[str, ...]:
+        """Names of the properties that were given."""
+        # a number that is none is not equal to itself
+        return tuple(
+            name
+            for name, value in super().sizes().items()
+            if name != "fibres" and (value == value if type(value) is float else not np.any(np.isnan(value)))
+        )
 
     def sizes(self) -> dict[str, Real]:
         """The properties that were given, by name.
@@ -132,12 +148,7 @@ class Section(CrossSection):
         dict
             Number or array, (...), by the name of the property.
         """
-        # a number that is none is not equal to itself
-        return {
-            name: value
-            for name, value in super().sizes().items()
-            if name != "fibres" and (value == value if type(value) is float else not np.any(np.isnan(value)))
-        }
+        return {name: getattr(self, name) for name in self._given}
 
     def _derive(self) -> dict[str, Real]:
         return {}

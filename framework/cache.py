@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from dataclasses import fields, is_dataclass
+from functools import cache
 from operator import is_
 from threading import RLock
 from typing import Any, Generic, TypeVar
@@ -127,23 +128,29 @@ def alike(one: Any, other: Any) -> bool:
     """
     if one is other:
         return True
-    if type(one) is not type(other):
+    kind = type(one)
+    if kind is not type(other):
         return False
-    if isinstance(one, np.ndarray):
-        return one.shape == other.shape and one.dtype == other.dtype and bool(one.tobytes() == other.tobytes())
-    if isinstance(one, dict):
-        if len(one) != len(other):
+    if kind is dict:
+        if len(one) != len(other) or not (all(map(is_, one, other)) or list(one) == list(other)):
             return False
-        if all(map(is_, one, other)) and all(map(is_, one.values(), other.values())):
-            return True
-        return list(one) == list(other) and all(map(alike, one.values(), other.values()))
-    if isinstance(one, (list, tuple)):
+        # most are the same objects, which takes no call of Python to see
+        return all(map(is_, one.values(), other.values())) or all(map(alike, one.values(), other.values()))
+    if issubclass(kind, (list, tuple)):
         return len(one) == len(other) and (all(map(is_, one, other)) or all(map(alike, one, other)))
-    if isinstance(one, (bool, int, float, str)):
+    if issubclass(kind, np.ndarray):
+        return one.shape == other.shape and one.dtype == other.dtype and bool(one.tobytes() == other.tobytes())
+    if issubclass(kind, (bool, int, float, str)):
         return bool(one == other)
-    if is_dataclass(one) and type(one).__module__.startswith(_OWN):
-        return all(alike(getattr(one, each.name), getattr(other, each.name)) for each in fields(one))
-    return False
+    names = _fields(kind)  # type: ignore[arg-type]
+    return names is not None and all(alike(getattr(one, name), getattr(other, name)) for name in names)
+
+
+@cache
+def _fields(kind: type) -> tuple[str, ...] | None:
+    """Names of the fields of a dataclass of this package; None of other classes."""
+    own = is_dataclass(kind) and kind.__module__.startswith(_OWN)
+    return tuple(each.name for each in fields(kind)) if own else None
 
 
 # Orders of elimination, by the pattern of what is eliminated; they weigh as many as that has entries.

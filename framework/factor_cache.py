@@ -74,10 +74,12 @@ def planned(frame: Description, described: Description, method: str | None) -> t
 
 
 def _known(last: Unloaded, differences: Differences) -> Former | None:
-    """What a last solution tells of the next one's members; None where these are others."""
-    if differences.members and differences.connections:
+    """What a last solution tells of the next one's members; None where these connect other nodes."""
+    elements = differences.elements
+    moved = differences.members and not elements
+    if moved and differences.connections:
         return None
-    return Former(last, moved=differences.members, linked=not differences.links)
+    return Former(last, moved=moved, elements=elements, linked=not differences.links)
 
 
 def share(frame: Description, other: Description) -> None:

@@ -17,7 +17,8 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     chord = np.asarray(chord)
-    chord = chord.astype(np.result_type(chord, np.float64), copy=False)
+    if chord.dtype != np.float64:
+        chord = chord.astype(np.result_type(chord, np.float64), copy=False)
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
     length = np.hypot(horizontal, z)

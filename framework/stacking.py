@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from itertools import repeat
+from operator import attrgetter, is_
 from typing import Any, TypeVar
 
 import numpy as np
@@ -37,20 +39,28 @@ def changed(described: Any, change: Change) -> Any:
 
 def stacked(elements: Sequence[_Stacked], ndim: int) -> _Stacked:
     """Dataclasses of one family as one, each number that differs an array (n, ...) with `ndim` batch axes behind."""
-    clone = object.__new__(type(elements[0]))
-    for each in fields(elements[0]):  # type: ignore[arg-type]
-        values = [getattr(element, each.name) for element in elements]
-        object.__setattr__(clone, each.name, _together(values, ndim, each.metadata.get("trailing", 0)))
+    kind = type(elements[0])
+    clone = object.__new__(kind)
+    for name, trailing in _numbers(kind):  # type: ignore[arg-type]
+        values = list(map(attrgetter(name), elements))
+        one = values[0]
+        # most parts are one object, and need no more than to be seen as such
+        together = one if all(map(is_, values, repeat(one))) else _together(values, ndim, trailing)
+        object.__setattr__(clone, name, together)
     return clone
+
+
+@cache
+def _numbers(kind: type) -> list[tuple[str, int]]:
+    """Names of the fields of a dataclass, and how many axes behind the batch each has."""
+    return [(each.name, each.metadata.get("trailing", 0)) for each in fields(kind)]
 
 
 def _together(values: list[Any], ndim: int, trailing: int) -> Any:
     one = values[0]
-    if all(value is one for value in values):
-        return one
     if is_dataclass(one):
         return stacked(values, ndim)
-    if all(type(value) is float for value in values):
+    if set(map(type, values)) == {float}:
         return one if len(set(values)) == 1 else np.array(values).reshape(-1, *(1,) * ndim)
     if isinstance(one, (float, np.ndarray)):
         arrays = [aligned(np.asarray(value), ndim, trailing) for value in values]

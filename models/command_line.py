@@ -9,9 +9,11 @@ import sys
 from argparse import Action, ArgumentParser
 from collections.abc import Sequence
 from io import TextIOWrapper
+from time import perf_counter
 from typing import Any
 
 from ..framework.errors import FrameError
+from ..framework.owner import age
 from .job.signals import Signals
 from .linkage.job import command as linkage
 from .linkage.job import convert_command, new_command, page_command
@@ -64,6 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 when the job is done, 2 for bad input; 130 when interrupted, 143 when asked to end, 141 when
         nobody reads what it prints.
     """
+    begun = perf_counter() - (age() if arguments is None else 0.0)
     for stream in (sys.stdout, sys.stderr):
         # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
         if isinstance(stream, TextIOWrapper):
@@ -73,6 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if unknown:
         job = f"linkframe {options.job}"
         top.exit(2, f"{job}: error: {' '.join(unknown)}: no such option; {job} --help lists them\n")
+    options.begun = begun
     with Signals(last=arguments is None) as signals:
         try:
             options.run(options)

@@ -62,5 +62,7 @@ def test_nodes_that_move_leave_members_gathered_as_they_are(monkeypatch: pytest.
         frame.change("D", place)
         assert np.isfinite(frame.solve().displacement("D")).all()
     frame.change("AD", Beam(Rectangle(y=0.03, z=0.01), Material(E=200e9, nu=0.3)))
+    assert np.isfinite(frame.solve().displacement("D")).all()
+    frame.node("one more", (0.0, 0.0, 1.0))
     with pytest.raises(AssertionError, match="numbered again"):
         frame.solve()

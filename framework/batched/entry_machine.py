@@ -13,7 +13,7 @@ import operator
 import platform
 import struct
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -95,14 +95,16 @@ class EntryMachineCode:
         self._shared(given.ctypes.data, wide.ctypes.data, state.ctypes.data)
         return _numbers(state[: len(self._ratios)], self._ratios), state
 
-    def loaded(self, state: NDArray[Any], loads: Sequence[float]) -> tuple[NDArray[np.float64], list[Value]]:
-        """Displacements of all nodes, (nodes, 6), and the unknowns."""
+    def loaded(
+        self, state: NDArray[Any], loads: Sequence[float]
+    ) -> tuple[NDArray[np.float64], Callable[[], list[Value]]]:
+        """Displacements of all nodes, (nodes, 6), and what gives the unknowns."""
         given = np.array(loads, dtype=np.float64)
         # one piece of memory for both: numbers in extended precision begin where sixteen bytes do
         size = self._nodes
         out = np.empty((size + 1) // 2 + len(self._known), dtype=Extended)
         self._loaded(state.ctypes.data, given.ctypes.data, out.ctypes.data)
-        return out[: size // 2].view(np.float64).reshape(-1, 6), _numbers(out[size // 2 :], self._known)
+        return out[: size // 2].view(np.float64).reshape(-1, 6), partial(_numbers, out[size // 2 :], self._known)
 
 
 def _numbers(array: NDArray[Any], kinds: Sequence[bool]) -> list[Value]:

@@ -7,11 +7,11 @@ the same order, and so the same bits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,7 @@ class Way(Enum):
     STEPS, COMPILED, MACHINE = range(3)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class EntrySolution:
     """All unknowns of a frame of one entry that loads reach, none of whose pivots is suspicious.
 
@@ -39,14 +39,16 @@ class EntrySolution:
     ----------
     displacements
         Of all nodes in global axes, (nodes, 6).
-    unknowns
-        By number.
+    numbers
+        Numbers of the unknowns.
+    known
+        Gives their values.
     component
         Of every unknown.
     excited
         Components that the loads reach.
-    least
-        By excited component: least ratio of a pivot to the stiffness whose rounding it carries.
+    ratios
+        Of each of these: least ratio of a pivot to the stiffness whose rounding it carries.
     method
         How a plan would be solved, and why.
     again
@@ -54,12 +56,18 @@ class EntrySolution:
     """
 
     displacements: Array
-    unknowns: dict[int, Value]
+    numbers: Iterable[int]
+    known: Callable[[], Sequence[Value]]
     component: dict[int, int]
     excited: frozenset[int]
-    least: dict[int, Value]
+    ratios: Sequence[Value]
     method: Method
     again: bool
+
+    @cached_property
+    def unknowns(self) -> dict[int, Value]:
+        """Unknowns by number."""
+        return dict(zip(self.numbers, self.known(), strict=True))
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns and the right-hand-side parameter one."""
@@ -118,8 +126,7 @@ class EntryProgram:
                     return None
             numbers.former = self, way, (ratios, state)
             nodes, known = self._loaded(state, [loads.values[k] for k in self.loads], way)
-        unknowns, least = dict(zip(self.unknowns, known, strict=True)), dict(zip(self.least, ratios, strict=True))
-        return EntrySolution(nodes, unknowns, self.component, self.excited, least, self.method, again)
+        return EntrySolution(nodes, self.unknowns, known, self.component, self.excited, ratios, self.method, again)
 
     def _shared(self, numbers: EntryNumbers, way: Way) -> tuple[list[Any], Any]:
         """The ratios, and all that the second part takes up."""
@@ -135,8 +142,8 @@ class EntryProgram:
         values = carried_out(self.shared, given)
         return [values[k] for k in self.least.values()], values
 
-    def _loaded(self, state: Any, pushes: list[float], way: Way) -> tuple[Array, list[Value]]:
-        """Displacements of all nodes, and the unknowns."""
+    def _loaded(self, state: Any, pushes: list[float], way: Way) -> tuple[Array, Callable[[], Sequence[Value]]]:
+        """Displacements of all nodes, and what gives the unknowns."""
         if way is Way.MACHINE:
             return self.machine.loaded(state, pushes)
         if way is Way.COMPILED:
@@ -144,7 +151,7 @@ class EntryProgram:
         else:
             values = carried_out(self.loaded, [*state, *pushes])
             nodes, known = [values[k] for k in self.nodes], [values[k] for k in self.unknowns.values()]
-        return np.array(nodes, dtype=np.float64).reshape(-1, 6), known
+        return np.array(nodes, dtype=np.float64).reshape(-1, 6), partial(list, known)
 
     @property
     def size(self) -> int:

@@ -46,7 +46,7 @@ class Plan:
     method
         The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
     former
-        What is known of a frame with the same members, not cut, if anything.
+        What is known of a frame whose members, not cut, connect the same nodes, if anything.
     """
 
     def __init__(

@@ -10,6 +10,7 @@ from ..description import Description
 _MEMBERS = frozenset({"nodes", "members", "bodies"})
 _LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
 _PARTS = _MEMBERS | _LINKS | {"masses", "size"}
+_NOT_NODES, _NOT_ELEMENTS = _MEMBERS - {"nodes"}, _MEMBERS - {"members"}
 
 
 class Differences:
@@ -41,9 +42,20 @@ class Differences:
         """Whether members are others, or between other nodes, wherever these lie."""
         one, other = self.one.nodes, self.other.nodes
         return (
-            not self._parts.isdisjoint(_MEMBERS - {"nodes"})
+            not self._parts.isdisjoint(_NOT_NODES)
             or list(one) != list(other)
-            or any(a.body != b.body for a, b in zip(one.values(), other.values(), strict=True))
+            or [node.body for node in one.values()] != [node.body for node in other.values()]
+        )
+
+    @property
+    def elements(self) -> bool:
+        """Whether members are others between the same nodes, and nothing else of nodes and bodies is."""
+        one, other = self.one.members, self.other.members
+        return (
+            "members" in self._parts
+            and self._parts.isdisjoint(_NOT_ELEMENTS)
+            and list(one) == list(other)
+            and all(a[1:] == b[1:] for a, b in zip(one.values(), other.values(), strict=True))
         )
 
     @property

@@ -42,7 +42,7 @@ class Unloaded:
     method
         The way in which it is to be solved; None for the one that promises to be fastest.
     former
-        What is known of a frame with the same members, not cut, if anything.
+        What is known of a frame whose members, not cut, connect the same nodes, if anything.
     """
 
     def __init__(
@@ -57,8 +57,10 @@ class Unloaded:
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology = _topology(frame, cut=cut, former=former)
-        self._stacks = None if former is None or former.moved else former.unloaded.known_stacks
-        linked = former.unloaded if former is not None and former.linked else None
+        same = former is not None and not (former.moved or former.elements)
+        self._stacks = former.unloaded.known_stacks if former is not None and same else None
+        numbered = former is not None and self.topology.number is former.unloaded.topology.number
+        linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
@@ -142,7 +144,7 @@ class Unloaded:
 
 
 class Former(NamedTuple):
-    """What is known of a frame with the same members, not cut.
+    """What is known of a frame whose members, not cut, connect the same nodes.
 
     Attributes
     ----------
@@ -150,12 +152,15 @@ class Former(NamedTuple):
         That frame.
     moved
         Whether its nodes lay in other places.
+    elements
+        Whether some of its members were other elements.
     linked
         Whether it has the same numbers in joints, ties, supports and bodies.
     """
 
     unloaded: Unloaded
     moved: bool
+    elements: bool
     linked: bool
 
 
@@ -289,7 +294,7 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
     if former is None:
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
-    return known.moved(frame) if former.moved else known.loaded(frame)
+    return known.remade(frame, moved=former.moved) if former.moved or former.elements else known.loaded(frame)
 
 
 def _geometry(frame: Description) -> int:

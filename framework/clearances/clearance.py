@@ -36,7 +36,9 @@ from .unit_offsets import Solve, against_offsets
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
-    return [name for name, joint in frame.joints.items() if np.count_nonzero(joint.element.clearance)]
+    given = ((name, joint.element.clearance) for name, joint in frame.joints.items())
+    # that of one entry is asked as a number, which takes a tenth of the time
+    return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
 
 
 class Clearances:

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..batch import Array
 from ..errors import FrameError
-from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
+from ..shape_rules import gauss
+from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
 from ..structure.topology import Group, Index, Topology
 
 # Share of the length by which a station is at an end.
@@ -171,15 +172,19 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
     length = group.length[at]
     out: Array = np.zeros((*np.broadcast_shapes(start.shape[:-1], np.shape(x)), 6))
     lower = np.zeros_like(length)
-    points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
+    element, (points, weights) = group.of(at), gauss(group.element.quadrature)
     for upper in _breaks(topology, group, at):
         a, b = np.minimum(lower, x), np.minimum(upper, x)
-        for point, weight in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
-            s = a + (b - a) * point
-            strain = group.of(at).section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
-            free = group.of(at).free_strain(s / length)
+        for some in together(len(points), out.size):
+            places = a + (b - a) * points[some].reshape(-1, *(1,) * b.ndim)
+            # stations lead: those of all points are seen as so many more
+            s = places.reshape(-1, *b.shape[1:])
+            strain = element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
+            free = element.free_strain(s / length)
             strain = strain if free is None else strain + free
-            out = out + (weight * (b - a))[..., None] * _carried(strain, x - s)
+            strains = strain.reshape(len(places), -1, *strain.shape[1:])
+            for weight, place, here in zip(weights[some], places, strains, strict=True):
+                out = out + (weight * (b - a))[..., None] * _carried(here, x - place)
         lower = upper
     return out
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, block_diagonal, rotated
+from ..batch import Array, rotated
 from ..entries import Stretch
 from ..examined import Examined
 from ..protocol import LineElement
@@ -108,7 +108,7 @@ class Group:
     @cached_property
     def end_axes(self) -> tuple[Array, Array]:
         """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
-        start, end = (self.rows if axes is None else self.rows @ axes for axes in self.axes)
+        start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]
         return start, end
 
     @property
@@ -120,12 +120,6 @@ class Group:
     def local_axes(self) -> Array:
         """The local axes as rows (n, ..., 3, 3) in global axes."""
         return self.rows if self.body is None else self.rows @ np.swapaxes(self.body, -1, -2)
-
-    @cached_property
-    def transform(self) -> Array:
-        """From displacements in the nodes' axes to local ones, (n, ..., 12, 12)."""
-        start, end = self.end_axes
-        return block_diagonal((start, start, end, end))
 
     def local(self, position: int, nodal: Array) -> Array:
         """Displacements (..., 12) of the nodes of one piece, in their axes, as local ones."""
@@ -244,10 +238,19 @@ class Group:
         """
         stiffness, rows = self.element.springs(self.length)
         kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
-        rotated: NDArray[Any] = (rows @ self.transform).astype(kind)
+        rotated: NDArray[Any] = _by_nodes(rows, *self.end_axes).astype(kind)
         weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
         out: NDArray[Any] = np.swapaxes(rotated, -1, -2) @ weighted
         return out
+
+
+def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
+    """Deformations (..., springs, 12) by displacements in local axes as such by those in the axes of the nodes, in
+    which the local ones are rows (..., 3, 3)."""
+    if start is not end:
+        return np.concatenate([_by_nodes(rows[..., :6], start, start), _by_nodes(rows[..., 6:], end, end)], axis=-1)
+    out: Array = rows.reshape(*rows.shape[:-2], -1, 3) @ start
+    return out.reshape(*out.shape[:-2], *rows.shape[-2:])
 
 
 def _rotated_together(local: Array, ends: list[Array]) -> Array:

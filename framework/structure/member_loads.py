@@ -10,10 +10,13 @@ import numpy as np
 from ..added_forms import FormLoad
 from ..batch import Array, aligned, rotated
 from ..loads import LineLoad, MemberLoad
-from ..shape_rules import strain_rows
+from ..shape_rules import gauss, strain_rows
 from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
+
+# Numbers that stay in the cache.
+_CACHE = 2**15
 
 
 def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | None = None) -> PointForces:
@@ -41,11 +44,20 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
     length = group.length[at]
     end = length if upto is None else upto
     push = rotated(group.local_axes[at], aligned(weight, length.ndim - 1, 1)[None])
-    points, weights = np.polynomial.legendre.leggauss(group.element.quadrature)
-    for point, share in zip((1.0 + points) / 2.0, weights / 2.0, strict=True):
-        mass = group.of(at).mass_per_length(end * point / length)
-        force = (share * mass * end)[..., None] * push
-        yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
+    element, (points, weights) = group.of(at), gauss(group.element.quadrature)
+    for some in together(len(points), end.size):
+        fractions = end * points[some].reshape(-1, *(1,) * end.ndim) / length
+        masses = element.mass_per_length(fractions)
+        masses = np.broadcast_to(masses, np.broadcast_shapes(np.shape(masses), fractions.shape))
+        for point, share, mass in zip(points[some], weights[some], masses, strict=True):
+            force = (share * mass * end)[..., None] * push
+            yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
+
+
+def together(count: int, size: int) -> Iterator[slice]:
+    """Points of a rule as so many at a time as make arrays of this `size` no larger than the cache."""
+    step = max(1, _CACHE // max(1, size))
+    yield from (slice(start, start + step) for start in range(0, count, step))
 
 
 def applied_forces(topology: Topology, group: Group, position: int, upto: Array | None = None) -> PointForces:

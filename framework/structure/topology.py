@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Hashable
+from collections.abc import Collection, Hashable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -15,12 +15,15 @@ from ..described.parts import Node
 from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
-from ..protocol import LineElement
+from ..protocol import LineElement, is_proven
 from ..stacking import changed, stacked
 from .group import Group, Index
 from .mesh import line_mesh, numbered
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
+
+# What follows from the places of nodes alone.
+_OF_NODES = ("plain_positions", "_chords")
 
 
 @dataclass(slots=True)
@@ -183,14 +186,37 @@ class Topology:
         clone.frame = frame
         return clone
 
-    def moved(self, frame: Description) -> Topology:
-        """The same members between nodes that another description has in other places, gathered as they are here."""
+    def remade(self, frame: Description, *, moved: bool) -> Topology:
+        """The same members, not cut, gathered as they are here: of other elements, or between nodes that were `moved`.
+
+        Parameters
+        ----------
+        frame
+            A description with the same connections.
+        moved
+            Whether its nodes lie in other places.
+        """
+        members = zip(self.frame.members.values(), frame.members.values(), strict=True)
+        changed = {k: (a.element, b.element) for k, (a, b) in enumerate(members) if a.element is not b.element}
+        if changed and not (len(self.ends) == len(self.counts) and all(new.exact for _, new in changed.values())):
+            return Topology.of(frame, cut=False)
         clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
+        if not moved:
+            vars(clone).update({name: vars(self)[name] for name in _OF_NODES if name in vars(self)})
         known: list[Group] | None = vars(self).get("groups")
         chords = clone._chords
-        if known is not None and self.plain_positions is not None and isinstance(chords, np.ndarray):
-            clone.groups = [replace(group, chord=chords[group.pieces].reshape(group.chord.shape)) for group in known]
+        if known is None or self.plain_positions is None or not isinstance(chords, np.ndarray):
+            return clone
+        if all(is_proven(new) and _family(before) == _family(new) for before, new in changed.values()):
+            clone.groups = [clone._remade(group, chords, changed) for group in known]
         return clone
+
+    def _remade(self, group: Group, chords: Array, changed: Collection[int]) -> Group:
+        """A stack between nodes in other places, or some of whose elements were changed."""
+        chord = chords[group.pieces].reshape(group.chord.shape)
+        if changed and any(k in changed for k in group.pieces.tolist()):
+            return replace(group, chord=chord, element=self._stacked(group.pieces))
+        return replace(group, chord=chord)
 
     @cached_property
     def plain_positions(self) -> Array | None:

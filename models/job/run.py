@@ -107,7 +107,14 @@ class Job(ABC):
         """What a terminal of that width shows: the table, and what explains it."""
 
 
-def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("png",), wide: bool = False) -> None:
+def run(
+    job: Job,
+    out: Path,
+    figures: str = "all",
+    formats: Sequence[str] = ("png",),
+    wide: bool = False,
+    begun: float | None = None,
+) -> None:
     """Run a job and print its table.
 
     Parameters
@@ -122,6 +129,8 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
         Forms of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
     wide
         Whether the table is printed in one piece, however wide the terminal is.
+    begun
+        When the program began, on the clock of `time.perf_counter`, if its start is to count in the times told.
 
     Raises
     ------
@@ -130,7 +139,7 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
         is written.
     """
     space, plane = figures == "all" and job.has_beams, figures != "none"
-    stages = Stages(4 + space + 2 * plane)
+    stages = Stages(4 + space + 2 * plane, begun)
     with results(out, job.name, (*job.optional, PAGE)) as stage, picture(space) as drawn, warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)
@@ -158,9 +167,9 @@ def run(job: Job, out: Path, figures: str = "all", formats: Sequence[str] = ("pn
                 notes = drawn.wait()
         with stages("report"):
             notes = [*job.remarks(), *notes]
-            pictures = dict(_pictures(stage, job.captions(), formats))
-            text = job.report().text(pictures, notes, stages.seconds, PAGE if plane else "")
-            (stage / "report.md").write_text(text, encoding="utf-8")
+            pictures, report = dict(_pictures(stage, job.captions(), formats)), job.report()
+        text = report.text(pictures, notes, stages.seconds, PAGE if plane else "")
+        (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
         files = written(stage)
     width = terminal_width()

@@ -28,14 +28,17 @@ class Stages:
     ----------
     count
         Number of stages to come.
+    begun
+        When the program began, on the clock of `perf_counter`; what it has done since then is the stage "start". None
+        where that is not known.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, begun: float | None = None) -> None:
         from tqdm import tqdm
 
         self.watched = sys.stderr.isatty()
         self.bar = tqdm(total=count, disable=not self.watched, leave=False, bar_format="{desc:<20}{bar}| {elapsed}")
-        self.seconds: dict[str, float] = {}
+        self.seconds: dict[str, float] = {} if begun is None else {"start": perf_counter() - begun}
 
     @contextmanager
     def __call__(self, name: str, work: Mapping[str, int] | None = None) -> Iterator[Advance]:

@@ -183,7 +183,7 @@ def _start(options: Namespace) -> None:
     job = FourBarJob(inputs, shared)
     for note in job.beforehand():
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(job, options.out, options.figures, options.format, options.wide)
+    run(job, options.out, options.figures, options.format, options.wide, options.begun)
 
 
 def finite(text: str) -> float:

@@ -189,12 +189,17 @@ class Result(Outcome):
 
     @cached_property
     def large_mean_inputs(self) -> Array:
-        """Displacement of P under the mean load at large displacement, without clearance, (poses, 3)."""
-        frame = self.motion.frame()
-        frame.load("P", fy=self.inputs.load)
-        solution = frame.solve(large=True)
-        found = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
-        return self._everywhere(found)
+        """Displacement of P under the mean load at large displacement, without clearance, (poses, 3).
+
+        NaN where coupler and rocker do not lie in line: there the linear displacement holds.
+        """
+        found = np.full((self.degrees.size, 3), np.nan)
+        if self.singular.any():
+            frame = self.motion.four_bar.move(self.inputs.theta[self.singular]).frame()
+            frame.load("P", fy=self.inputs.load)
+            solution = frame.solve(large=True)
+            found[self.singular] = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
+        return found
 
     @cached_property
     def reactions(self) -> Kinetostatics:

@@ -16,6 +16,10 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
 
+# Rate and acceleration of what stands still.
+_STILL = np.zeros(())
+_STILL.setflags(write=False)
+
 
 @dataclass(frozen=True, eq=False)
 class Drives:
@@ -67,7 +71,7 @@ def given_drives(
         states += _states(pair, components, values.get(name), scales, shapes)
         for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
             if name not in given:
-                out += [np.zeros(()) for _ in components]
+                out += [_STILL] * len(components)
                 continue
             array = _components(f"{what} of joint {name!r}", given[name], components)
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)

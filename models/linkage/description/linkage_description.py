@@ -32,7 +32,7 @@ class LinkageDescription(Joining):
     @property
     def version(self) -> tuple[object, ...]:
         """What the compiled mechanism depends on: points, links, joints and drives as they are now."""
-        return dict(self.points), dict(self.links), dict(self.joints), tuple(self.drives.items())
+        return dict(self.points), dict(self.links), dict(self.joints), dict(self.drives)
 
     def alike(self) -> Self:
         """Independent copy.

@@ -114,4 +114,4 @@ def _start(options: Namespace) -> None:
     if options.measured is not None:
         inputs = inputs.measured_by(options.measured)
     shared = sharing(options, inputs)
-    run(LinkageJob(inputs, shared), out, options.figures, options.format, options.wide)
+    run(LinkageJob(inputs, shared), out, options.figures, options.format, options.wide, options.begun)

@@ -98,9 +98,9 @@ class Equations:
         m, n = self.linear.rows, self.linear.columns
         behind = m + m * n
         jacobian = np.array(entries[m:behind]).reshape(m, n)
-        right = np.empty((m, 1 + drives))
-        right[:, 0] = entries[:m]
-        right[:, 1:] = -np.array(entries[behind:]).reshape(m, drives)
+        right = np.array(entries[:m])[:, None]
+        if drives:
+            right = np.concatenate([right, -np.array(entries[behind:]).reshape(m, drives)], axis=1)
         found: list[float] = self.linear.solve_floats(jacobian, right).T.ravel().tolist()
         return found, jacobian
 

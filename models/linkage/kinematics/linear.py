@@ -182,7 +182,12 @@ class Linear:
             return [float(np.linalg.det(self.projection @ jacobian))]
         if not self.square:
             return []
-        return [float(np.linalg.det(jacobian[np.ix_(rows, columns)])) for rows, columns in self.blocks]
+        return [float(np.linalg.det(jacobian[places])) for places in self._places]
+
+    @cached_property
+    def _places(self) -> list[tuple[Any, ...]]:
+        """Where each block is in the matrix."""
+        return [np.ix_(rows, columns) for rows, columns in self.blocks]
 
     def project(self, jacobian: Array) -> None:
         """Take the equations' projection from one of their matrices (m, n), where they are too many but determine x."""

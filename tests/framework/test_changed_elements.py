@@ -1,0 +1,89 @@
+"""Another element in place: what depends on connections alone is taken up, and results are those of a new frame."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section, Tube
+from linkframe.framework import Frame
+
+STEEL = Material(E=200e9, nu=0.3, density=7850.0)
+ROD = Beam(Circle(diameter=0.02), STEEL)
+SECTION = Section(A=3e-4, Iy=8e-9, Iz=6e-9, J=1.2e-8)
+PLACES = {"A": (0.0, 0.0, 0.0), "B": (0.5, 0.1, 0.2), "C": (0.5, 0.1, 0.2), "D": (0.9, -0.2, 0.4), "E": (1.0, 0.5, 0.0)}
+ELEMENTS: dict[str, Any] = {
+    "same form": Beam(Circle(diameter=0.03), STEEL),
+    "other form": Beam(Tube(outer=0.03, thickness=0.002), STEEL),
+    "properties": Beam(SECTION, STEEL),
+    "segments": Beam(Circle(diameter=0.03), STEEL, segments=3),
+    "released": Beam(Circle(diameter=0.03), STEEL, release="end rz"),
+    "taper": Beam(Circle(diameter=0.03), STEEL, end=Circle(diameter=0.02)),
+    "turned": Beam(Rectangle(y=0.03, z=0.01), STEEL, up=(0.0, 1.0, 0.3)),
+    "batch": Beam(Circle(diameter=np.array([0.02, 0.03])), STEEL),
+}
+
+
+def described(element: Beam) -> Frame:
+    frame = Frame()
+    for name, place in PLACES.items():
+        frame.node(name, place)
+    frame.add("AB", ROD, "A", "B")
+    frame.add("CD", element, "C", "D")
+    frame.add("DE", ROD, "D", "E")
+    frame.add("pin", Joint(stiffness=(1e8, 1e8, 1e8, 1e5, 1e5, 10.0)), "B", "C")
+    frame.fix("A")
+    frame.fix("E")
+    frame.load("D", fy=10.0, mz=1.0)
+    frame.gravity((0.0, 0.0, -9.81))
+    return frame
+
+
+@pytest.mark.parametrize("kind", ELEMENTS)
+def test_results_are_those_of_a_frame_described_anew(kind: str) -> None:
+    """To the bit, also back again, with a node moved at once, and under another load."""
+    element, frame = ELEMENTS[kind], described(ROD)
+    first = frame.solve().displacement("D")
+    for _ in range(3):
+        frame.change("CD", element)
+        found, anew = frame.solve(), described(element).solve()
+        np.testing.assert_array_equal(found.displacement("D"), anew.displacement("D"))
+        np.testing.assert_array_equal(found.end_forces("CD"), anew.end_forces("CD"))
+        np.testing.assert_array_equal(found.reaction("A"), anew.reaction("A"))
+        frame.change("CD", ROD)
+        np.testing.assert_array_equal(frame.solve().displacement("D"), first)
+    frame.change("CD", element)
+    frame.change("D", (0.9, -0.1, 0.4))
+    frame.set_load("D", fx=5.0)
+    other = described(element)
+    other.change("D", (0.9, -0.1, 0.4))
+    other.set_load("D", fx=5.0)
+    np.testing.assert_array_equal(frame.solve().displacement("D"), other.solve().displacement("D"))
+
+
+@pytest.mark.parametrize("kind", ["same form", "taper"])
+def test_numbering_and_joints_are_taken_up(kind: str) -> None:
+    frame = described(ROD)
+    before = frame.solve()
+    before.displacement("D")
+    frame.change("CD", ELEMENTS[kind])
+    after = frame.solve()
+    after.displacement("D")
+    assert after.plan.topology.number is before.plan.topology.number
+    links = [each.plan.unloaded.known_links for each in (before, after)]
+    assert links[0] is links[1]
+    assert links[0] is not None
+    stacks = [each.plan.unloaded.known_stacks for each in (before, after)]
+    assert stacks[0] is not stacks[1]
+
+
+def test_solutions_of_a_known_topology_travel() -> None:
+    """Their unknowns too, which are found where they are asked for."""
+    for number in range(6):
+        solution = described(Beam(Circle(diameter=0.02 + 0.001 * number), STEEL)).solve()
+        moved = solution.displacement("D")
+        copy = pickle.loads(pickle.dumps(solution))
+        np.testing.assert_array_equal(copy.displacement("D"), moved)
+        np.testing.assert_array_equal(copy.reaction("A"), solution.reaction("A"))

@@ -1,0 +1,53 @@
+"""A taper under its own weight: points of a rule are evaluated together, and bend it as equilibrium wants."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Material, Rectangle
+from linkframe.framework import Frame
+
+STEEL = Material(E=200e9, nu=0.3, density=7850.0)
+LENGTH, THICK, THIN, WIDTH, GRAVITY = 0.5, 0.02, 0.01, 0.01, 9.81
+
+
+def cantilever() -> Frame:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    beam = Beam(Rectangle(y=THICK, z=WIDTH), STEEL, end=Rectangle(y=THIN, z=WIDTH))
+    frame.add("AB", beam, "A", "B")
+    frame.fix("A")
+    frame.gravity((0.0, -GRAVITY, 0.0))
+    return frame
+
+
+def by_quadrature(at: float) -> float:
+    """Deflection of the clamped taper at a distance, by Euler and Bernoulli with Mohr's integral, on a fine grid."""
+    x = np.linspace(0.0, at, 20001)
+    height = THICK + (THIN - THICK) * x / LENGTH
+    rest, slope = LENGTH - x, (THIN - THICK) / LENGTH
+    # moment of the weight beyond x: its height there is linear in the distance from x
+    moment = -STEEL.density * GRAVITY * WIDTH * (height * rest**2 / 2.0 + slope * rest**3 / 3.0)
+    return float(np.trapezoid(moment / (STEEL.E * WIDTH * height**3 / 12.0) * (at - x), x))
+
+
+def test_deflection_of_a_taper_under_its_weight() -> None:
+    stations = np.array([0.1, 0.25, 0.5])
+    found = cantilever().solve().displacement_along("AB", stations)[:, 1]
+    np.testing.assert_allclose(found, [by_quadrature(at) for at in stations], rtol=1e-7)
+
+
+def test_masses_of_many_points_are_found_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[Any] = []
+    inertia = Beam.section_inertia
+
+    def counted(beam: Beam, fraction: Any) -> Any:
+        calls.append(fraction)
+        return inertia(beam, fraction)
+
+    monkeypatch.setattr(Beam, "section_inertia", counted)
+    cantilever().solve().displacement_along("AB", np.linspace(0.0, LENGTH, 11))
+    assert 0 < len(calls) < 20
