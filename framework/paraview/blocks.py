@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +47,9 @@ def write_series(path: Path, parts: Sequence[Part], times: Sequence[float], name
 
 def write_collection(path: Path, files: Iterable[tuple[float, str]]) -> None:
     """Write a .pvd that lists `files`: time, path relative to the .pvd."""
-    rows = [f'<DataSet timestep="{time!r}" group="" part="0" file="{escape(file)}"/>' for time, file in files]
+    from xml.sax.saxutils import quoteattr  # it loads all that opens web pages
+
+    rows = [f'<DataSet timestep="{time!r}" group="" part="0" file={quoteattr(file)}/>' for time, file in files]
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>", *rows]
     path.write_text("\n".join([*lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
 

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import shutil
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
 
@@ -17,9 +14,6 @@ from .scene import Array, Part
 
 # Bytes of a file that are copied at a time.
 _PIECE = 2**24
-# Numbers that VTK has for kinds of cells, and its names for kinds of numbers.
-_CELLS = {"vertex": 1, "line": 3}
-_TYPES = {"float64": "Float64", "int64": "Int64", "int32": "Int32"}
 
 
 def write_grid(path: Path, parts: Sequence[Part], pose: int) -> None:
@@ -28,54 +22,22 @@ def write_grid(path: Path, parts: Sequence[Part], pose: int) -> None:
     Where a part lacks an array of another, reals are 0 and integers -1. If there are several parts, the
     cell array ``part`` numbers them.
     """
+    import meshio
+
     points, cells = [len(part.points[pose]) for part in parts], [len(part.cells) for part in parts]
     first = np.cumsum([0, *points])
     point_data = _united([part.point_data for part in parts], points, pose)
     cell_data = _united([part.cell_data for part in parts], cells, pose)
     if len(parts) > 1:
         cell_data["part"] = [np.full(count, number, dtype=np.int32) for number, count in enumerate(cells)]
-    corners = [part.cells + start for part, start in zip(parts, first, strict=False)]
-    size = np.concatenate([np.full(len(each), each.shape[1]) for each in corners])
-    kinds = [np.full(len(part.cells), _CELLS[part.cell]) for part in parts]
-    sections = {
-        "Points": {"Points": [part.points[pose] for part in parts]},
-        "Cells": {
-            "connectivity": [each.reshape(-1) for each in corners],
-            "offsets": [np.cumsum(size)],
-            "types": kinds,
-        },
-        "PointData": point_data,
-        "CellData": cell_data,
-    }
-    with path.open("wb") as file:
-        _write(file, sum(points), sum(cells), sections)
-
-
-def _write(file: BinaryIO, points: int, cells: int, sections: Mapping[str, Mapping[str, Sequence[Array]]]) -> None:
-    """Write a grid as XML, its arrays in base 64, without a library: meshio's takes longer to load than most to write.
-
-    They are not compressed: zlib would halve these small files and double the time.
-    """
-    order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
-    size = f'NumberOfPoints="{points}" NumberOfCells="{cells}"'
-    head = f'<VTKFile type="UnstructuredGrid" version="0.1" byte_order="{order}">\n<UnstructuredGrid>\n<Piece {size}>\n'
-    file.write(f'<?xml version="1.0"?>\n{head}'.encode())
-    for section, arrays in sections.items():
-        if arrays:
-            file.write(f"<{section}>\n".encode())
-            for name, parts in arrays.items():
-                _write_array(file, name, np.concatenate(parts))
-            file.write(f"</{section}>\n".encode())
-    file.write(b"</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
-
-
-def _write_array(file: BinaryIO, name: str, array: Array) -> None:
-    """Write an array, its number of bytes before it."""
-    native = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("="))
-    width = f' NumberOfComponents="{native.shape[1]}"' if native.ndim == 2 else ""
-    file.write(f'<DataArray type="{_TYPES[native.dtype.name]}" Name="{name}"{width} format="binary">\n'.encode())
-    file.write(base64.b64encode(np.uint32(native.nbytes).tobytes() + native.tobytes()))
-    file.write(b"\n</DataArray>\n")
+    mesh = meshio.Mesh(
+        np.concatenate([part.points[pose] for part in parts]),
+        [(part.cell, part.cells + start) for part, start in zip(parts, first, strict=False)],
+        point_data={name: np.concatenate(arrays) for name, arrays in point_data.items()},
+        cell_data=cell_data,
+    )
+    # Uncompressed: zlib would halve these small files and double the time.
+    meshio.vtu.write(path, mesh, binary=True, compression=None)
 
 
 def _united(data: Sequence[Mapping[str, Array]], counts: Sequence[int], pose: int) -> dict[str, list[Array]]:
