@@ -110,11 +110,11 @@ class SymbolicFactorisation:
             np.maximum.at(out, i, entries * (entries * inverse[j]))
         return np.where(out > 0.0, out, 1.0)
 
-    def raised(self, values: Array, shift: Array) -> Array:
-        """`values` with the diagonal raised by a share `shift` (m,) of its size."""
+    def raised(self, values: Array, shift: Array | float, more: Array | float = 0.0) -> Array:
+        """`values` with the diagonal raised by a share `shift` (m,) of its size, and by `more` (n, m)."""
         own = np.flatnonzero(self.rows == self.columns)
         out = values.copy()
-        out[self.inside[own]] += shift * self.diagonal(values)[self.rows[own]]
+        out[self.inside[own]] += (shift * self.diagonal(values) + more)[self.rows[own]]
         return out
 
     def spectrum(self, values: Array) -> tuple[Array, Array, Array]:
