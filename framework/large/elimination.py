@@ -208,10 +208,17 @@ class GeneralFactor(StackFactor):
         try:
             return np.asarray(np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T, dtype=np.float64)
         except np.linalg.LinAlgError:
-            pairs = zip(self.matrix, load.T, strict=True)
-            nothing = np.full(len(load), np.nan)
-            found = [np.linalg.lstsq(a, b)[0] if np.isfinite(a).all() else nothing for a, b in pairs]
-            return np.stack(found, axis=-1).astype(np.float64)
+            return np.stack([_least(a, b) for a, b in zip(self.matrix, load.T, strict=True)], axis=-1)
+
+
+def _least(matrix: Array, load: Array) -> Array:
+    """Solution of one, the least where it is singular; an entry does not tell that its neighbours are."""
+    if not np.isfinite(matrix).all():
+        return np.full(len(load), np.nan)
+    try:
+        return np.asarray(np.linalg.solve(matrix, load[:, None])[:, 0], dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, load)[0], dtype=np.float64)
 
 
 class ConstrainedFactor(StackFactor):

@@ -7,6 +7,7 @@ import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame, rotation
 from linkframe.framework.large import newton_program
+from linkframe.framework.large.elimination import GeneralFactor
 from linkframe.framework.large.solution import LargeSolution
 from numpy.typing import NDArray
 
@@ -81,3 +82,14 @@ def test_rotations_of_more_than_half_a_turn_go_the_short_way() -> None:
             < 1e-14
         )
         assert turns > 0.5 or (short == along).all()
+
+
+def test_a_singular_neighbour_changes_nothing() -> None:
+    """Matrices that are not symmetric are solved one by one where one of them is singular: the others to the bit."""
+    rng = np.random.default_rng(4)
+    matrix, load = rng.normal(size=(3, 5, 5)), rng.normal(size=(5, 3))
+    wanted = GeneralFactor(matrix, np.ones((5, 3))).solve(load)
+    matrix[1] = 0.0
+    found = GeneralFactor(matrix, np.ones((5, 3))).solve(load)
+    assert (found[:, [0, 2]] == wanted[:, [0, 2]]).all()
+    assert (found[:, 1] == 0.0).all()
