@@ -61,6 +61,8 @@ class Descent:
             if close.any():
                 found.state.put(active[close], state.taken(close))
                 found.converged[active[close]] = True
+                if self.newton.pressed:
+                    found.stable[active[close]] = self.newton.definite(at.values)[close]
                 active = active[~close]
                 if not len(active):
                     break

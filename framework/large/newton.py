@@ -48,6 +48,10 @@ class Newton:
         Eigenvalue of a scaled tangent that is rounding.
     free
         Pivot or eigenvalue, some roundings more, at which a motion is free.
+    pressed
+        Whether joints have clearance, where the last tangent tells more than that at the place itself.
+    least
+        Pivot up to which the last tangent does not tell whether an equilibrium is stable.
     """
 
     def __init__(self, model: Model) -> None:
@@ -58,6 +62,9 @@ class Newton:
         self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
         self.free = FREE * self.zero
+        # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
+        self.pressed = any(joint.clearance_directions for joint in model.edges)
+        self.least = self.free if self.pressed else CLEAR
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -120,7 +127,7 @@ class Newton:
         equations, place = EquilibriumEquations(self.model, here, len(unclear), factor), self.space(state)
         rounding = ForceRounding(equations, place, equations.linearised(place)).tangents()
         found.stable[unclear] = self.definite(values, rounding)
-        found.neutral[unclear] = found.stable[unclear] & self.neutral(values, rounding)
+        found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
 
     def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
         """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
@@ -144,7 +151,10 @@ class Newton:
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                found.stable[active[done]] = (close & (factors.pivots > CLEAR).all(axis=0))[done]
+                sure = (factors.pivots > self.least).all(axis=0)
+                if self.pressed and not sure[done].all():
+                    sure |= self.definite(at.values)
+                found.stable[active[done]] = (close & sure)[done]
                 active = active[~done]
             if not len(active):
                 break
@@ -185,14 +195,14 @@ class Newton:
             factors = self.elimination.factor(self.elimination.raised(values, self.zero, rounding))
         return np.asarray((factors.pivots > 0.0).all(axis=0))
 
-    def neutral(self, values: Array, rounding: Array | float = 0.0) -> Mask:
+    def neutral(self, values: Array) -> Mask:
         """Whether tangents have an eigenvalue that is rounding or negative (m,).
 
         Where constraints have multipliers, or loads no energy, that is not told.
         """
         if self.multiplier_count or not self.model.symmetric:
             return np.zeros(values.shape[-1], dtype=bool)
-        lowered = self.elimination.raised(values, -self.free, -rounding)
+        lowered = self.elimination.raised(values, -self.free)
         return np.asarray(~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0))
 
     def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:

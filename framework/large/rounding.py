@@ -40,6 +40,9 @@ class ForceRounding:
         softest motion; where it turns, it resists across itself.
         """
         free = self.model.free
+        if any(joint.clearance_directions for joint in self.model.edges):
+            # forces far below the rounding of others close a clearance, and are told apart by these alone
+            return np.zeros((free, self.equations.count))
         return np.asarray((self.forces(all_round=True) * self.equations.scale)[:free])
 
     def forces(self, *, all_round: bool = False) -> Array:
@@ -67,6 +70,7 @@ class ForceRounding:
         for number in range(len(model.edges)):
             self._add_edge(number, forces, out)
         if all_round:
+            out[:] = 0.0  # what springs lack resists along themselves, and turns nothing
             forces[:3], forces[3:] = (np.sqrt((part * part).sum(axis=0)) for part in (forces[:3], forces[3:]))
         for joint in reversed(model.joints):
             jacobian = np.abs(self.at.jacobians[joint.child])
