@@ -151,7 +151,7 @@ class Newton:
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                sure = (factors.pivots > self.least).all(axis=0)
+                sure: Mask = np.asarray((factors.pivots > self.least).all(axis=0))
                 if self.pressed and not sure[done].all():
                     sure |= self.definite(at.values)
                 found.stable[active[done]] = (close & sure)[done]
