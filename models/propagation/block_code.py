@@ -87,7 +87,7 @@ class _BlockText(LoopText):
         mean = self._value("x", f"fdiv double {self._paired(sums)}, {float(BLOCK)!r}")
         one = self._vector(f"insertelement {_V} {_ZERO}, double {mean}, i64 0")
         means = self._vector(f"shufflevector {_V} {one}, {_V} poison, <{WIDTH} x i32> zeroinitializer")
-        powers = self._leaves(samples, [_ZERO] * 3, lambda *leaf: self._leaf_of_powers(*leaf, means))
+        powers = self._leaves(samples, [_ZERO] * 3, lambda *leaf: self._powers(means, *leaf))
         extremes = self._extreme(least, "olt"), self._extreme(greatest, "ogt")
         for k, number in enumerate((*extremes, f"{float(BLOCK)!r}", mean, *map(self._paired, powers))):
             self._lines.append(f"  store double {number}, ptr {self._at(numbers, str(k))}")
@@ -110,7 +110,7 @@ class _BlockText(LoopText):
             least, greatest = self._closer(_V, "olt", least, x), self._closer(_V, "ogt", greatest, x)
         return [self._with(sums, eight, leaf), least, greatest]
 
-    def _leaf_of_powers(self, samples: Iterator[str], leaf: str, before: list[str], means: str) -> list[str]:
+    def _powers(self, means: str, samples: Iterator[str], leaf: str, before: list[str]) -> list[str]:
         eights: list[str] = []
         for x in samples:
             off = self._of_two("fsub", x, means)
