@@ -10,12 +10,13 @@ from ..batch import Array
 from ..solvers.evaluation import Picked
 from ..solvers.stacked_bands import Bands, StackedFactor
 from ..structure.topology import Index
-from .compliance import Compliance, estimated_least, rounding_of
+from .compliance import Compliance, rounding_of
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real, extended
 from .kinematics import FrameKinematics
 from .resistance import resisted
+from .sparse_compliance import estimated_least
 
 # Inverse iterations, from random vectors, that find the least eigenvalue.
 _TO_THE_LEAST, _RANDOM = 8, 2

@@ -136,8 +136,10 @@ def _check(massive: bool) -> None:
 
 
 def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
-    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; where there is no shift, as precise as without those
-    entries that have one."""
+    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D.
+
+    Entries without a shift take the way that is most precise for K alone, also beside entries that have one.
+    """
     if not shift.any():
         return stiffness_halves(plan)
     moved, moved_root = _shifted(stiffness, mass, shift)

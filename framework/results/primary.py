@@ -158,7 +158,7 @@ class Primary:
 
     @cached_property
     def _undetermined(self) -> NDArray[np.bool_]:
-        """Entries that can move, of which it takes a closer look whether the loads do work on that, (...)."""
+        """Entries that can move, where it is still to be found out whether the loads do work on that motion, (...)."""
         found = self.singular & ~self.lost
         return found if self.resolved is None else found & ~self.resolved.mask
 

@@ -20,11 +20,11 @@ class Joins(Protocol[End_co]):
 
     @property
     def first(self) -> End_co:
-        """The one."""
+        """Node or link at its first end."""
 
     @property
     def second(self) -> End_co:
-        """The other."""
+        """Node or link at its second end."""
 
 
 @dataclass(frozen=True)

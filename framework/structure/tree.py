@@ -228,7 +228,7 @@ def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) ->
 
 
 def strongest_first(edges: list[Edge]) -> list[Edge]:
-    """Edges in the order in which they had better be in the tree."""
+    """Edges in order of preference for the tree."""
     return sorted(edges, key=lambda edge: edge.strength, reverse=True)
 
 

@@ -33,7 +33,7 @@ class OnePose:
 def one_pose(
     loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float], closed: float
 ) -> OnePose | None:
-    """The pose at driven states, as a batch has it; None where it takes a closer look than that along the path.
+    """The pose at driven states, as a batch has it; None where it is to be sought along the path.
 
     That is so in and beside a change point, in a dead point and beyond, many turns away, where the drives turn balls,
     and where Newton's method does not lead from the path's nodes to a pose that closes better than `closed`.
