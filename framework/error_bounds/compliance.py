@@ -17,6 +17,7 @@ from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real, extended
 from .kinematics import FrameKinematics
+from .pushing import amplification, in_double
 from .resistance import resisted
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
@@ -30,6 +31,8 @@ _STEPS = 3
 # share of `backward_error` below which that finds nothing but rounding.
 _SAFETY = 4.0
 _FOUND = 1.0 / 16.0
+# Share of a load that solutions to a few digits leave unbalanced.
+_NEARLY = 1e-4
 
 
 class Compliance(ABC):
@@ -46,7 +49,8 @@ class Compliance(ABC):
     backward_error
         (...): 2-norm of the rounding in the scaled matrix as it is applied.
     amplification
-        (...): by how much springs with a stiffness below zero may amplify what forces on the deformations do.
+        (...): what the greatest eigenvalue of ``S^-1 |S|`` is not above, |S| being the stiffness S with the sizes of
+        what springs have below zero in place of that; one where none has.
     """
 
     root: Array
@@ -157,20 +161,21 @@ class DenseCompliance(Compliance):
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
         self.least = least if size else np.ones(())
         if bool((k < 0.0).any()):
-            self._push()
+            self._push(proved, lost)
 
-    def _push(self) -> None:
-        """Take what springs with a stiffness below zero put in into `amplification`, and out of `least`.
+    def _push(self, proved: Array, lost: Array) -> None:
+        """What springs with a stiffness below zero make of `least` and `amplification`.
 
-        With the sizes of stiffness in place of the stiffness, ``w . |S| w = w . S w + 2 w . S' w`` for the part S' of
-        these springs: at most ``1 + 2 |S'| / least`` times as much.
+        ``|S| = S + 2 S'`` for the part S' of these springs: at most ``1 + 2 |S'| / least`` times as much. S itself is
+        no square then, and the rounding of B counts by the size of |S|, whose trace is known.
         """
         pushing = np.where(self._k < 0.0, -self._k, 0.0)
         columns = self._columns * self.root[..., None, :]
         part = np.sum(pushing[..., None] * columns**2, axis=(-1, -2))
-        known = self.least > 0.0
-        self.amplification = 1.0 + 2.0 * part / np.where(known, self.least, 1.0)
-        self.least = self.least / self.amplification
+        off = (2.0 * np.sqrt(self.root.shape[-1] + 2.0 * part) + lost) * lost
+        least = np.where(np.isfinite(proved), np.maximum(proved - off, 0.0), 0.0)
+        self.least = np.where(part > 0.0, least, self.least)
+        self.amplification = 1.0 + 2.0 * part / np.where(self.least > 0.0, self.least, 1.0)
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""
@@ -230,7 +235,23 @@ class Factored:
         return self.factor.solve(flat).T.reshape(load.shape)
 
 
-class SparseCompliance(Factored, Compliance):
+class EstimatedCompliance(Compliance):
+    """A compliance of which the least eigenvalue is estimated, with a margin for what that misses."""
+
+    def _estimated(self, found: Array, state: EquilibriumResidual) -> None:
+        """Set `least` and `amplification` from the least eigenvalue (...) that inverse iteration finds.
+
+        Where no more than rounding is found, there is none.
+        """
+        self.least = np.where(found > _FOUND * self.backward_error, found / _SAFETY, 0.0)
+        self.amplification = amplification(in_double(state), state.unknowns, self.root, self._solve_nearly, _SAFETY)
+
+    def _solve_nearly(self, load: Array) -> Array:
+        """Displacements (m, ..., n) for loads (m, ..., n), to a few digits where that saves time."""
+        return self.solve_to(load, np.full(load.shape[:-1], _NEARLY))
+
+
+class SparseCompliance(Factored, EstimatedCompliance):
     """One large matrix with its factor; the least eigenvalue by inverse iteration, with a margin for what that misses.
 
     Parameters
@@ -255,12 +276,12 @@ class SparseCompliance(Factored, Compliance):
         self._growth = growth
         self.backward_error = np.asarray(rounding_of(coupled))
         least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
-        self.least = estimated_least(np.asarray(least), self.backward_error)
+        self._estimated(np.asarray(least), rest)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
         motion = extended(self.root * self.softest)
-        return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
+        return float(np.max(np.abs(resisted(rest, rest.unknowns, motion) @ motion)))
 
     def energy(self, load: Real, sizes: Real) -> Real:
         """Energy norm of the displacements under loads (..., n) that may be off by `sizes` (..., n), at most, (...).
@@ -302,12 +323,6 @@ class SparseCompliance(Factored, Compliance):
 def rounding_of(coupled: int) -> float:
     """2-norm of the rounding in a scaled matrix, of which no entry is above one and each row has so many."""
     return _DEFORMATION * ROUNDING * coupled
-
-
-def estimated_least(found: Array, backward_error: Array) -> Array:
-    """What least eigenvalues that inverse iteration finds are not below, (...); 0 where they are but rounding."""
-    least: Array = np.where(found > _FOUND * backward_error, found / _SAFETY, 0.0)
-    return least
 
 
 def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -> tuple[Array, float]:
