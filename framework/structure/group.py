@@ -249,7 +249,8 @@ def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
     which the local ones are rows (..., 3, 3)."""
     if start is not end:
         return np.concatenate([_by_nodes(rows[..., :6], start, start), _by_nodes(rows[..., 6:], end, end)], axis=-1)
-    out: Array = rows.reshape(*rows.shape[:-2], -1, 3) @ start
+    springs, columns = rows.shape[-2:]
+    out: Array = rows.reshape(*rows.shape[:-2], springs * columns // 3, 3) @ start
     return out.reshape(*out.shape[:-2], *rows.shape[-2:])
 
 

@@ -3,6 +3,8 @@ digits as their part of the bound asks for."""
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Section
@@ -112,6 +114,27 @@ def test_what_is_asked_before_changes_no_bound() -> None:
     other.error_bound("(0, 0, 0)", "reaction")
     other.error_bound("(1, 1, 1)")
     np.testing.assert_array_equal(one.error_bound("(3, 3, 3)"), other.error_bound("(3, 3, 3)"))
+
+
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_another_load_in_between_leaves_the_least_eigenvalue_as_it_is(disturbed: bool) -> None:
+    """As threads that share a frame may solve at once: here while the steps that tell it are being made."""
+    solver = lattice(3, 1).solve("iterative").solver
+    assert isinstance(solver, SparseSolver)
+    expected = solver.factor
+    assert isinstance(expected, Iterative)
+    other = copy.copy(expected)
+    vars(other).pop("singular", None)
+    own, calls, unit = other.precondition, [0], np.eye(len(other.root))[:, :1]
+
+    def between(residual: NDArray[np.float64]) -> NDArray[np.float64]:
+        calls[0] += 1
+        if disturbed and calls[0] == 5:
+            other.solve(unit)
+        return own(residual)
+
+    other.precondition = between
+    np.testing.assert_array_equal(other.energies(unit, 2.0), expected.energies(unit, 2.0))
 
 
 def test_a_further_bound_is_cheaper_than_a_solution() -> None:

@@ -70,6 +70,13 @@ def test_rollers_share_by_the_pseudo_inverse_and_within_their_bounds() -> None:
     assert "Redundant: 2 ideal components" in solution.explain()
 
 
+@pytest.mark.parametrize("shape", [(0, 4), (3, 0, 4)])
+def test_a_batch_without_entries(shape: tuple[int, ...]) -> None:
+    solution, expected = on_rollers(np.zeros(shape)).solve(), (*shape[:-1], 6)
+    assert solution.joint_force("roller 1").shape == solution.reaction("G1").shape == expected
+    assert solution.error_bound("roller 1", "joint_force").shape == expected
+
+
 def door(hinge: tuple[float, ...], moment: float = 8.0, apart: float = 0.5) -> Frame:
     """A rigid door on two hinges, with a moment on the end of a rod across it."""
     frame = Frame()

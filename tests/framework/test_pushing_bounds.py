@@ -98,3 +98,9 @@ def test_what_a_pushing_spring_amplifies(kind: type[Compliance], monkeypatch: py
     assert found[0] == 1.0
     if kind is not DenseCompliance:
         assert found[:4] == pytest.approx(1.0 + MARGIN * (exact[:4] - 1.0), rel=1e-6)
+
+
+def test_a_batch_without_entries_by_bands(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "MOST", 0)
+    solution = cantilever(np.zeros((0, 1)), np.array([1.0, -2.0])).solve("banded")
+    assert solution.displacement("B").shape == solution.error_bound("B").shape == (0, 2, 6)
