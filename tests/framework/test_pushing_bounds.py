@@ -81,8 +81,11 @@ SHARES = np.array([0.0, 0.01, 0.5, 0.99, 3.0])
 
 @pytest.mark.parametrize("kind", [DenseCompliance, BandedCompliance, SparseCompliance])
 def test_what_a_pushing_spring_amplifies(kind: type[Compliance], monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the tip the string takes off a share s of 1: the sizes together come to ``(1 + s) / |1 - s|``."""
-    loads, found = np.array([1.0, -2.0]), []
+    """At the tip the string takes off a share s of 1: the sizes together come to ``(1 + s) / |1 - s|``.
+
+    The least eigenvalue is that of [[4 - s, -2], [-2, 4 / 3]], scaled to unit diagonal.
+    """
+    loads, found, least = np.array([1.0, -2.0]), [], []
     if kind is BandedCompliance:
         monkeypatch.setattr(bounds, "MOST", 0)
     if kind is SparseCompliance:
@@ -91,11 +94,14 @@ def test_what_a_pushing_spring_amplifies(kind: type[Compliance], monkeypatch: py
         parts = [next(cantilever(SHARES[:, None], loads).solve("banded").bounds.parts())]
     for part in parts:
         assert isinstance(part.compliance, kind)
-        assert (part.compliance.least > 0.0).all()
+        least += np.ravel(part.compliance.least).tolist()
         found += np.ravel(part.compliance.amplification).tolist()
     exact = (1.0 + SHARES) / np.abs(1.0 - SHARES)
     assert (np.array(found) >= exact * (1.0 - 1e-9)).all()
     assert found[0] == 1.0
+    eigenvalue = np.abs(1.0 - 2.0 / np.sqrt((4.0 - SHARES) * 4.0 / 3.0))
+    assert (np.array(least) <= eigenvalue * (1.0 + 1e-9)).all()
+    assert (np.array(least) >= eigenvalue / 100.0).all()
     if kind is not DenseCompliance:
         assert found[:4] == pytest.approx(1.0 + MARGIN * (exact[:4] - 1.0), rel=1e-6)
 
