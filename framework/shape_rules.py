@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .batch import Array, Shape
+from .batch import Array, Shape, merged
 
 Real = NDArray[Any]
 # Places, as fractions of the length, whose polynomial gives the derivative of shape functions (Chebyshev's).
@@ -151,7 +151,7 @@ def section_springs(member: Law, length: Real) -> tuple[Array, Array]:
     resists = np.divide(1.0, flexibility, out=np.zeros(np.shape(flexibility)), where=flexibility > 0.0)
     k = np.moveaxis(np.asarray(shares, dtype=np.float64)[..., None] * resists, 0, -2)
     rows = np.moveaxis(strain_rows(*member.shape_rows(length, fractions)), 0, -3)
-    k, rows = k.reshape(*k.shape[:-2], -1), rows.reshape(*rows.shape[:-3], -1, 12)
+    k, rows = merged(k, -2, -1), merged(rows, -3, -2)
     b = balanced_rows(rows, length)
     acts = (k != 0.0).reshape(-1, k.shape[-1]).any(axis=0) & (b != 0.0).reshape(-1, *b.shape[-2:]).any(axis=(0, 2))
     acts = acts if acts.any() else np.arange(len(acts)) == 0

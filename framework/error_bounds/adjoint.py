@@ -155,8 +155,9 @@ class Adjoint:
         the work ``s . w`` on what the adjoint z leaves of its equations and, as stiffnesses are off by dk, ``dk e(z) .
         e(w)`` on the adjoint, and ``dk a . e(w)`` on a force asked for by way of the rows a. With S the stiffness
         scaled to unit diagonal by D, forces g on the unknowns work no more than ``|D g| / sqrt(least)`` on a motion of
-        unit energy norm, and forces p on the deformations no more than ``|k^-1/2 p|``. What drives w is bounded alike:
-        the residual and its own rounding, and the rounding of the stiffness at the computed deformations.
+        unit energy norm, and forces p on the deformations no more than ``|k^-1/2 p|``, or where springs push at rest
+        the root of `Compliance.amplification` times as much. What drives w is bounded alike: the residual and its own
+        rounding, and the rounding of the stiffness at the computed deformations.
         """
         state, energy = self.state, self._energy
         members = zip(state.double_springs, self._stretches, strict=True)
@@ -166,7 +167,7 @@ class Adjoint:
         unresolved = (
             np.moveaxis(self.result.unresolved, -1, 0) if isinstance(self.result.unresolved, np.ndarray) else 0.0
         )
-        work = self._left() + force_uncertainty + unresolved
+        work = self._left() + np.sqrt(self.compliance.amplification) * (force_uncertainty + unresolved)
         out: Real = np.where((work == 0.0) | (energy == 0.0), 0.0, work * energy)
         return out
 
@@ -205,7 +206,7 @@ class Adjoint:
             )
             opened = zip(state.stiffness, double.displacement_sizes(self.rough, spread), strict=True)
             joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
-            rounded = state.fine * np.sqrt(members + joints)
+            rounded = state.fine * np.sqrt((members + joints) * compliance.amplification)
             fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / least_stiffness + rounded
             return fine
         left = self.right - compliance.apply(self.answer)

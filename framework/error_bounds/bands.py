@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..batch import Array
 from ..solvers.evaluation import Picked
 from ..solvers.stacked_bands import Bands, StackedFactor
 from ..structure.topology import Index
-from .compliance import Compliance, rounding_of
-from .deformations import Springs
+from .compliance import rounding_of
 from .equilibrium import EquilibriumResidual
-from .kinematic_edge import Real, extended
-from .kinematics import FrameKinematics
+from .kinematic_edge import extended
+from .pushing import in_double
 from .resistance import resisted
-from .sparse_compliance import estimated_least
+from .sparse_compliance import EstimatedCompliance
 
 # Inverse iterations, from random vectors, that find the least eigenvalue.
 _TO_THE_LEAST, _RANDOM = 8, 2
 
 
-@dataclass(frozen=True)
-class _Double:
-    """A frame in double precision, for `resisted`."""
-
-    kinematics: FrameKinematics
-    springs: list[Springs]
-    stiffness: list[Real]
-
-
-class BandedCompliance(Compliance):
+class BandedCompliance(EstimatedCompliance):
     """Matrices of one pattern, each with its factor; the least eigenvalues by inverse iteration, with a margin.
 
     Parameters
@@ -58,7 +46,7 @@ class BandedCompliance(Compliance):
         motion, self._growth = self._softest()
         moved = extended(self.root * motion)
         resistance = np.sum(resisted(state, state.unknowns, moved) * moved, axis=-1).astype(np.float64)
-        self.least = estimated_least(np.minimum(1.0 / self._growth, resistance), self.backward_error)
+        self._estimated(np.minimum(1.0 / self._growth, np.abs(resistance)), state)
 
     def _softest(self) -> tuple[Array, Array]:
         """Motions of length one that the scaled matrices resist least, (..., n), and one over what by, (...)."""
@@ -105,5 +93,4 @@ class BandedCompliance(Compliance):
     def apply(self, displacement: Array) -> Array:
         """Loads (..., n) for displacements (..., n)."""
         state = self._state
-        double = _Double(state.double, state.double_springs, state.stiffness)
-        return resisted(double, state.unknowns, displacement).astype(np.float64)
+        return resisted(in_double(state), state.unknowns, displacement).astype(np.float64)

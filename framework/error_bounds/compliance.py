@@ -37,7 +37,8 @@ class Compliance(ABC):
     backward_error
         (...): 2-norm of the rounding in the scaled matrix as it is applied.
     amplification
-        (...): by how much springs with a stiffness below zero may amplify what forces on the deformations do.
+        (...): what the greatest eigenvalue of ``S^-1 |S|`` is not above, |S| being the stiffness S with the sizes of
+        what springs have below zero in place of that; one where none has.
     """
 
     root: Array
@@ -148,20 +149,21 @@ class DenseCompliance(Compliance):
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
         self.least = least if size else np.ones(())
         if bool((k < 0.0).any()):
-            self._push()
+            self._push(proved, lost)
 
-    def _push(self) -> None:
-        """Take what springs with a stiffness below zero put in into `amplification`, and out of `least`.
+    def _push(self, proved: Array, lost: Array) -> None:
+        """What springs with a stiffness below zero make of `least` and `amplification`.
 
-        With the sizes of stiffness in place of the stiffness, ``w . |S| w = w . S w + 2 w . S' w`` for the part S' of
-        these springs: at most ``1 + 2 |S'| / least`` times as much.
+        ``|S| = S + 2 S'`` for the part S' of these springs: at most ``1 + 2 |S'| / least`` times as much. S itself is
+        no square then, and the rounding of B counts by the size of |S|, whose trace is known.
         """
         pushing = np.where(self._k < 0.0, -self._k, 0.0)
         columns = self._columns * self.root[..., None, :]
         part = np.sum(pushing[..., None] * columns**2, axis=(-1, -2))
-        known = self.least > 0.0
-        self.amplification = 1.0 + 2.0 * part / np.where(known, self.least, 1.0)
-        self.least = self.least / self.amplification
+        off = (2.0 * np.sqrt(self.root.shape[-1] + 2.0 * part) + lost) * lost
+        least = np.where(np.isfinite(proved), np.maximum(proved - off, 0.0), 0.0)
+        self.least = np.where(part > 0.0, least, self.least)
+        self.amplification = 1.0 + 2.0 * part / np.where(self.least > 0.0, self.least, 1.0)
 
     def distance(self) -> Array:
         """Least singular value of the deformations by the unknowns, scaled to columns of length one, (...)."""

@@ -31,9 +31,11 @@ _WIDE = 8.0
 def energy_of_error(state: EquilibriumResidual, compliance: Compliance) -> Real:
     """Energy norm of what the exact solution differs from the computed one, at most, (...).
 
-    That of the sizes of the stiffnesses; see `DenseCompliance.amplification`.
+    Forces p on the deformations B u bring about a motion w with the energy ``p . B w``, which is at most ``|k^-1/2 p|``
+    times the norm of w by the sizes |k| of the stiffnesses; its square is some times the energy, see
+    `Compliance.amplification`.
     """
-    forces = compliance.amplification * state.force_uncertainty
+    forces = np.sqrt(compliance.amplification) * state.force_uncertainty
     out: Real = compliance.energy(state.balance, state.unbalanced) + forces
     return out
 

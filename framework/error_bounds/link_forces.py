@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, merged
 from ..structure.edge import GROUND
 from .deformations import Springs
 from .equilibrium import EquilibriumResidual
@@ -60,7 +60,7 @@ def working_forces(state: EquilibriumResidual) -> list[Array]:
 
 def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
     """By number of a link that closes a loop, the forces (..., 6) of what it holds on its relative displacement."""
-    flat = residual.reshape(*residual.shape[:-2], -1)
+    flat = merged(residual, -2, -1)
     out: dict[int, Array] = {}
     for key, (_, by) in kinematics.dependents.items():
         for (number, component), factor in by.items():

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, merged
 from ..structure.edge import GROUND
 from .kinematic_edge import Real
 from .kinematics import FrameKinematics
@@ -101,7 +101,7 @@ def _sharing(kinematics: FrameKinematics, loops: RedundantLoops) -> LoadShare:
     weights[..., [k for k, link in enumerate(links) if link.edge.kind not in SHARING], :] = 0.0
     exerted = np.stack(np.broadcast_arrays(*(link.exerted(stresses[..., k, :]) for k, link in enumerate(links))), -2)
     weighed = weights * np.asarray(exerted, np.float64)
-    inverse, condition = _inverse(weighed.reshape(*weighed.shape[:-2], -1))
+    inverse, condition = _inverse(merged(weighed, -2, -1))
     inverse = weights * inverse.reshape(weighed.shape)
     # of a screw's forces those on its coordinates
     each = (np.asarray(link.rest(inverse[..., k, :]), np.float64) for k, link in enumerate(links))

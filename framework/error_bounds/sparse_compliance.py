@@ -12,12 +12,15 @@ from ..solvers.iterative import Iterative
 from .compliance import Compliance, rounding_of
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real, extended
+from .pushing import amplification, in_double
 from .resistance import resisted
 
 # The factor by which the least eigenvalue of a large matrix may still be below what inverse iteration finds, and the
 # share of `backward_error` below which that finds nothing but rounding.
 _SAFETY = 4.0
 _FOUND = 1.0 / 16.0
+# Share of a load that solutions to a few digits leave unbalanced.
+_NEARLY = 1e-4
 
 
 class Factored:
@@ -38,7 +41,23 @@ class Factored:
         return self.factor.solve(flat).T.reshape(load.shape)
 
 
-class SparseCompliance(Factored, Compliance):
+class EstimatedCompliance(Compliance):
+    """A compliance of which the least eigenvalue is estimated, with a margin for what that misses."""
+
+    def _estimated(self, found: Array, state: EquilibriumResidual) -> None:
+        """Set `least` and `amplification` from the least eigenvalue (...) that inverse iteration finds.
+
+        Where no more than rounding is found, there is none.
+        """
+        self.least = np.where(found > _FOUND * self.backward_error, found / _SAFETY, 0.0)
+        self.amplification = amplification(in_double(state), state.unknowns, self.root, self._solve_nearly, _SAFETY)
+
+    def _solve_nearly(self, load: Array) -> Array:
+        """Displacements (m, ..., n) for loads (m, ..., n), to a few digits where that saves time."""
+        return self.solve_to(load, np.full(load.shape[:-1], _NEARLY))
+
+
+class SparseCompliance(Factored, EstimatedCompliance):
     """One large matrix with its factor; the least eigenvalue by inverse iteration, with a margin for what that misses.
 
     Parameters
@@ -63,12 +82,12 @@ class SparseCompliance(Factored, Compliance):
         self._growth = growth
         self.backward_error = np.asarray(rounding_of(coupled))
         least = min(1.0 / growth, self._resistance(rest)) if len(self.root) else 1.0
-        self.least = estimated_least(np.asarray(least), self.backward_error)
+        self._estimated(np.asarray(least), rest)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
         """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
         motion = extended(self.root * self.softest)
-        return float(np.max(resisted(rest, rest.unknowns, motion) @ motion))
+        return float(np.max(np.abs(resisted(rest, rest.unknowns, motion) @ motion)))
 
     def energy(self, load: Real, sizes: Real) -> Real:
         """Energy norm of the displacements under loads (..., n) that may be off by `sizes` (..., n), at most, (...).
@@ -105,12 +124,6 @@ class SparseCompliance(Factored, Compliance):
         flat = _flat(displacement.astype(np.float64) / self.root).T
         out: Array = (self.factor.scaled @ flat).T.reshape(displacement.shape) / self.root
         return out
-
-
-def estimated_least(found: Array, backward_error: Array) -> Array:
-    """What least eigenvalues that inverse iteration finds are not below, (...); 0 where they are but rounding."""
-    least: Array = np.where(found > _FOUND * backward_error, found / _SAFETY, 0.0)
-    return least
 
 
 def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -> tuple[Array, float]:

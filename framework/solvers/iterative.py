@@ -45,6 +45,8 @@ _EPS = float(np.finfo(float).eps)
 _STEPS = 8
 
 Operator = Callable[[Array], Array]
+# Lengths of steps along their directions, and how much of each direction the next one took along.
+Steps = tuple[list[float], list[float]]
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,6 @@ class Iterative(Factor):
         self._acting = _in_blocks(self.scaled, places)
         self.instead: Factor | None = None
         self.iterations = 0
-        # Lengths of the last descent's steps, and how much of each direction the next one took along.
-        self._steps: tuple[list[float], list[float]] = [], []
         self.norm = float(abs(self.scaled).sum(axis=1).max())
         try:
             self.precondition = _preconditioner(self.scaled, self.root, places)
@@ -170,9 +170,11 @@ class Iterative(Factor):
         """Whether a random load meets a motion that nothing resists; where none is found, a factor has the word."""
         if self.instead is None:
             probe = np.random.default_rng(0).standard_normal(len(self.root))
-            found = self._descend(probe, lambda _: _PROBE * _norm(probe))
+            lengths: list[float] = []
+            growths: list[float] = []
+            found = self._descend(probe, lambda _: _PROBE * _norm(probe), (lengths, growths))
             if found is not None:
-                self._probed, self._least_ritz = found, least_ritz(*self._steps)
+                self._probed, self._least_ritz = found, least_ritz(lengths, growths)
             if found is not None and _norm(found) < SUSPECT / zero_eigenvalue(len(probe)) * _norm(probe):
                 return False
             if self._motions.size:
@@ -225,16 +227,19 @@ class Iterative(Factor):
         left = _norm(load - self.scaled @ found)
         return found if left <= max(64.0 * _EPS * (self.norm * _norm(found) + size), 2.0 * share * size) else None
 
-    def _descend(self, load: Array, enough: Callable[[Array], float]) -> Array | None:
-        """Preconditioned conjugate gradients until the residual is `enough`, None where it does not become so."""
-        with np.errstate(all="ignore"):  # where nothing resists, steps may be of any size
-            return self._descended(load, enough)
+    def _descend(self, load: Array, enough: Callable[[Array], float], steps: Steps | None = None) -> Array | None:
+        """Preconditioned conjugate gradients until the residual is `enough`, None where it does not become so.
 
-    def _descended(self, load: Array, enough: Callable[[Array], float]) -> Array | None:
+        What `steps` are taken is added to these, see `least_ritz`.
+        """
+        with np.errstate(all="ignore"):  # where nothing resists, steps may be of any size
+            return self._descended(load, enough, ([], []) if steps is None else steps)
+
+    def _descended(self, load: Array, enough: Callable[[Array], float], steps: Steps) -> Array | None:
         x, residual = np.zeros_like(load), load.copy()
         way = z = self.precondition(residual)
         power = _dot(residual, z)
-        self._steps = lengths, growths = [], []
+        lengths, growths = steps
         for _ in range(ITERATIONS):
             ahead = self._acting @ way
             work = _dot(way, ahead)

@@ -17,6 +17,12 @@ FORCES = {
     "pulled, pushed sideways": (2e5, 6e4, 0.0, 0.0, 0.0, 4e3),
     "pulled, pushed along the web": (3e5, 0.0, 1.5e5, 0.0, 1.2e4, 0.0),
     "all": (1e5, 2e4, 5e4, 6e2, 1e4, 8e3),
+    # of which the greatest is where a closer look hardly seems to pay
+    "bent up, twisted, a little sideways: the end face": (0.0, 0.0, 0.0, 155.0, 2.1e4, 2.2e3),
+    "bent up and twisted: the flange": (0.0, 750.0, 0.0, 414.0, 6.73e4, 2.39e3),
+    "pushed sideways, bent up": (2.3e3, 5.8e4, 0.0, 91.0, 1.43e4, 2.98e3),
+    "pulled, pushed both ways": (2.1e5, 3.64e4, 1.86e4, 0.0, 0.0, 1e3),
+    "pulled, pushed up, a little bent": (3.8e4, 0.0, 1.08e4, 0.0, 1.37e3, 0.0),
 }
 
 

@@ -3,10 +3,16 @@ digits as their part of the bound asks for."""
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Section
 from linkframe.framework import Frame, Solution
+from linkframe.framework.error_bounds.adjoint import unit_forces
+from linkframe.framework.error_bounds.energy import EnergyBound, energy_of_error
+from linkframe.framework.error_bounds.equilibrium import EquilibriumResidual
+from linkframe.framework.error_bounds.requested import requested
 from linkframe.framework.solvers.iterative import Iterative
 from linkframe.framework.solvers.radau import stored
 from linkframe.framework.solvers.sparse import SparseSolver
@@ -79,6 +85,46 @@ def test_a_solution_without_such_errors_has_the_bounds_of_adjoints() -> None:
     assert (by_steps.error_bound("B") <= 3.0 * direct.error_bound("B")).all()
 
 
+def by_energy(solution: Solution, node: str, off: str, size: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What the displacements of a node may be off as a bound by energy has it, and what they can be off, (6,).
+
+    They are off by loads that are not balanced, or not known, in proportion to those on whose account a displacement
+    is greatest for the energy it takes; or by the stiffness of all members.
+    """
+    part = next(solution.bounds.parts())
+    state, solver = part.state, solution.solver
+    assert isinstance(solver, SparseSolver)
+    result = requested(state, node, "displacement")
+    units = np.asarray(unit_forces(state, result), np.float64).reshape(6, -1)
+    moved = solver.factor.solve(units.T).T
+    if off == "stiffness":
+        found, forces = EnergyBound(state, part.compliance, result, part.energy), solver.load[solver.excited][:, 0]
+        return np.asarray(found.error_bound(), np.float64), size * np.abs(moved @ forces)
+    error = np.zeros(6)
+    bound = np.zeros(6)
+    for k in range(6):
+        if off == "balance":
+            values = state.values - size * moved[k]
+            other = EquilibriumResidual(state.statics, state.change, state.unknowns, values)
+        else:
+            other = EquilibriumResidual(state.statics, state.change, state.unknowns, state.values)
+            vars(other)["unbalanced"] = size * np.abs(units[k])
+        energy = energy_of_error(other, part.compliance)
+        bound[k] = EnergyBound(other, part.compliance, result, energy).error_bound()[k]
+        error[k] = size * (moved[k] @ units[k])
+    return bound, error
+
+
+@pytest.mark.parametrize(("off", "size"), [("balance", 1e-3), ("load", 1e-3), ("stiffness", 2.0**-53)])
+def test_energy_takes_all_that_a_solution_may_be_off_by(off: str, size: float) -> None:
+    """Loads in the shape of the unit load, of which the bound by Cauchy and Schwarz is the error itself."""
+    bound, error = by_energy(lattice(3, 1).solve("iterative"), "(2, 2, 2)", off, size)
+    assert (error > 0.0).all()
+    assert (bound >= error).all()
+    if off == "balance":
+        assert (bound <= 4.0 * error).all()
+
+
 @pytest.mark.parametrize("margin", [1.0, 4.0])
 def test_energy_of_a_load_is_bounded_from_above(margin: float) -> None:
     """Of unit loads, of one everywhere, and of none; by the solution itself."""
@@ -112,6 +158,27 @@ def test_what_is_asked_before_changes_no_bound() -> None:
     other.error_bound("(0, 0, 0)", "reaction")
     other.error_bound("(1, 1, 1)")
     np.testing.assert_array_equal(one.error_bound("(3, 3, 3)"), other.error_bound("(3, 3, 3)"))
+
+
+@pytest.mark.parametrize("disturbed", [False, True])
+def test_another_load_in_between_leaves_the_least_eigenvalue_as_it_is(disturbed: bool) -> None:
+    """As threads that share a frame may solve at once: here while the steps that tell it are being made."""
+    solver = lattice(3, 1).solve("iterative").solver
+    assert isinstance(solver, SparseSolver)
+    expected = solver.factor
+    assert isinstance(expected, Iterative)
+    other = copy.copy(expected)
+    vars(other).pop("singular", None)
+    own, calls, unit = other.precondition, [0], np.eye(len(other.root))[:, :1]
+
+    def between(residual: NDArray[np.float64]) -> NDArray[np.float64]:
+        calls[0] += 1
+        if disturbed and calls[0] == 5:
+            other.solve(unit)
+        return own(residual)
+
+    other.precondition = between
+    np.testing.assert_array_equal(other.energies(unit, 2.0), expected.energies(unit, 2.0))
 
 
 def test_a_further_bound_is_cheaper_than_a_solution() -> None:

@@ -70,6 +70,13 @@ def test_rollers_share_by_the_pseudo_inverse_and_within_their_bounds() -> None:
     assert "Redundant: 2 ideal components" in solution.explain()
 
 
+@pytest.mark.parametrize("shape", [(0, 4), (3, 0, 4)])
+def test_a_batch_without_entries(shape: tuple[int, ...]) -> None:
+    solution, expected = on_rollers(np.zeros(shape)).solve(), (*shape[:-1], 6)
+    assert solution.joint_force("roller 1").shape == solution.reaction("G1").shape == expected
+    assert solution.error_bound("roller 1", "joint_force").shape == expected
+
+
 def door(hinge: tuple[float, ...], moment: float = 8.0, apart: float = 0.5) -> Frame:
     """A rigid door on two hinges, with a moment on the end of a rod across it."""
     frame = Frame()
@@ -164,3 +171,68 @@ def test_the_condition_number_is_that_of_the_entry_alone(seed: int) -> None:
     found = tangle(seed).solve().scaled_condition_number()
     alone = [tangle(seed, entry).solve().scaled_condition_number() for entry in range(4)]
     assert_allclose(found, alone, rtol=1e-9)
+
+
+def test_screws_share_by_what_they_exert() -> None:
+    """A carriage on two spindles along z: forces of the nuts, with ``mz = -lead fz`` each, by normal equations.
+
+    Squares of moments are divided by that of half the distance, and of the leads at two of four joints and supports.
+    """
+    apart, pitch = 0.8, 1.5
+    frame, load = Frame(), np.array([3.0, -2.0, 5.0, 0.4, 0.7, -0.6])
+    for name, x in {"left": 0.0, "right": apart}.items():
+        frame.node(name, (x, 0.0, 0.0))
+        frame.node(f"{name} wall", (x, 0.0, 0.0))
+        frame.fix(f"{name} wall")
+        frame.add(f"{name} nut", Joint(stiffness=(INF,) * 5 + (0.0,), pitch=pitch), f"{name} wall", name)
+    frame.rigid("left", "right")
+    frame.node("tip", (0.0, 0.5, 0.2))
+    frame.add("rod", ROD, "left", "tip")
+    frame.load("tip", **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), load.tolist(), strict=True)))
+    solution, lead = frame.solve(), pitch / (2.0 * np.pi)
+    own = np.eye(6)[:, :5] - lead * np.outer(np.eye(6)[5], np.eye(5)[2])
+    arm = np.eye(6)
+    arm[[4, 5], [2, 1]] = -apart, apart
+    works = np.hstack([own, arm @ own])
+    carried = load + np.append(np.zeros(3), np.cross([0.0, 0.5, 0.2], load[:3]))
+    found = least_squares(works, np.kron(np.eye(2), own), carried, np.sqrt(apart**2 / 4.0 + lead**2 / 2.0))
+    for k, name in enumerate(("left", "right")):
+        expected = own @ found[5 * k : 5 * k + 5]
+        assert_allclose(solution.joint_force(f"{name} nut"), expected, rtol=1e-10, atol=1e-12)
+        assert_allclose(solution.reaction(f"{name} wall"), -expected, rtol=1e-10, atol=1e-12)
+
+
+def least_squares(works: Numbers, exerted: Numbers, load: Numbers, length: float) -> Numbers:
+    """Forces (n,) in equilibrium with a load (6,) of which the sum of squares is least, by normal equations.
+
+    `exerted` (6 k, n) is what they are as forces and moments, and `works` (6, n) what these are at the load's place.
+    """
+    weighed = np.tile(np.repeat([1.0, 1.0 / length], 3), len(exerted) // 6)[:, None] * exerted
+    metric = np.linalg.inv(weighed.T @ weighed)
+    found: Numbers = metric @ works.T @ np.linalg.solve(works @ metric @ works.T, load)
+    return found
+
+
+def test_rigid_links_that_close_loops_of_their_own_leave_the_share_of_supports() -> None:
+    """P and Q are clamped; links from P to R and to S go two ways each, so that some states of self-stress differ by
+    what is in rigid links alone."""
+    places, load = np.random.default_rng(3).uniform(0.0, 2.0, (4, 3)), np.array([1.0, 2.0, -0.5, 0.2, 0.1, 0.3])
+    frame = Frame()
+    for name, place in zip("PQRS", places, strict=True):
+        frame.node(name, place)
+    for name in "PQ":
+        frame.fix(name)
+    for pair in ("PQ", "QR", "PR", "RS", "PS"):
+        frame.rigid(*pair)
+    frame.node("T", (1.0, 1.0, 3.0))
+    frame.add("rod", ROD, "S", "T")
+    frame.load("T", **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), load.tolist(), strict=True)))
+    solution, arm = frame.solve(), np.eye(6)
+    p, q = places[:2]
+    arm[3:, :3] = np.cross(q - p, np.eye(3)).T
+    carried = load + np.append(np.zeros(3), np.cross([1.0, 1.0, 3.0] - p, load[:3]))
+    works = np.hstack([np.eye(6), arm])
+    found = -least_squares(works, np.eye(12), carried, float(np.linalg.norm(q - p)) / 2.0)
+    for name, expected in {"P": found[:6], "Q": found[6:]}.items():
+        assert_allclose(solution.reaction(name), expected, rtol=1e-11, atol=1e-11)
+        assert (np.abs(solution.reaction(name) - expected) <= solution.error_bound(name, "reaction") + 1e-14).all()
