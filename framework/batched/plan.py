@@ -269,10 +269,12 @@ class Plan:
         """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
         asked = set(unknowns)
         inside = self.excited | {self.component[k] for k in asked}
-        if len(inside) == len(self.excited):
-            return self
-        clone = self._exciting(inside)
-        clone.asked_unknowns = self.asked_unknowns | asked
+        return self if len(inside) == len(self.excited) else self._exciting(inside).asking(asked)
+
+    def asking(self, unknowns: Iterable[int]) -> Plan:
+        """This plan, of which it is told that these unknowns count as loaded whether or not they are."""
+        clone = copy.copy(self)
+        clone.asked_unknowns = self.asked_unknowns.union(unknowns)
         return clone
 
     def members_of(self, component: int) -> set[int]:

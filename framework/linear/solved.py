@@ -123,10 +123,11 @@ class SolvedFrame(SavedResults):
         Solution
             This one where these unknowns were solved for.
         """
-        solver = self.solver.reaching(unknowns)
+        asked = list(unknowns)
+        solver = self.solver.reaching(asked)
         if solver is self.solver:
             return self
-        plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
+        plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan.asking(asked)
         return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Self:

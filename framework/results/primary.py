@@ -156,8 +156,11 @@ class Primary:
 
     @cached_property
     def at_rest(self) -> NDArray[np.bool_]:
-        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced."""
-        none = isinstance(self.solver, SparseSolver)
+        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced.
+
+        None where it is asked what loads would do.
+        """
+        none = isinstance(self.solver, SparseSolver) or bool(self.plan.asked_unknowns)
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property
