@@ -16,6 +16,7 @@ from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
 from ..structure.disjoint_sets import least_of_sets
 from ..structure.edge import GROUND
+from ..structure.own_trees import joint_tree
 from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
@@ -70,7 +71,7 @@ class Unloaded:
     @cached_property
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
-        return JointTree.of(self.topology, self.rhs_parameters)
+        return joint_tree(self.topology, self.rhs_parameters)
 
     @cached_property
     def entry(self) -> EntryNumbers | None:

@@ -251,6 +251,9 @@ class Bounds:
         for index in groups(mask & ~self.solution.movable):
             at: Any = () if index is None else index
             yield BatchPart(at, *ill_conditioned(self._statics, index, self._values[0]))
+        apart = self.solution.consistent_mechanisms
+        for index, unknowns in () if apart is None else apart.apart(mask):
+            yield BatchPart(() if index is None else index, *ill_conditioned(self._statics, index, unknowns))
 
     @cached_property
     def statics(self) -> Statics:
