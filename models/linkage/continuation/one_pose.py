@@ -76,7 +76,7 @@ def _on_path(
     guide = SingleDrive(loops, parameters, start, drive, switch=False).guide_to(s)
     if len(guide.s) == 1 or not guide.low <= s <= guide.high:
         return None, []
-    if any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):
+    if guide.crossings.size and any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):
         return None, []
     state, signs = guide.one(s)
     return loops.unit(state), signs  # type: ignore[arg-type, return-value]
