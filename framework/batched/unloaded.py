@@ -58,8 +58,7 @@ class Unloaded:
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology = _topology(frame, cut=cut, former=former)
-        same = former is not None and not (former.moved or former.elements)
-        self._stacks = former.unloaded.known_stacks if former is not None and same else None
+        self._stacks = _stacks(self.topology, former)
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
@@ -296,6 +295,14 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
     return known.remade(frame, moved=former.moved) if former.moved or former.elements else known.loaded(frame)
+
+
+def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | None:
+    """Matrices of the members of one batch entry, where those of what was `former` were asked for."""
+    known = None if former is None else former.unloaded.known_stacks
+    if former is None or known is None or not (former.moved or former.elements):
+        return known
+    return topology.stiffness_beside(former.unloaded.topology, known)
 
 
 def _geometry(frame: Description) -> int:
