@@ -207,7 +207,7 @@ class Topology:
         chords = clone._chords
         if known is None or self.plain_positions is None or not isinstance(chords, np.ndarray):
             return clone
-        if all(is_proven(new) and _family(before) == _family(new) for before, new in changed.values()):
+        if all(_alike_in_stack(before, new) for before, new in changed.values()):
             clone.groups = [clone._remade(group, chords, changed) for group in known]
         return clone
 
@@ -327,6 +327,11 @@ def _family(element: LineElement) -> Hashable:
     """What elements are evaluated together: those of a family and a batch shape, else those of a kind."""
     family = element.family
     return element.kind if family is None else (family, element.shape)
+
+
+def _alike_in_stack(before: LineElement, new: LineElement) -> bool:
+    """Whether an element takes the place of another one in its stack; what a frame examines is stacked by its class."""
+    return is_proven(before) and is_proven(new) and _family(before) == _family(new)
 
 
 def _pairs(ends: list[tuple[int, int]]) -> Index:
