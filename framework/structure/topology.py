@@ -237,7 +237,7 @@ class Topology:
             known = FormerStacks(self.groups, frozenset(), set())
         if known is None or self.plain_positions is None or not isinstance(clone._chords, np.ndarray):
             return clone
-        if all(is_proven(new) and _family(old) == _family(new) for old, new in zip(before, after, strict=True)):
+        if all(_alike_in_stack(*each) for each in zip(before, after, strict=True)):
             clone.gathered = FormerStacks(known.groups, known.changed.union(others), others)
         return clone
 
@@ -427,6 +427,11 @@ def _family(element: LineElement) -> Hashable:
     """What elements are evaluated together: those of a family and a batch shape, else those of a kind."""
     family = element.family
     return element.kind if family is None else (family, element.shape)
+
+
+def _alike_in_stack(before: LineElement, new: LineElement) -> bool:
+    """Whether an element takes the place of another one in its stack; what a frame examines is stacked by its class."""
+    return is_proven(before) and is_proven(new) and _family(before) == _family(new)
 
 
 def _pairs(ends: list[tuple[int, int]]) -> Index:

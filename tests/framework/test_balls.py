@@ -127,3 +127,17 @@ def test_spheres_touched_without_force(rank: int) -> None:
     assert length.max() <= 1.0 + 1e-15
     if rank == 6:
         assert_allclose(minimise_in_balls(stiffness, force, THREE_PAIRS)[0], known, atol=1e-8)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_of_many_minima_one_in_the_middle_is_taken(size: float) -> None:
+    """Two points that share what stretches one spring: about where their distances from both ends multiply to most."""
+    arms, stretch = np.array([1.0, 3.0]), 1.8
+    stiffness, force = size * np.outer(arms, arms)[..., None], size * stretch * arms[:, None]
+    x, multiplier = minimise_in_balls(stiffness, force, np.array([0, 1]))
+    assert_array_equal(multiplier, 0.0)
+    assert_allclose(arms @ x, stretch, rtol=1e-14)
+    first = np.linspace(-0.99, 0.99, 1999)
+    second = (stretch - first) / 3.0
+    middle = np.argmax((1.0 - first**2) * (1.0 - second**2))
+    assert_allclose(x[:, 0], [first[middle], second[middle]], atol=0.03)

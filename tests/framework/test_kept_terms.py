@@ -11,6 +11,8 @@ from linkframe.elements import Beam, Joint, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.cache import TERMS
 from linkframe.framework.solvers import band_factors
+from linkframe.framework.solvers.refined_values import InLong
+from linkframe.framework.solvers.stacked_refinement import refine
 
 SECTION = Section(A=1e-3, Iy=1e-7, Iz=2e-7, J=3e-7)
 LENGTH, FORCE, E = 0.5, (3.0, -2.0, 1.0), 2e11
@@ -59,13 +61,26 @@ def test_changes_are_added_without_loss() -> None:
     rng = np.random.default_rng(4)
     for count, overwrite in ((1, False), (8, True), (16, False), (19, True)):
         large, change = rng.standard_normal((30, count)), 1e-9 * rng.standard_normal((30, count))
+        small = 2.0**-60 * rng.standard_normal((30, count))
         change[5, 0] = np.nan
-        values = pair_code.DoubleDouble(large.copy(), np.zeros_like(large))
+        values = pair_code.DoubleDouble(large.copy(), small.copy())
         values, found = pair_code.added(values, change, np.full_like(large, 0.5), overwrite=overwrite)
         np.testing.assert_array_equal(found, np.abs(change).max(axis=0))
-        for a, b, one, other in zip(*(each[:, -1:].flat for each in (*values, large, change)), strict=True):
+        for a, b, one, rest, other in zip(*(each.flat for each in (*values, large, small, change)), strict=True):
             if np.isfinite(other):
-                assert Fraction(a) + Fraction(b) == Fraction(one) + Fraction(other) / 2
+                exact = Fraction(one) + Fraction(rest) + Fraction(other) / 2
+                assert abs(Fraction(a) + Fraction(b) - exact) <= 2.0**-104
+
+
+def test_what_shares_have_beyond_double_precision_counts() -> None:
+    """Of a third less its rounding nothing else is left."""
+    pair_code = pytest.importorskip("linkframe.framework.program.pair_code")
+    pytest.importorskip("llvmlite")
+    third = np.longdouble(1.0) / 3
+    shares = scipy.sparse.csr_matrix(np.array([[third, -np.longdouble(float(third))]]))
+    values, ones = pair_code.DoubleDouble(np.ones((2, 9)), np.zeros((2, 9))), np.ones((2, 9))
+    left = pair_code.unbalanced(pair_code.Rows.of(shares), None, ones[:1], 0.0 * ones, values, ones)
+    np.testing.assert_allclose(left[0], -float(third) * float(third - float(third)), rtol=1e-15)
 
 
 def test_a_cantilever_in_pairs_is_as_exact_as_in_extended_precision(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -120,3 +135,50 @@ def test_frames_of_one_topology_do_not_know_of_each_other() -> None:
         np.testing.assert_array_equal(framed(turned, **case).solve("banded").displacement("8"), found)
         other = framed(turned, **case).solve("broadcast").displacement("8")
         np.testing.assert_allclose(found, other, rtol=0.0, atol=1e-11 * np.abs(other).max())
+
+
+def armed(arm: np.ndarray) -> Frame:
+    """A chain that is loaded at the end of a rigid arm, which may have another place at each entry."""
+    frame = framed(0.0, joint=False, held="uz", loaded=5, imposed=0.0)
+    frame.node("X", arm)
+    frame.rigid("9", "X")
+    frame.load("X", fx=30.0, fy=-20.0)
+    return frame
+
+
+def test_an_arm_that_varies_is_not_taken_for_one_that_does_not() -> None:
+    """They join the same unknowns."""
+    places = np.array([LENGTH * 9, 0.2, 0.1]) + np.zeros((4, 3))
+    places[:, 1] *= [1.0, 2.0, 3.0, 4.0]
+    found = []
+    for first, second in ((places[0], places), (places, places[0])):
+        TERMS.clear()
+        armed(first).solve("banded").displacement("8")
+        found.append(armed(second).solve("banded").displacement("8"))
+        TERMS.clear()
+        np.testing.assert_array_equal(armed(second).solve("banded").displacement("8"), found[-1])
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0.0, atol=1e-11 * np.abs(found[0]).max())
+    other = armed(places).solve("broadcast").displacement("8")
+    np.testing.assert_allclose(found[0], other, rtol=0.0, atol=1e-11 * np.abs(other).max())
+
+
+def test_an_entry_that_cannot_be_refined_keeps_what_it_has() -> None:
+    """A step that is no number is none, whatever it leaves of the others."""
+
+    class Factor:
+        """Of matrices that are one."""
+
+        count, root, rough = 3, np.ones((2, 3)), np.full(3, 1e-8)
+
+        def solve(self, entries: np.ndarray, loads: np.ndarray) -> None:
+            loads[:, entries == 1] = np.nan
+
+    class Loads:
+        """That are two."""
+
+        def refined(self, values: np.ndarray, root: np.ndarray) -> InLong:
+            return InLong(lambda found: (2.0 - found).astype(np.float64), values, root)
+
+    values = np.full((2, 3, 1), 2.0 + 1e-8)
+    refine(Loads(), Factor(), np.arange(3), values)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(values[:, :, 0], np.broadcast_to([2.0, 2.0 + 1e-8, 2.0], (2, 3)))

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import threading
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from linkframe.models import propagate
 from linkframe.models.distributions import quantiles
 from linkframe.models.moments import SUMS, Moments
-from linkframe.models.propagation import block_code
+from linkframe.models.propagation import block_code, blocks
+from linkframe.models.propagation.blocks import BlockStatistics
 from linkframe.models.sampling import BLOCK
 from scipy import stats
 
@@ -78,9 +82,29 @@ def test_propagation_has_the_same_bits_with_and_without_machine_code(compiled, p
         stats.truncnorm(-1.0, 2.0),
         stats.norm(2.0, -1.0),
         stats.lognorm(-0.1),
+        stats.norm([1.0], [2.0]),
     ],
     ids=lambda d: f"{d.dist.name} {d.args} {d.kwds}",
 )
 def test_quantiles_have_the_bits_of_scipy(distribution):
     at = np.concatenate([[2.0**-60, 0.5, 1.0 - 2.0**-53], np.random.default_rng(5).random(1000)])
     np.testing.assert_array_equal(quantiles(distribution, at), distribution.ppf(at))
+
+
+def test_threads_do_not_write_into_each_others_memory():
+    """Statistics of a chunk are found in memory that is kept for the next one."""
+    rng = np.random.default_rng(6)
+    chunks = [rng.normal(k, 1.0, (3, 80 * BLOCK)).T[:, ::-1] + 0.0 for k in range(4)]
+    meet = threading.Barrier(len(chunks))
+
+    def found(chunk):
+        meet.wait()
+        return BlockStatistics.of(chunk, "omit").moments, [id(each) for each in blocks._own_memory()]
+
+    with ThreadPoolExecutor(len(chunks)) as pool:
+        together = list(pool.map(found, chunks))
+    for chunk, (moments, _) in zip(chunks, together, strict=True):
+        alone = BlockStatistics.of(chunk, "omit").moments
+        for key in SUMS:
+            np.testing.assert_array_equal(getattr(moments, key), getattr(alone, key))
+    assert len({number for _, numbers in together for number in numbers}) == 3 * len(chunks)
