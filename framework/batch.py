@@ -16,6 +16,9 @@ Shape = tuple[int, ...]
 
 # Objects up to which each is held against all others.
 _FEW = 16
+# The number zero as an array: one object, which is known by itself and nobody may change.
+ZERO: Array = np.zeros(())
+ZERO.setflags(write=False)
 
 
 def numbers(value: ArrayLike, what: str) -> Array:

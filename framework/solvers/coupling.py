@@ -23,7 +23,6 @@ from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
 from .terms import Tables, term_pattern
-from .transformation import Transformation
 
 Mask = NDArray[np.bool_]
 # Entries of the batch of which deformations are looked at together, times members.
@@ -114,7 +113,7 @@ class Coupling:
         self.grid, self.size, self.rhs_parameters = grid, len(unknown), len(plan.rhs_parameters.values)
         self._everywhere, self.exact = everywhere, True
         dofs = 6 * len(topology.number)
-        self.transformation = Transformation(dofs, tree, unknown, self.rhs_parameters)
+        self.transformation = plan.graph.links.transformation(self.rhs_parameters)
         self.factors = self.transformation.factors
         self.blocks: list[EvaluatedBlock] = []
         acting = [self._acting(group) for group in topology.groups]

@@ -18,7 +18,7 @@ Index = NDArray[np.int64]
 Found = TypeVar("Found")
 
 # Numbers from which on what follows from them is not kept.
-_MANY = 2**17
+MANY = 2**17
 # What a product of two entries of a matrix weighs.
 _PRODUCT = 3
 
@@ -38,7 +38,7 @@ def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], 
         What it weighs beyond these.
     """
     weight += sum(each.size for each in numbers)
-    if weight > _MANY:
+    if weight > MANY:
         return make()
     key = (what, *((each.dtype.char, each.shape, each.tobytes()) for each in numbers))
     found: Found = PATTERNS.found(key, make, weight)
@@ -112,7 +112,7 @@ def product(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> 
     """``A B`` without what is exactly zero; sums follow the rows of A."""
     each = np.diff(second.indptr).astype(np.int64)
     weight = _PRODUCT * int(each[first.indices].sum())
-    if weight > _MANY:
+    if weight > MANY:
         return scipy.sparse.csr_matrix(first @ second)
 
     def pattern() -> tuple[Index, Index, scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
