@@ -135,7 +135,7 @@ class Unloaded:
             return Links(count, ends, self.tree.connections)
 
         def found() -> Links:
-            return Links(count, ends, JointTree.of(self.topology, self.rhs_parameters).connections)
+            return Links(count, ends, JointTree.of(self.topology, self.rhs_parameters).connections, key)
 
         links: Links = PATTERNS.found(("links", *key), found, self._weight)
         return links

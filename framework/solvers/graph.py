@@ -32,10 +32,14 @@ class Links:
         Nodes that members join, (pieces, 2).
     connections
         What the displacements of nodes are made of.
+    key
+        What all this follows from, where frames share it.
     """
 
-    def __init__(self, count: int, ends: Index, connections: Connections) -> None:
-        self.count, self.ends, self.connections = count, ends, connections
+    def __init__(
+        self, count: int, ends: Index, connections: Connections, key: tuple[object, ...] | None = None
+    ) -> None:
+        self.count, self.ends, self.connections, self.key = count, ends, connections, key
         self._transformations: dict[int, Transformation] = {}
         self._orders: dict[bytes, Index] = {}
 

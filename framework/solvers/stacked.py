@@ -22,9 +22,10 @@ from ..error_bounds.kinematics import FrameKinematics
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .band_factors import in_lanes
+from .deformation_table import Deformations
 from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
-from .spring_residual import Deformations, SpringResidual, are_described
+from .spring_residual import SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
 from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
 from .terms import SumPattern

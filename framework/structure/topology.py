@@ -227,6 +227,19 @@ class Topology:
         return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
 
     @cached_property
+    def geometry(self) -> tuple[object, ...] | None:
+        """What axes and deformations of all members follow from, beside which nodes they connect.
+
+        None where that is more than the places of nodes and what members deform as.
+        """
+        plain = self.plain_positions
+        forms = None if plain is None else [group.element.deforms_as for group in self.groups]
+        if plain is None or forms is None or None in forms:
+            return None
+        pieces = [group.pieces.tobytes() for group in self.groups] if len(forms) > 1 else []
+        return plain.tobytes(), self.counts.tobytes(), *forms, *pieces
+
+    @cached_property
     def _chords(self) -> Array | list[Array]:
         """Chord of each piece's member, (..., 3)."""
         if (plain := self.plain_chords(np.float64)) is not None:
