@@ -71,9 +71,14 @@ class Links:
         return connected(first, second, self.count)
 
     @cached_property
+    def count_of_components(self) -> int:
+        """How many these are."""
+        return int(self.components.max(initial=-1)) + 1
+
+    @cached_property
     def unsupported(self) -> Index:
         """Parts that neither a support holds nor a tie, which may resist rotations, is in; numbers of `components`."""
-        floats = np.ones(self.components.max(initial=-1) + 1, dtype=bool)
+        floats = np.ones(self.count_of_components, dtype=bool)
         for edge in self.connections.edges:
             if edge.kind == "tie" or GROUND in (edge.first, edge.second):
                 floats[self.components[edge.second if edge.first == GROUND else edge.first]] = False

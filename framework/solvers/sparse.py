@@ -105,6 +105,8 @@ class SparseSolver:
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
+        if self.plan.graph.links.count_of_components < 2:
+            return int(self.excited.any())
         return len(np.unique(self.plan.connected_components[self.unknown[self.excited] // 6]))
 
     def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:

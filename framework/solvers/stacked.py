@@ -86,6 +86,8 @@ class StackedSolver:
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
+        if self.plan.graph.links.count_of_components < 2:
+            return int(self.loaded.any())
         return len(np.unique(self.plan.connected_components[self.unknown[self.loaded] // 6]))
 
     def _with(self, loaded: Mask) -> StackedSolver:

@@ -106,6 +106,14 @@ class Group:
         return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
+    def spring_stiffness(self) -> Array | None:
+        """The first of `springs`, which does not take the second."""
+        if "springs" in vars(self):
+            return None if self.springs is None else self.springs[0]
+        entries = math.prod(np.broadcast_shapes(self.chord.shape[1:-1], self.shape))
+        return self.element.spring_stiffness(self.length) if len(self.pieces) * entries <= _KEPT else None
+
+    @cached_property
     def end_axes(self) -> tuple[Array, Array]:
         """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
         start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]

@@ -117,7 +117,7 @@ class Topology:
         leaders, which = self._distinct
         each = [examined(own[k], names[k]) for k in leaders]
         if len(self.ends) == len(self.counts):
-            return [each[k] for k in which.tolist()]
+            return each * len(which) if len(each) == 1 else [each[k] for k in which.tolist()]
         whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
         return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
 
@@ -259,8 +259,10 @@ class Topology:
 
     def _stacked(self, numbers: Index) -> LineElement:
         """What stands for all of some pieces."""
+        one: LineElement = self._elements[numbers[0]]
+        if len(self._distinct[0]) == 1 and len(self.ends) == len(self.counts):
+            return one
         elements = [self._elements[k] for k in numbers.tolist()]
-        one: LineElement = elements[0]
         kind = one.kind
         alike = one.family is None or all(other is one or other.kind == kind for other in elements)
         if alike:
