@@ -23,12 +23,14 @@ from ..error_bounds.kinematic_edge import Real, extended
 from ..program.pair_code import Rows
 from ..structure.topology import Index
 from .evaluation import Picked
-from .patterns import filled, kept, pattern_by_rows, product
+from .patterns import MANY, ProductPattern, filled, kept, pattern_by_rows, product_pattern
 from .transformation import Transformation, expanded
 
 Mask = NDArray[np.bool_]
 # What a member weighs in what is kept, at most; weight from which on nothing is; sets of unknowns at a time.
-_EACH, _MOST, _FEW = 432, 2**21, 8
+_EACH, _MOST, _FEW = 864, 2**21, 4
+# The same of the pattern of its stiffness.
+_PRODUCTS = 2000
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,11 @@ class _Table:
     def row(self) -> Index:
         """Spring of each number of `by_unknowns`."""
         return np.repeat(np.arange(len(self.acting)), np.diff(self.by_unknowns.indptr))
+
+    @cached_property
+    def product(self) -> ProductPattern | None:
+        """Pattern of the stiffness; None of many numbers."""
+        return product_pattern(self.back, self.rounded)
 
     @cached_property
     def split(self) -> Rows:
@@ -145,7 +152,8 @@ class Deformations:
 
     def __init__(self, plan: Plan | Unloaded, rows: Transformation, place: Index) -> None:
         links, geometry = plan.graph.links, plan.topology.geometry
-        weight = _EACH * len(plan.topology.ends)
+        pieces = len(plan.topology.ends)
+        weight = _EACH * pieces + min(_PRODUCTS * pieces, MANY)
         self._plan: Plan | Unloaded | None = plan
         if links.key is None or geometry is None or weight > _MOST:
             table, stiffness = _found(plan, rows, place)
@@ -193,9 +201,11 @@ class Deformations:
         """
         if (self.springs < 0.0).any():
             return None
-        root, table = np.sqrt(self.springs), self._table.rounded
-        weighted = filled(self.back, self.back.data * root[self.back.indices])
-        return product(weighted, filled(table, table.data * root[self._table.row]))
+        root, table, pattern = np.sqrt(self.springs), self._table.rounded, self._table.product
+        weighted, own = self.back.data * root[self.back.indices], table.data * root[self._table.row]
+        if pattern is not None:
+            return pattern.of(weighted, own)
+        return scipy.sparse.csr_matrix(filled(self.back, weighted) @ filled(table, own))
 
 
 def _first(plan: Plan | Unloaded) -> Picked:

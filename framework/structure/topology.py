@@ -132,8 +132,12 @@ class Topology:
         kinds: dict[Hashable, int] = {}
         leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
-        codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         chords = self._chords
+        if len(leaders) == 1 and isinstance(chords, np.ndarray):
+            groups = [self._group(np.arange(len(chords)), chords)]
+            self._check_kind(groups[0])
+            return groups
+        codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         if not isinstance(chords, np.ndarray):
             keys: dict[Hashable, int] = {}
             ends = ((self.bodies[a], self.bodies[b]) for a, b in self.ends.tolist())
