@@ -325,5 +325,7 @@ def _geometry(frame: Description) -> int:
     shapes = {node.coordinates.shape[:-1] for node in frame.nodes.values()}
     shapes |= {body.origin.shape[:-1] for body in frame.bodies.values()}
     shapes |= {body.axes.shape[:-2] for body in frame.bodies.values()}
+    if shapes == {()}:
+        return 0
     joint = np.broadcast_shapes(*shapes)
     return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)
