@@ -19,8 +19,8 @@ Found = TypeVar("Found")
 
 # Numbers from which on what follows from them is not kept.
 MANY = 2**17
-# What a pattern has with it of what follows from it, and how much of that.
-_KNOWN, _FEW = "_linkframe_known", 16
+# Things that follow from the pattern of a matrix, and some numbers each, that are found again by it.
+_FEW = 16
 # What a product of two entries of a matrix weighs.
 _PRODUCT = 3
 
@@ -51,7 +51,7 @@ def kept_of(
     what: str, matrix: scipy.sparse.csr_matrix, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]
 ) -> Found:
     """What follows from the pattern of a matrix and some numbers: `kept`, and found again by the pattern itself."""
-    known: dict[tuple[object, ...], Found] | None = vars(matrix).get(_KNOWN)
+    known: dict[tuple[object, ...], Found] | None = getattr(matrix, "known", None)
     if known is None:
         return kept(what, (matrix.indptr, matrix.indices, *numbers), make)
     key = (what, *(each.tobytes() for each in numbers))
@@ -203,5 +203,5 @@ def _sorted(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int
     start = np.zeros(shape[0] + 1, dtype=np.int32)
     np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
     out = scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
-    vars(out)[_KNOWN] = {}
+    out.known = {}  # those that are `filled` from it share what is found of its pattern, see `kept_of`
     return out
