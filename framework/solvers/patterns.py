@@ -203,5 +203,6 @@ def _sorted(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int
     start = np.zeros(shape[0] + 1, dtype=np.int32)
     np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
     out = scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
-    out.known = {}  # those that are `filled` from it share what is found of its pattern, see `kept_of`
+    # those that are `filled` from it share what is found of its pattern, see `kept_of`
+    vars(out).update(known={})
     return out
