@@ -13,7 +13,6 @@ from ..cache import PATTERNS
 from ..description import Description
 from ..solvers.graph import Graph, Links
 from ..solvers.method import BROADCAST, LARGE
-from ..solvers.patterns import MANY
 from ..structure.assembly import stiffness_entries
 from ..structure.connections import of_supports
 from ..structure.disjoint_sets import least_of_sets
@@ -31,6 +30,8 @@ from .order import Masks, link, pattern_of, two_stages
 _FEW = 200
 # What a node and a member weigh in what is kept of how they are connected.
 _NUMBERS = 64
+# Weight from which on that is not kept.
+_HEAVY = 2**19
 
 
 class Unloaded:
@@ -143,7 +144,7 @@ class Unloaded:
     @cached_property
     def _supports(self) -> tuple[object, ...] | None:
         """What the links are known by; None where they are not shared."""
-        return of_supports(self.topology) if self._weight <= MANY else None
+        return of_supports(self.topology) if self._weight <= _HEAVY else None
 
     @property
     def _weight(self) -> int:

@@ -27,10 +27,10 @@ from .patterns import MANY, ProductPattern, filled, kept, pattern_by_rows, produ
 from .transformation import Transformation, expanded
 
 Mask = NDArray[np.bool_]
-# What a member weighs in what is kept, at most; weight from which on nothing is; sets of unknowns at a time.
-_EACH, _MOST, _FEW = 864, 2**21, 4
-# The same of the pattern of its stiffness.
-_PRODUCTS = 2000
+# What an entry weighs in what is kept, those of some sets of unknowns included, and in the pattern of the stiffness.
+_EACH, _PRODUCTS, _FEW = 16, 32, 4
+# Members from which on nothing is kept.
+_MOST = 2**12
 
 
 @dataclass(frozen=True)
@@ -152,16 +152,14 @@ class Deformations:
 
     def __init__(self, plan: Plan | Unloaded, rows: Transformation, place: Index) -> None:
         links, geometry = plan.graph.links, plan.topology.geometry
-        pieces = len(plan.topology.ends)
-        weight = _EACH * pieces + min(_PRODUCTS * pieces, MANY)
         self._plan: Plan | Unloaded | None = plan
-        if links.key is None or geometry is None or weight > _MOST:
+        if links.key is None or geometry is None or len(plan.topology.ends) > _MOST:
             table, stiffness = _found(plan, rows, place)
             self._take(table)
             self.springs = stiffness[self.acting]
             return
         key = ("deformations", links.key, geometry, rows.known, place.tobytes())
-        self._take(TERMS.found(key, lambda: _found(plan, rows, place)[0], weight))
+        self._take(TERMS.found(key, lambda: _found(plan, rows, place)[0], _weight))
 
     def _take(self, table: _Table) -> None:
         self._table, self.acting = table, table.acting
@@ -206,6 +204,12 @@ class Deformations:
         if pattern is not None:
             return pattern.of(weighted, own)
         return scipy.sparse.csr_matrix(filled(self.back, weighted) @ filled(table, own))
+
+
+def _weight(table: _Table) -> int:
+    """What it weighs with all that follows from it."""
+    entries = table.by_unknowns.nnz + table.by_parameters.nnz
+    return _EACH * entries + min(_PRODUCTS * entries, MANY)
 
 
 def _first(plan: Plan | Unloaded) -> Picked:
