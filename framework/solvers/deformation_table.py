@@ -158,8 +158,17 @@ class Deformations:
             self._take(table)
             self.springs = stiffness[self.acting]
             return
+        found: list[Array] = []
+
+        def made() -> _Table:
+            table, stiffness = _found(plan, rows, place)
+            found.append(stiffness)
+            return table
+
         key = ("deformations", links.key, geometry, rows.known, place.tobytes())
-        self._take(TERMS.found(key, lambda: _found(plan, rows, place)[0], _weight))
+        self._take(TERMS.found(key, made, _weight))
+        if found:  # on the way, as it would be found later
+            self.springs = found[0][self.acting]
 
     def _take(self, table: _Table) -> None:
         self._table, self.acting = table, table.acting
