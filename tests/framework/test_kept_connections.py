@@ -105,7 +105,26 @@ def test_nothing_that_is_kept_holds_a_description() -> None:
 
 
 class Softened(Beam):
-    """A beam of one's own, which may answer otherwise."""
+    """A beam of one's own, which answers otherwise."""
+
+    def springs(self, length: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
+        stiffness, rows = super().springs(length)
+        return 0.5 * stiffness, rows
+
+    def stiffness_matrix(self, length: np.ndarray | float) -> np.ndarray:
+        return 0.5 * super().stiffness_matrix(length)
+
+    def end_forces(self, length: np.ndarray | float, displacement: np.ndarray) -> np.ndarray:
+        return 0.5 * super().end_forces(length, displacement)
+
+
+@pytest.mark.parametrize("modulus", [200e9, np.linspace(1e11, 2e11, 40)])
+def test_beams_of_ones_own_between_the_same_places(modulus: float | np.ndarray) -> None:
+    """Half as stiff, they are displaced twice as far, whatever is known of others."""
+    material = Material(E=modulus, nu=0.3)
+    for _ in range(2):
+        plain, soft = (chain(kind(BAR, material)).solve().displacements() for kind in (Beam, Softened))
+        np.testing.assert_allclose(soft, 2.0 * plain, rtol=1e-12, atol=1e-15)
 
 
 def test_what_elements_deform_as() -> None:
