@@ -74,6 +74,13 @@ class Beam(BeamSectionLaw):
         end = None if self.end is None else self.end.form
         return Beam, self.section.form, end, self.up is None, self.shear, self.releases
 
+    @property
+    def deforms_as(self) -> Hashable | None:
+        """Equal for prismatic beams of the same `up` and releases."""
+        if type(self) is not Beam or self.end is not None or (self.up is not None and self.up.ndim > 1):
+            return None
+        return Beam, None if self.up is None else self.up.tobytes(), self.releases
+
     # -- stiffness --------------------------------------------------------------------------------------------------
 
     def stiffness_matrix(self, length: Array | float) -> Array:
@@ -129,13 +136,11 @@ class Beam(BeamSectionLaw):
         # With the sections they vary only where these move the elastic centre.
         varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
         # Each number lies in one piece: that is how batches are read and written.
-        stiffness = np.zeros((6, *shape))
         rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
         for i in BARS:
-            stiffness[i], rows[i, i], rows[i, i + 6] = self._bar(i, length), -1.0, 1.0
+            rows[i, i], rows[i, i + 6] = -1.0, 1.0
         for direction, plane in zip(DIRECTIONS, planes, strict=True):
             v1, r1, v2, r2 = direction.dofs
-            stiffness[direction.deflection], stiffness[direction.rotation] = plane.shear, plane.bend
             rows[direction.deflection, v1], rows[direction.deflection, v2] = 1.0, -1.0
             # the parts add up to the length in its precision, so that a rigid turn costs no energy
             before = plane.fraction * arm
@@ -144,7 +149,32 @@ class Beam(BeamSectionLaw):
                 direction.sign * (arm - before),
             )
             rows[direction.rotation, r1], rows[direction.rotation, r2] = -direction.sign, direction.sign
-        return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
+        return self._springs(planes, length, shape), rows.transpose(*range(2, rows.ndim), 0, 1)
+
+    def spring_stiffness(self, length: Array | float) -> Array:
+        """Stiffness of the springs alone.
+
+        Parameters
+        ----------
+        length
+            Length of the member, (...).
+
+        Returns
+        -------
+        ndarray
+            The first of `springs`, (..., 6).
+        """
+        length = as_real(length)
+        planes = [self._plane(direction, length) for direction in DIRECTIONS]
+        return self._springs(planes, length, shape_of(np.shape(length), self.sections_shape))
+
+    def _springs(self, planes: list[Plane], length: Real, shape: tuple[int, ...]) -> Array:
+        stiffness = np.zeros((6, *shape))
+        for i in BARS:
+            stiffness[i] = self._bar(i, length)
+        for direction, plane in zip(DIRECTIONS, planes, strict=True):
+            stiffness[direction.deflection], stiffness[direction.rotation] = plane.shear, plane.bend
+        return stiffness.transpose(*range(1, stiffness.ndim), 0)
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
         """Force and moment on each end of the member, by way of its deformations.

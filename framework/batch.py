@@ -16,6 +16,9 @@ Shape = tuple[int, ...]
 
 # Objects up to which each is held against all others.
 _FEW = 16
+# The number zero as an array: one object, which is known by itself and nobody may change.
+ZERO: Array = np.zeros(())
+ZERO.setflags(write=False)
 
 
 def numbers(value: ArrayLike, what: str) -> Array:
@@ -143,6 +146,9 @@ def block_diagonal(parts: Sequence[Array]) -> Array:
 
 def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:
     """Where each of the different objects comes first, and which of these each object is, (n,)."""
+    alone = len(set(map(id, objects)))
+    if alone in (1, len(objects)):  # as most often
+        return list(range(alone)), np.zeros(len(objects), np.int64) if alone == 1 else np.arange(alone)
     if len(objects) <= _FEW:
         firsts: list[int] = []
         found = []

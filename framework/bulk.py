@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .batch import Array, distinct, finite, rotated, vector
+from .batch import ZERO, Array, distinct, finite, rotated, vector
 from .described.many_elements import alike, one_each
 from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
@@ -237,7 +237,7 @@ class InBulk(Editable):
         *names
             Global displacement components ``ux uy uz rx ry rz``.
         """
-        constrained = {index: np.zeros(()) for index in components(names)}
+        constrained = dict.fromkeys(components(names), ZERO)
         for node in self._known(nodes, "support"):
             self.supports.setdefault(node, {}).update(constrained)
 

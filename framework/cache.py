@@ -43,7 +43,7 @@ class Bounded(Generic[Key, Kept]):
         self._weight = 0
         self._lock = RLock()
 
-    def found(self, key: Key, make: Callable[[], Kept], weight: int = 1) -> Kept:
+    def found(self, key: Key, make: Callable[[], Kept], weight: int | Callable[[Kept], int] = 1) -> Kept:
         """The value of a key, made where there is none.
 
         Parameters
@@ -53,7 +53,7 @@ class Bounded(Generic[Key, Kept]):
         make
             Makes the value. Two threads may both make it; one of the two is kept.
         weight
-            What it weighs; what is heavier than all the room is not kept.
+            What it weighs, or what tells this of the value; what is heavier than all the room is not kept.
         """
         with self._lock:
             kept = self._values.get(key)
@@ -61,10 +61,11 @@ class Bounded(Generic[Key, Kept]):
                 self._values.move_to_end(key)
                 return kept[0]
         made = make()
+        heavy = weight if isinstance(weight, int) else weight(made)
         with self._lock:
             if key not in self._values:
-                self._values[key] = made, weight
-                self._weight += weight
+                self._values[key] = made, heavy
+                self._weight += heavy
             made = self._values[key][0]
             while self._weight > self.room:
                 self._weight -= self._values.popitem(last=False)[1][1]

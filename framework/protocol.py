@@ -128,6 +128,14 @@ class LineElement(SectionLaw):
         return False
 
     @property
+    def deforms_as(self) -> Hashable | None:
+        """Equal for elements that have the same axes and deformations between the same ends, whatever their stiffness.
+
+        None where numbers of theirs have a part in these, so that each is asked.
+        """
+        return None
+
+    @property
     def tension(self) -> Array:
         """Axial force at rest, (...), which turns with the member, and with which the frame is loaded at its nodes.
 
@@ -229,6 +237,21 @@ class LineElement(SectionLaw):
             return found
         stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
         return summed(stiffness, rows)
+
+    def spring_stiffness(self, length: Array) -> Array:
+        """Stiffness of the springs alone.
+
+        Parameters
+        ----------
+        length
+            Length of the member, (...).
+
+        Returns
+        -------
+        ndarray
+            The first of `springs`, (..., springs).
+        """
+        return self.springs(length)[0]
 
     def mass_matrix(self, length: Array) -> Array:
         """Consistent mass in local axes, by the scikit-fem form of `section_inertia`.

@@ -52,6 +52,8 @@ def chains(topology: Topology, excluded: set[int]) -> list[Chain]:
     fixed = np.zeros(len(topology.ends), dtype=bool)
     for group in topology.groups:
         fixed[group.pieces] = set(group.stiffness_shape) <= {1}
+    if not fixed.any():
+        return []
     inside = np.bincount(topology.ends.reshape(-1), minlength=len(topology.number)) == 2
     inside[topology.ends[~fixed]] = False
     inside[list(excluded)] = False

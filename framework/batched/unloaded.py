@@ -9,13 +9,13 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..cache import PATTERNS
 from ..description import Description
-from ..solvers.graph import Graph
+from ..solvers.graph import Graph, Links
 from ..solvers.method import BROADCAST, LARGE
-from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
+from ..structure.connections import of_supports
 from ..structure.disjoint_sets import least_of_sets
-from ..structure.edge import GROUND
 from ..structure.own_trees import joint_tree
 from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
@@ -29,6 +29,10 @@ from .order import Masks, link, pattern_of, two_stages
 
 # Unknowns up to which connected components are found without matrices.
 _FEW = 200
+# What a node and a member weigh in what is kept of how they are connected.
+_NUMBERS = 64
+# Weight from which on that is not kept.
+_HEAVY = 2**19
 
 
 class Unloaded:
@@ -70,7 +74,9 @@ class Unloaded:
     @cached_property
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
-        return joint_tree(self.topology, self.rhs_parameters)
+        if self._supports is None:
+            return joint_tree(self.topology, self.rhs_parameters)
+        return JointTree.by(self.topology, self.rhs_parameters, self.links.connections)
 
     @cached_property
     def entry(self) -> EntryNumbers | None:
@@ -114,7 +120,7 @@ class Unloaded:
     @cached_property
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
-        return Graph(self.topology, self.tree, self.unknowns)
+        return Graph(self.topology, self.links)
 
     @cached_property
     def varying(self) -> Varying:
@@ -123,20 +129,36 @@ class Unloaded:
         return Varying.of(groups, self.grid, large_masks(self.grid))
 
     @cached_property
-    def unknowns(self) -> list[int]:
-        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        rows = self.tree.rows
-        own = [6 * node + k for node in range(len(self.topology.number)) if node not in rows for k in range(6)]
-        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
-        on_edges.update(k for spring in self.tree.springs for k in spring.row if k >= 0)
-        return sorted(on_edges.union(own)) if on_edges else own
+    def links(self) -> Links:
+        """Unknowns and what couples them, which frames on supports alone share that are connected alike."""
+        count, ends, key = len(self.topology.number), self.topology.ends, self._supports
+        if key is None:
+            return Links(count, ends, self.tree.connections)
+
+        def found() -> Links:
+            return Links(count, ends, JointTree.of(self.topology, self.rhs_parameters).connections, key)
+
+        links: Links = PATTERNS.found(("links", *key), found, self._weight)
+        return links
 
     @cached_property
+    def _supports(self) -> tuple[object, ...] | None:
+        """What the links are known by; None where they are not shared."""
+        return of_supports(self.topology) if self._weight <= _HEAVY else None
+
+    @property
+    def _weight(self) -> int:
+        return _NUMBERS * (len(self.topology.number) + len(self.topology.ends))
+
+    @property
+    def unknowns(self) -> list[int]:
+        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
+        return self.links.unknowns
+
+    @property
     def connected_components(self) -> Index:
         """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
-        joined = [(edge.first, edge.second) for edge in self.tree.edges if edge.first != GROUND]
-        first, second = np.concatenate([self.topology.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
-        return connected(first, second, len(self.topology.number))
+        return self.links.components
 
     def varies(self, group: Group) -> bool:
         """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
@@ -312,5 +334,7 @@ def _geometry(frame: Description) -> int:
     shapes = {node.coordinates.shape[:-1] for node in frame.nodes.values()}
     shapes |= {body.origin.shape[:-1] for body in frame.bodies.values()}
     shapes |= {body.axes.shape[:-2] for body in frame.bodies.values()}
+    if shapes == {()}:
+        return 0
     joint = np.broadcast_shapes(*shapes)
     return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)

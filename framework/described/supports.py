@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from ..batch import ZERO
 from ..dofs import DISPLACEMENTS, components, values
 from ..errors import FrameError
 from ..names import found
@@ -103,7 +103,7 @@ class DescribedSupports(DescribedMembers):
         >>> sorted(frame.supports["A"])
         [0, 1, 2, 3, 4]
         """
-        node, zeros = self._node(node, "support"), {index: np.zeros(()) for index in components(names)}
+        node, zeros = self._node(node, "support"), dict.fromkeys(components(names), ZERO)
         self.supports.setdefault(node, {}).update(zeros)
 
     def prescribe(self, node: str, **displacement: ArrayLike) -> None:

@@ -176,9 +176,9 @@ def springs(plan: Plan) -> list[Springs]:
     return [_of(plan, group) for group in plan.topology.groups]
 
 
-def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) -> tuple[Array, Real]:
-    """Stiffness (n, springs), and deformations (n, springs, 12) by the displacements of both ends in global axes, where
-    they do not vary.
+def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) -> tuple[Real, Array, Real]:
+    """Lengths (n, 1), stiffness (n, springs), and deformations (n, springs, 12) by the displacements of both ends in
+    global axes, where they do not vary.
 
     Parameters
     ----------
@@ -190,10 +190,10 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
         Stands for them at one entry of the batch.
     """
     chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
-    length = _length(chord) / extended(group.counts.reshape(-1))
-    stiffness, rows = element.springs(length[:, None])
+    length = (_length(chord) / extended(group.counts.reshape(-1)))[:, None]
+    stiffness, rows = element.springs(length)
     turned = _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
-    return np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), turned.shape[:2]), turned
+    return length, np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), turned.shape[:2]), turned
 
 
 def _turned(rows: Real, local_axes: Real) -> Real:

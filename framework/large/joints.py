@@ -14,9 +14,9 @@ from ..description import Description
 from ..elementwise import zeros
 from ..joint_protocol import JointElement
 from ..rotation import dot
+from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.topology import Topology
-from ..structure.tree import TreeEdge
 from .joint_law import ContactMultipliers, law_of, rigid_contact
 from .links import EdgeGeometry
 from .numbers import Numbers, Where

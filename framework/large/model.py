@@ -12,11 +12,12 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..structure.assembly import component_loads
+from ..structure.connections import TreeEdge
 from ..structure.edge import GROUND, Edge
 from ..structure.forest import rooted, spanning
 from ..structure.parts import is_zero
 from ..structure.topology import Index
-from ..structure.tree import TreeEdge, strongest_first
+from ..structure.tree import strongest_first
 from .joints import TreeJoint, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers, Where

@@ -12,9 +12,9 @@ from ..error_bounds.equilibrium import rounded
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.sharing import load_shares
 from ..structure.assembly import nodal_loads
+from ..structure.connections import TreeEdge
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, product
-from ..structure.tree import TreeEdge
 from .along_member import AlongMembers
 from .member_field import deflection, end_loads, internal_forces
 from .primary import Primary

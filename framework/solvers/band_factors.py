@@ -76,14 +76,10 @@ class OneByOne:
         self._shape = size, width
         self._bands = np.zeros((values.shape[1], size * width))
         self._bands[:, position] = values.T
-        self.failed = np.zeros(len(self._bands), dtype=bool)
-        for entry in range(len(self._bands)):
-            _, info = scipy.linalg.lapack.dpbtrf(self._of(entry), lower=1, overwrite_ab=1)
-            self.failed[entry] = info != 0
-
-    def _of(self, entry: int) -> Array:
-        band: Array = self._bands[entry].reshape(self._shape).T
-        return band
+        # a view of each, made once: LAPACK takes no longer for a short band than to make one
+        self._each: list[Array] = list(self._bands.reshape(-1, size, width).transpose(0, 2, 1))
+        factorise = scipy.linalg.lapack.dpbtrf
+        self.failed = np.array([factorise(band, lower=1, overwrite_ab=1)[1] != 0 for band in self._each], dtype=bool)
 
     @property
     def pivots(self) -> Array:
@@ -93,10 +89,11 @@ class OneByOne:
 
     def solve(self, entries: Index, loads: Array) -> None:
         """Replace the loads (n, entries, k) on some entries by solutions."""
-        each = np.ascontiguousarray(np.moveaxis(loads, 0, -1))
-        for entry, load in zip(entries.tolist(), each, strict=True):
-            scipy.linalg.lapack.dpbtrs(self._of(entry), load.T, lower=1, overwrite_b=1)
-        loads[...] = np.moveaxis(each, -1, 0)
+        each = np.ascontiguousarray(loads.transpose(1, 2, 0))
+        substitute = scipy.linalg.lapack.dpbtrs
+        for entry, load in zip(entries.tolist(), each.transpose(0, 2, 1), strict=True):
+            substitute(self._each[entry], load, lower=1, overwrite_b=1)
+        loads[...] = each.transpose(2, 0, 1)
 
 
 class SideBySide:

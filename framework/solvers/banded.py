@@ -9,7 +9,7 @@ from ..batch import Array
 from ..structure.topology import Index
 from .factor import Factor
 from .lu import LUFactor
-from .patterns import kept
+from .patterns import kept_of, rows_of
 
 
 class BandedFactor(Factor):
@@ -26,7 +26,7 @@ class BandedFactor(Factor):
     def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:
         super().__init__(matrix)
         self.order = order
-        lower, where, width = kept("band", (self.scaled.indptr, self.scaled.indices, order), self._places)
+        lower, where, width = kept_of("band", self.scaled, (order,), self._places)
         # Column by column, as the band lies in memory.
         numbers = np.zeros(width * len(order))
         numbers[where] = self.scaled.data[lower]
@@ -40,7 +40,7 @@ class BandedFactor(Factor):
         """Entries on and below the diagonal, where these go in the band, and how wide that is."""
         place = np.empty_like(self.order)
         place[self.order] = np.arange(len(self.order))
-        rows = place[np.repeat(np.arange(len(self.order)), np.diff(self.scaled.indptr))]
+        rows = place[rows_of(self.scaled)]
         columns = place[self.scaled.indices]
         lower = np.flatnonzero(rows >= columns)
         below, columns = rows[lower] - columns[lower], columns[lower]

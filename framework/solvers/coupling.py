@@ -11,23 +11,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from itertools import repeat
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batched.stage import Forces
+from ..cache import TERMS
 from ..structure.group import Group
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mask_of_shape
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree
 from .graph import Graph
-from .terms import Tables, term_pattern
-from .transformation import Transformation
+from .terms import MOST, Tables, TermPattern, term_pattern, term_weight
 
 Mask = NDArray[np.bool_]
 # Entries of the batch of which deformations are looked at together, times members.
 _LOOKED = 2**15
+# What the deformations of a member weigh.
+_NUMBERS = 72
 
 
 @dataclass(frozen=True)
@@ -113,21 +116,22 @@ class Coupling:
         unknown, forces = plan.graph.unknown, plan.forces  # which add right-hand-side parameters
         self.grid, self.size, self.rhs_parameters = grid, len(unknown), len(plan.rhs_parameters.values)
         self._everywhere, self.exact = everywhere, True
-        dofs = 6 * len(topology.number)
-        self.transformation = Transformation(dofs, tree, unknown, self.rhs_parameters)
+        self.transformation = plan.graph.links.transformation(self.rhs_parameters)
         self.factors = self.transformation.factors
         self.blocks: list[EvaluatedBlock] = []
-        acting = [self._acting(group) for group in topology.groups]
+        members = _members(plan)
+        given = repeat(None) if members is None else members.rows
+        for group, own in zip(topology.groups, given, strict=members is not None):
+            self._of_members(group, own)
         self._block(len(tree.springs), None, None, [spring.stiffness for spring in tree.springs])
         loads = self._of_loads(forces)
-        rows, springs = self.transformation, (dofs, len(tree.springs))
-        tables = Tables(rows.start, rows.column, rows.varying, self.size)
-        pattern = term_pattern(tables, acting, [group.dofs for group in topology.groups], springs, loads)
-        found = pattern.factors([block.rows for block in self.blocks if block.rows is not None], rows.share)
-        used = found != 0.0  # products of what is all but zero may be so
-        every = bool(used.all())
-        self.pattern = pattern if every else pattern.at(used)
-        self.factor: NDArray[np.float64] = found if every else found[used]
+        self.pattern: TermPattern
+        self.factor: NDArray[np.float64]
+        if members is None or members.weight > MOST:
+            self.pattern, self.factor = self._terms(plan, loads)
+        else:
+            key = (*members.key, self.rhs_parameters, loads.tobytes())
+            self.pattern, self.factor = TERMS.found(key, lambda: self._terms(plan, loads), members.weight)
         stiff = [block.mask for block in self.blocks[:-1]] + [mask_of(value) for value in self.factors]
         self.mask = int(np.bitwise_or.reduce(np.array([0, *stiff])))
         self.imposed = any(k < 0 for rows in tree.rows.values() for row in rows for k in row) or any(
@@ -160,15 +164,30 @@ class Coupling:
 
     # -- what they are sums of ----------------------------------------------------------------------------------------
 
-    def _acting(self, group: Group) -> Mask:
-        """Which displacements deform which springs of members, see `term_pattern`; adds the block of these members."""
-        count, rows = len(group.pieces), _deformed(group)
+    def _of_members(self, group: Group, known: NDArray[np.float64] | None) -> None:
+        """Take up the numbers of members, of whose deformations some may be known."""
+        count, rows = len(group.pieces), _deformed(group) if known is None else known
         if rows is None:
             self.exact = self.exact and self._everywhere
-            self._block(144 * count, group, None, [])
-            return self._used(group)[..., None]
-        self._block(rows.shape[1] * count, group, rows, [])
-        acting: Mask = rows != 0.0
+        self._block(count * (144 if rows is None else rows.shape[1]), group, rows, [])
+
+    def _terms(self, plan: Described, loads: Index) -> tuple[TermPattern, NDArray[np.float64]]:
+        """The terms that are not zero, and what of each is the same for all entries."""
+        topology, rows = plan.topology, self.transformation
+        blocks = self.blocks[: len(topology.groups)]
+        known = [block.rows for block in blocks if block.rows is not None]
+        acting = [self._acting(block) for block in blocks]
+        springs = 6 * len(topology.number), len(plan.tree.springs)
+        tables = Tables(rows.start, rows.column, rows.varying, self.size)
+        pattern = term_pattern(tables, acting, [group.dofs for group in topology.groups], springs, loads)
+        found = pattern.factors(known, rows.share)
+        used = found != 0.0  # products of what is all but zero may be so
+        return (pattern, found) if used.all() else (pattern.at(used), found[used])
+
+    def _acting(self, block: EvaluatedBlock) -> Mask:
+        """Which displacements deform which springs of members, see `term_pattern`."""
+        assert block.group is not None
+        acting: Mask = self._used(block.group)[..., None] if block.rows is None else block.rows != 0.0
         return acting
 
     def _used(self, group: Group) -> Mask:
@@ -204,6 +223,40 @@ class Coupling:
         each = map(mask_of, values) if group is None else [mask_of_shape(group.stiffness_shape)]
         mask = int(np.bitwise_or.reduce(np.array([0, *each])))
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
+
+
+class _Members(NamedTuple):
+    """Members between places that are kept.
+
+    Attributes
+    ----------
+    key
+        What they follow from.
+    rows
+        Deformations (n, s, 12) by group.
+    weight
+        What the terms of a frame of them weigh.
+    """
+
+    key: tuple[object, ...]
+    rows: list[NDArray[np.float64]]
+    weight: int
+
+
+def _members(plan: Described) -> _Members | None:
+    """The deformations of members by the displacements of the nodes, where these follow from their places alone."""
+    links, topology = plan.graph.links, plan.topology
+    if links.key is None or topology.geometry is None or len(topology.ends) > _LOOKED:
+        return None
+    key = ("members", links.key, topology.geometry)
+
+    def found() -> _Members | None:
+        rows = [own for own in map(_deformed, topology.groups) if own is not None]
+        weight = sum(term_weight(own != 0.0) for own in rows)
+        return _Members(("terms", *key[1:]), rows, weight) if len(rows) == len(topology.groups) else None
+
+    kept: _Members | None = TERMS.found(key, found, _NUMBERS * len(topology.ends))
+    return kept
 
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:

@@ -71,7 +71,7 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: 
     sizes, seconds = np.array(coupling.grid.sizes), _START
     for block in _members(coupling):
         assert block.group is not None
-        count = len(np.setdiff1d(block.group.pieces, condensed))
+        count = len(set(block.group.pieces.tolist()).difference(condensed))
         seconds += count * (_MEMBER + per_member * sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
     if seconds > most:  # to count operations takes longer than all the rest
         return seconds

@@ -40,11 +40,11 @@ class Picked:
         """Stiffness of the springs of members whose deformations do not vary, (count, m or 1)."""
         if block.first not in self._springs:
             assert block.group is not None
-            if block.group.springs is None:
+            if block.group.spring_stiffness is None:
                 group = self.of_group(block.group)
-                stiffness = group.element.springs(group.length)[0]
+                stiffness = group.element.spring_stiffness(group.length)
             else:
-                stiffness = self.of_array(block.group.springs[0], 1, leading=1)
+                stiffness = self.of_array(block.group.spring_stiffness, 1, leading=1)
             found = np.moveaxis(stiffness, -1, 0)
             self._springs[block.first] = found.reshape(block.count, -1)
         return self._springs[block.first]

@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from ..batch import Array
-from .patterns import filled, kept
+from .patterns import filled, kept, rows_of
 from .rounding import zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
@@ -45,8 +45,7 @@ class Factor(ABC):
     def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         diagonal = matrix.diagonal()
         self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        rows = np.repeat(np.arange(len(self.root)), np.diff(matrix.indptr))
-        data = self.root[rows] * matrix.data * self.root[matrix.indices]
+        data = self.root[rows_of(matrix)] * matrix.data * self.root[matrix.indices]
         self.scaled = filled(matrix, data)
 
     @abstractmethod

@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from ..arm import carrying
 from ..batch import Array
 from ..batched.unloaded import Unloaded
-from ..structure.edge import GROUND
 from ..structure.topology import Index
 from .factor import Factor
-from .patterns import connected
 
 # Times that more motions are sought where those that are known are held.
 _ROUNDS = 8
@@ -88,20 +86,17 @@ def unsupported_motions(plan: Unloaded) -> Array:
     one is left to be tried.
     """
     topology, tree, graph = plan.topology, plan.tree, plan.graph
-    count = len(topology.number)
-    edges = [(edge.first, edge.second) for edge in tree.edges if GROUND not in (edge.first, edge.second)]
-    i, j = np.concatenate([topology.ends, np.array(edges, dtype=np.int64).reshape(-1, 2)]).T
-    label = connected(i, j, count)
-    floats = np.ones(label.max(initial=-1) + 1, dtype=bool)
-    for edge in tree.edges:
-        if edge.kind == "tie" or GROUND in (edge.first, edge.second):
-            floats[label[edge.second if edge.first == GROUND else edge.first]] = False
+    links, label = graph.links, plan.connected_components
+    if not len(links.unsupported):
+        return np.zeros((len(graph.unknown), 0))
+    floats = np.zeros(label.max(initial=-1) + 1, dtype=bool)
+    floats[links.unsupported] = True
     for group in topology.groups:
         if group.resists:
             floats[label[group.nodes[:, 0]]] = False
     if not floats.any():
         return np.zeros((len(graph.unknown), 0))
-    own = np.ones(count, dtype=bool)
+    own = np.ones(len(topology.number), dtype=bool)
     own[[branch.child for branch in tree.branches]] = False
     columns = []
     for part in np.flatnonzero(floats):

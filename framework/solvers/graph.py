@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -10,12 +9,156 @@ import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..structure.connections import Connections
+from ..structure.edge import GROUND
 from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
-from ..structure.tree import JointTree
 from .dissection import Dissection, dissect
-from .patterns import narrow
+from .patterns import connected, narrow
 from .transformation import Transformation
+
+# Orders of unknowns, and numbers of right-hand-side parameters, of which something is kept.
+_FEW = 16
+
+
+class Links:
+    """Unknowns, and which nodes members, joints and ties couple, wherever the nodes lie.
+
+    Parameters
+    ----------
+    count
+        Number of nodes.
+    ends
+        Nodes that members join, (pieces, 2).
+    connections
+        What the displacements of nodes are made of.
+    key
+        What all this follows from, where frames share it.
+    """
+
+    def __init__(
+        self, count: int, ends: Index, connections: Connections, key: tuple[object, ...] | None = None
+    ) -> None:
+        self.count, self.ends, self.connections, self.key = count, ends, connections, key
+        self._transformations: dict[int, Transformation] = {}
+        self._orders: dict[bytes, Index] = {}
+
+    @cached_property
+    def unknowns(self) -> list[int]:
+        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
+        rows = self.connections.rows
+        own = [6 * node + k for node in range(self.count) if node not in rows for k in range(6)]
+        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
+        on_edges.update(k for row in self.connections.springs for k in row if k >= 0)
+        return sorted(on_edges.union(own)) if on_edges else own
+
+    @cached_property
+    def unknown(self) -> Index:
+        """The same as an array, (n,)."""
+        return np.array(self.unknowns, dtype=np.int64)
+
+    @cached_property
+    def node(self) -> Index:
+        """Node of each unknown, (n,)."""
+        found: Index = self.unknown // 6
+        return found
+
+    @cached_property
+    def components(self) -> Index:
+        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        joined = [(edge.first, edge.second) for edge in self.connections.edges if edge.first != GROUND]
+        first, second = np.concatenate([self.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
+        return connected(first, second, self.count)
+
+    @cached_property
+    def count_of_components(self) -> int:
+        """How many these are."""
+        return int(self.components.max(initial=-1)) + 1
+
+    @cached_property
+    def unsupported(self) -> Index:
+        """Parts that neither a support holds nor a tie, which may resist rotations, is in; numbers of `components`."""
+        floats = np.ones(self.count_of_components, dtype=bool)
+        for edge in self.connections.edges:
+            if edge.kind == "tie" or GROUND in (edge.first, edge.second):
+                floats[self.components[edge.second if edge.first == GROUND else edge.first]] = False
+        return np.flatnonzero(floats)
+
+    def transformation(self, parameters: int) -> Transformation:
+        """What the displacements of nodes and springs are made of, of so many right-hand-side parameters."""
+        found = self._transformations.get(parameters)
+        if found is None:
+            dofs, (_, _, rows, springs) = 6 * self.count, self.connections
+            found = Transformation(dofs, rows, springs, self.unknown, parameters)
+            if len(self._transformations) >= _FEW:
+                self._transformations.clear()
+            self._transformations[parameters] = found
+        return found
+
+    @cached_property
+    def free(self) -> NDArray[np.bool_]:
+        """Nodes whose six displacements are unknowns of their own, (nodes,)."""
+        out = np.ones(self.count, dtype=bool)
+        out[list(self.connections.rows)] = False
+        return out
+
+    @cached_property
+    def pairs(self) -> Index:
+        """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
+        count, ends, (_, _, rows_of, springs) = self.count, self.ends, self.connections
+        if not springs and not any(k >= 0 for six in rows_of.values() for row in six for k in row):
+            both = ends[self.free[ends].all(axis=1)]
+            return _distinct(both[:, 0], both[:, 1], count)
+        free = np.flatnonzero(self.free)
+        on_edges = {node: _nodes(six) for node, six in rows_of.items()}
+        owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
+        rows = np.concatenate([free, *owners])
+        columns = np.concatenate([free, *on_edges.values()])
+        carries = scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
+        joined = scipy.sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
+        whole = joined + scipy.sparse.csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
+        coupled = (carries.T @ whole @ carries).tocoo()
+        first, second = [coupled.row], [coupled.col]
+        for row in springs:
+            own = _nodes([row])
+            first.append(np.repeat(own, len(own)))
+            second.append(np.tile(own, len(own)))
+        i, j = np.concatenate(first).astype(np.int64), np.concatenate(second).astype(np.int64)
+        return _distinct(i, j, count)
+
+    @cached_property
+    def band(self) -> Index:
+        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
+        carrying, pairs = self.local
+        return narrow(pairs[:, 0], pairs[:, 1], len(carrying))
+
+    @cached_property
+    def width(self) -> int:
+        """Unknowns on one side of the diagonal in that order, six a node."""
+        apart = np.abs(np.diff(_ranks(self.band)[self.local[1]], axis=1))
+        return 6 * int(apart.max(initial=0)) + 6
+
+    @cached_property
+    def local(self) -> tuple[Index, Index]:
+        """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
+        carrying = self.node[np.diff(self.node, prepend=-1) > 0]  # unknowns are in order
+        return carrying, np.searchsorted(carrying, self.pairs)
+
+    def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
+        """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
+        place = np.searchsorted(self.local[0], self.node[where])
+        return np.argsort(_ranks(nodes)[place], kind="stable")
+
+    def band_order(self, where: NDArray[np.bool_]) -> Index:
+        """That by `band`."""
+        key = where.tobytes()
+        found = self._orders.get(key)
+        if found is None:
+            found = self.order(self.band, where)
+            if len(self._orders) >= _FEW:
+                self._orders.clear()
+            self._orders[key] = found
+        return found
 
 
 class Graph:
@@ -25,28 +168,23 @@ class Graph:
     ----------
     topology
         Nodes and members; the first batch entry gives the positions.
-    tree
-        What each node's displacement is made of.
-    unknowns
-        Numbers of the unknowns.
+    links
+        Which nodes are coupled.
     """
 
-    def __init__(self, topology: Topology, tree: JointTree, unknowns: Sequence[int]) -> None:
-        self.topology, self.tree = topology, tree
-        self.unknown: Index = np.array(unknowns, dtype=np.int64)
-        self.node = self.unknown // 6
+    def __init__(self, topology: Topology, links: Links) -> None:
+        self.topology, self.links = topology, links
+        self.unknown, self.node = links.unknown, links.node
 
-    @cached_property
+    @property
     def transformation(self) -> Transformation:
         """What the displacements of nodes and springs are made of, right-hand-side parameters not being told."""
-        return Transformation(6 * len(self.topology.number), self.tree, self.unknown, 0)
+        return self.links.transformation(0)
 
-    @cached_property
+    @property
     def free(self) -> NDArray[np.bool_]:
         """Nodes whose six displacements are unknowns of their own, (nodes,)."""
-        out = np.ones(len(self.topology.number), dtype=bool)
-        out[list(self.tree.rows)] = False
-        return out
+        return self.links.free
 
     @cached_property
     def points(self) -> Array:
@@ -56,65 +194,32 @@ class Graph:
     @property
     def entries(self) -> int:
         """Entries of the stiffness, six by six for each node and each coupled pair."""
-        return 36 * (len(self._local[0]) + 2 * len(self.pairs))
+        return 36 * (len(self.links.local[0]) + 2 * len(self.links.pairs))
 
     @property
     def coupled(self) -> int:
         """Unknowns that share members or joints with one unknown, at most."""
-        return 6 * (1 + int(np.bincount(self.pairs.reshape(-1)).max(initial=0)))
-
-    @cached_property
-    def pairs(self) -> Index:
-        """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
-        count, ends = len(self.topology.number), self.topology.ends
-        if not self.tree.springs and not any(k >= 0 for six in self.tree.rows.values() for row in six for k in row):
-            both = ends[self.free[ends].all(axis=1)]
-            return _distinct(both[:, 0], both[:, 1], count)
-        free = np.flatnonzero(self.free)
-        on_edges = {node: _nodes(six) for node, six in self.tree.rows.items()}
-        owners = [np.full(len(own), node, dtype=np.int64) for node, own in on_edges.items()]
-        rows = np.concatenate([free, *owners])
-        columns = np.concatenate([free, *on_edges.values()])
-        carries = scipy.sparse.csr_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count))
-        joined = scipy.sparse.csr_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count))
-        whole = joined + scipy.sparse.csr_matrix((np.ones(count), (range(count), range(count))), shape=(count, count))
-        coupled = (carries.T @ whole @ carries).tocoo()
-        first, second = [coupled.row], [coupled.col]
-        for spring in self.tree.springs:
-            own = _nodes([spring.row])
-            first.append(np.repeat(own, len(own)))
-            second.append(np.tile(own, len(own)))
-        i, j = np.concatenate(first).astype(np.int64), np.concatenate(second).astype(np.int64)
-        return _distinct(i, j, count)
+        return 6 * (1 + int(np.bincount(self.links.pairs.reshape(-1)).max(initial=0)))
 
     @cached_property
     def dissection(self) -> Dissection:
         """Elimination order of the nodes that carry unknowns; `order` counts these only."""
-        carrying, pairs = self._local
+        carrying, pairs = self.links.local
         return dissect(self.points[carrying], pairs)
 
-    @cached_property
+    @property
     def band(self) -> Index:
         """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
-        carrying, pairs = self._local
-        return narrow(pairs[:, 0], pairs[:, 1], len(carrying))
+        return self.links.band
 
-    @cached_property
+    @property
     def width(self) -> int:
         """Unknowns on one side of the diagonal in that order, six a node."""
-        apart = np.abs(np.diff(_ranks(self.band)[self._local[1]], axis=1))
-        return 6 * int(apart.max(initial=0)) + 6
-
-    @cached_property
-    def _local(self) -> tuple[Index, Index]:
-        """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
-        carrying = self.node[np.diff(self.node, prepend=-1) > 0]  # unknowns are in order
-        return carrying, np.searchsorted(carrying, self.pairs)
+        return self.links.width
 
     def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
         """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
-        place = np.searchsorted(self._local[0], self.node[where])
-        return np.argsort(_ranks(nodes)[place], kind="stable")
+        return self.links.band_order(where) if nodes is self.links.band else self.links.order(nodes, where)
 
 
 def _distinct(first: Index, second: Index, count: int) -> Index:

@@ -18,7 +18,9 @@ Index = NDArray[np.int64]
 Found = TypeVar("Found")
 
 # Numbers from which on what follows from them is not kept.
-_MANY = 2**17
+MANY = 2**17
+# Things that follow from the pattern of a matrix, and some numbers each, that are found again by it.
+_FEW = 16
 # What a product of two entries of a matrix weighs.
 _PRODUCT = 3
 
@@ -38,11 +40,33 @@ def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], 
         What it weighs beyond these.
     """
     weight += sum(each.size for each in numbers)
-    if weight > _MANY:
+    if weight > MANY:
         return make()
     key = (what, *((each.dtype.char, each.shape, each.tobytes()) for each in numbers))
     found: Found = PATTERNS.found(key, make, weight)
     return found
+
+
+def kept_of(
+    what: str, matrix: scipy.sparse.csr_matrix, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]
+) -> Found:
+    """What follows from the pattern of a matrix and some numbers: `kept`, and found again by the pattern itself."""
+    known: dict[tuple[object, ...], Found] | None = getattr(matrix, "known", None)
+    if known is None:
+        return kept(what, (matrix.indptr, matrix.indices, *numbers), make)
+    key = (what, *(each.tobytes() for each in numbers))
+    found = known.get(key)
+    if found is None:  # two threads may both make it, which does no harm
+        found = kept(what, (matrix.indptr, matrix.indices, *numbers), make)
+        if len(known) >= _FEW:
+            known.clear()
+        known[key] = found
+    return found
+
+
+def rows_of(matrix: scipy.sparse.csr_matrix) -> Index:
+    """Row of each entry of a matrix."""
+    return kept_of("rows", matrix, (), lambda: np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)))
 
 
 def connected(first: Index, second: Index, count: int) -> Index:
@@ -56,7 +80,7 @@ def connected(first: Index, second: Index, count: int) -> Index:
 
 def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
     """Connected component of each row of a symmetric matrix without zeros, (n,)."""
-    return kept("connected by", (matrix.indptr, matrix.indices), lambda: _label(matrix))
+    return kept_of("connected by", matrix, (), lambda: _label(matrix))
 
 
 def labelled(label: Index, wanted: Index) -> NDArray[np.bool_]:
@@ -98,39 +122,50 @@ def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.spa
     """The rows and columns of a matrix (n, n) `where` (n,) that is true."""
 
     def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
-        row = np.repeat(np.arange(len(where)), np.diff(matrix.indptr))
+        row = rows_of(matrix)
         places = np.flatnonzero(where[row] & where[matrix.indices])
         number, size = np.cumsum(where) - 1, int(where.sum())
         row, column = number[row[places]], number[matrix.indices[places]]
         return places, _sorted(np.ones(len(places)), row, column, (size, size))
 
-    places, found = kept("part", (matrix.indptr, matrix.indices, where), pattern)
+    places, found = kept_of("part", matrix, (where,), pattern)
     return filled(found, matrix.data[places])
 
 
-def product(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
-    """``A B`` without what is exactly zero; sums follow the rows of A."""
-    each = np.diff(second.indptr).astype(np.int64)
-    weight = _PRODUCT * int(each[first.indices].sum())
-    if weight > _MANY:
-        return scipy.sparse.csr_matrix(first @ second)
+class ProductPattern:
+    """Which products of the numbers of two matrices add up to which number of ``A B``; sums follow the rows of A.
 
-    def pattern() -> tuple[Index, Index, scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
-        shape = first.shape[0], second.shape[1]
+    Parameters
+    ----------
+    first, second
+        Matrices of the patterns of A and B.
+    """
+
+    def __init__(self, first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> None:
+        shape, each = (first.shape[0], second.shape[1]), np.diff(second.indptr).astype(np.int64)
         row = np.repeat(np.arange(shape[0]), np.diff(first.indptr))
         times = each[first.indices]
         one = np.repeat(np.arange(len(times)), times)
         other = second.indptr[first.indices[one]] + np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
         places, target = np.unique(row[one] * shape[1] + second.indices[other], return_inverse=True)
-        order, sums = pattern_by_rows(target, np.arange(len(one)), (len(places), len(one)))
-        sums.indices = np.arange(len(one), dtype=np.int32)
-        return one[order], other[order], sums, _sorted(np.ones(len(places)), *np.divmod(places, shape[1]), shape)
+        order, self._sums = pattern_by_rows(target, np.arange(len(one)), (len(places), len(one)))
+        self._sums.indices = np.arange(len(one), dtype=np.int32)
+        self._one, self._other = one[order], other[order]
+        self._whole = _sorted(np.ones(len(places)), *np.divmod(places, shape[1]), shape)
 
+    def of(self, first: NDArray[Any], second: NDArray[Any]) -> scipy.sparse.csr_matrix:
+        """The product of matrices of these numbers, without what is exactly zero."""
+        data = self._sums @ (first[self._one] * second[self._other])
+        return filled(self._whole, data) if data.all() else without_zeros(self._whole, data)
+
+
+def product_pattern(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> ProductPattern | None:
+    """The pattern of ``A B``; None where it takes more room than a product takes time."""
+    weight = _PRODUCT * int(np.diff(second.indptr)[first.indices].sum())
+    if weight > MANY:
+        return None
     tables = (first.indptr, first.indices, second.indptr, second.indices)
-    one, other, sums, found = kept("product", tables, pattern, weight)
-    data = sums @ (first.data[one] * second.data[other])
-    whole = filled(found, data)
-    return whole if data.all() else without_zeros(whole, data)
+    return kept("product", tables, lambda: ProductPattern(first, second), weight)
 
 
 def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
@@ -139,10 +174,10 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
 
     def fewer() -> tuple[Index, scipy.sparse.csr_matrix]:
         places = np.flatnonzero(used)
-        row = np.repeat(np.arange(pattern.shape[0]), np.diff(pattern.indptr))[places]
+        row = rows_of(pattern)[places]
         return places, _sorted(np.ones(len(places)), row, pattern.indices[places].astype(np.int64), pattern.shape)
 
-    places, found = kept("without zeros", (pattern.indptr, pattern.indices, used), fewer)
+    places, found = kept_of("without zeros", pattern, (used,), fewer)
     return filled(found, data[places])
 
 
@@ -167,4 +202,7 @@ def _sorted(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int
     """A matrix by its entries, row by row."""
     start = np.zeros(shape[0] + 1, dtype=np.int32)
     np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
-    return scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
+    out = scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
+    # those that are `filled` from it share what is found of its pattern, see `kept_of`
+    vars(out).update(known={})
+    return out

@@ -79,7 +79,8 @@ class SparseSolver:
             if len(row) == 1 and (alone := next(iter(row.items())))[0] >= 0:
                 # as most are: a displacement of a node that is an unknown
                 number = self._numbers[self.unknown.searchsorted(alone[0])]
-                out.append(self.plan.grid.value((float(alone[1]) * number).reshape(shape)))
+                factor = float(alone[1])
+                out.append(factor * float(number[0]) if number.size == 1 else (factor * number).reshape(shape))
                 continue
             keys = np.array(list(row), dtype=np.int64)
             index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), size - 1 - keys)
@@ -105,6 +106,8 @@ class SparseSolver:
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
+        if self.plan.graph.links.count_of_components < 2:
+            return int(self.excited.any())
         return len(np.unique(self.plan.connected_components[self.unknown[self.excited] // 6]))
 
     def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:

@@ -22,9 +22,10 @@ from ..error_bounds.kinematics import FrameKinematics
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .band_factors import in_lanes
+from .deformation_table import Deformations
 from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
-from .spring_residual import Deformations, SpringResidual, are_described
+from .spring_residual import SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
 from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
 from .terms import SumPattern
@@ -85,6 +86,8 @@ class StackedSolver:
     @cached_property
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
+        if self.plan.graph.links.count_of_components < 2:
+            return int(self.loaded.any())
         return len(np.unique(self.plan.connected_components[self.unknown[self.loaded] // 6]))
 
     def _with(self, loaded: Mask) -> StackedSolver:
@@ -99,7 +102,7 @@ class StackedSolver:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows` over the unknowns."""
         rhs_parameters = self.plan.rhs_parameters.values
-        keys = np.unique([key for row in rows for key in row if key >= 0]).astype(np.int64)
+        keys = np.array(sorted({key for row in rows for key in row if key >= 0}), dtype=np.int64)
         places = np.searchsorted(self.unknown, keys)
         reached = self.loaded[places]
         with np.errstate(all="ignore"):
@@ -167,13 +170,15 @@ class StackedSolver:
         shape, (varies, others) = self.plan.frame.shape, self._axes
         if found.ndim == 1:
             return found.reshape([n if axis in varies else 1 for axis, n in enumerate(shape)])
+        if not others or not varies:  # the axes are in order
+            return found.reshape(shape)
         split = found.reshape([shape[axis] for axis in varies + others])
         return np.moveaxis(split, range(len(shape)), varies + others)
 
     def entries(self, matrices: Index, columns: Index) -> Picked:
         """Batch entries of some matrices and load cases, these last; of the matrices alone where units are solved."""
         shape, (varies, others) = self.plan.frame.shape, self._axes
-        if self.by_units:
+        if self.by_units or self.cases == 1:
             return Picked.of(shape, self.coupling.mask, matrices)
         mine = np.unravel_index(np.repeat(matrices, len(columns)), [shape[axis] for axis in varies] or (1,))
         cases = np.unravel_index(np.tile(columns, len(matrices)), [shape[axis] for axis in others] or (1,))

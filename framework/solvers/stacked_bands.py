@@ -166,7 +166,8 @@ class StackedFactor:
         growth: Array = np.sqrt(size) / least
         sure = least > zero_eigenvalue(size) * max(1.0 / SUSPECT, (size / 6.0) ** 3)
         sure[list(self.instead)] = False
-        growth[~sure] = self.probed(np.flatnonzero(~sure))
+        if not sure.all():
+            growth[~sure] = self.probed(np.flatnonzero(~sure))
         return growth
 
     @property

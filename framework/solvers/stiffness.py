@@ -17,6 +17,7 @@ from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor
 from .cholesky import CholeskyFactor
+from .deformation_table import Deformations
 from .factor import Factor, NoFactor
 from .freedom import unsupported_motions
 from .graph import Graph
@@ -25,7 +26,7 @@ from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part
 from .refinement import REFINED
-from .spring_residual import Deformations, are_described
+from .spring_residual import are_described
 from .tensions import TensionFactor, affordable
 
 

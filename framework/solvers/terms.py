@@ -18,7 +18,7 @@ from .patterns import connected, labelled, pattern_by_rows
 Mask = NDArray[np.bool_]
 Found = TypeVar("Found")
 # What a number that acts on a member weighs, with what follows from it, at most; weight from which on nothing is kept.
-_EACH, _MOST = 16, 2**21
+_EACH, MOST = 16, 2**21
 # Things that follow from the terms of one frame that are kept with them.
 _KINDS = 12
 _TWELVE = np.triu_indices(12)
@@ -209,8 +209,8 @@ def term_pattern(
     def make() -> TermPattern:
         return _found(tables, acting, dofs, edges, loads)
 
-    weight = _EACH * sum(map(_pairs_of, acting))
-    if weight > _MOST:
+    weight = sum(map(term_weight, acting))
+    if weight > MOST:
         return make()
     shapes = tuple(each.shape for each in (*acting, tables.start, loads))
     numbers: list[NDArray[Any]] = [*map(np.packbits, acting), *dofs]
@@ -218,6 +218,11 @@ def term_pattern(
     key = (tables.size, edges, shapes, *(each.tobytes() for each in numbers))
     found: TermPattern = TERMS.found(key, make, weight)
     return found
+
+
+def term_weight(acting: Mask) -> int:
+    """What the terms of a stack of members weigh."""
+    return _EACH * _pairs_of(acting)
 
 
 def _pairs_of(acting: Mask) -> int:

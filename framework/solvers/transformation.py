@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..structure.parts import Row, Value, is_zero
 from ..structure.topology import Index
-from ..structure.tree import JointTree
 
 
 class Transformation:
@@ -18,8 +19,10 @@ class Transformation:
     ----------
     dofs
         Number of displacements.
-    tree
-        What each node's displacement is made of.
+    nodes
+        Of nodes on edges, what their displacements are made of, six rows each.
+    springs
+        What the displacements of the springs are made of.
     unknown
         Numbers of the unknowns.
     parameters
@@ -43,14 +46,16 @@ class Transformation:
         Whether displacements of nodes or springs depend on right-hand-side parameters.
     """
 
-    def __init__(self, dofs: int, tree: JointTree, unknown: Index, parameters: int) -> None:
+    def __init__(
+        self, dofs: int, nodes: Mapping[int, Sequence[Row]], springs: Sequence[Row], unknown: Index, parameters: int
+    ) -> None:
         self.size, self.known = len(unknown), parameters
         self.factors: list[Value] = []
         free = np.ones(dofs, dtype=bool)
-        free.reshape(-1, 6)[list(tree.rows)] = False
-        own, given, first = np.flatnonzero(free), np.arange(parameters), dofs + len(tree.springs)
-        rows: list[tuple[int, Row]] = [(6 * n + k, row) for n, six in tree.rows.items() for k, row in enumerate(six)]
-        rows += [(dofs + s, spring.row) for s, spring in enumerate(tree.springs)]
+        free.reshape(-1, 6)[list(nodes)] = False
+        own, given, first = np.flatnonzero(free), np.arange(parameters), dofs + len(springs)
+        rows: list[tuple[int, Row]] = [(6 * n + k, row) for n, six in nodes.items() for k, row in enumerate(six)]
+        rows += [(dofs + s, row) for s, row in enumerate(springs)]
         at, columns, shares, numbers = self._combined(rows, unknown)
         self.imposed = bool((columns >= self.size).any())
         where = np.concatenate([own, at, first + given])

@@ -106,6 +106,14 @@ class Group:
         return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
+    def spring_stiffness(self) -> Array | None:
+        """The first of `springs`, which does not take the second."""
+        if "springs" in vars(self):
+            return None if self.springs is None else self.springs[0]
+        entries = math.prod(np.broadcast_shapes(self.chord.shape[1:-1], self.shape))
+        return self.element.spring_stiffness(self.length) if len(self.pieces) * entries <= _KEPT else None
+
+    @cached_property
     def end_axes(self) -> tuple[Array, Array]:
         """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
         start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]
@@ -133,12 +141,12 @@ class Group:
         ends = zip(self.end_axes, np.split(local, 2, -1), strict=True)
         return np.concatenate([rotated(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
 
-    @property
+    @cached_property
     def stacked(self) -> bool:
         """Whether parameters of the element have an axis for the pieces."""
         return len(self.element.shape) > self.chord.ndim - 2
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape of the elements' own parameters."""
         return self.element.shape[1:] if self.stacked else self.element.shape
@@ -150,7 +158,7 @@ class Group:
         ndim = self.chord.ndim - 2
         return self.element.cut(lambda array, trailing: array[at] if array.ndim - trailing > ndim else array)
 
-    @property
+    @cached_property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
         rotated = (axes.shape[:-2] for axes in self.axes if axes is not None)

@@ -144,7 +144,7 @@ class Topology:
         leaders, which = self._distinct
         each = [examined(own[k], names[k]) for k in leaders]
         if len(self.ends) == len(self.counts):
-            return [each[k] for k in which.tolist()]
+            return each * len(which) if len(each) == 1 else [each[k] for k in which.tolist()]
         whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
         return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
 
@@ -161,8 +161,12 @@ class Topology:
         kinds: dict[Hashable, int] = {}
         leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
-        codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         chords = self._chords
+        if len(leaders) == 1 and isinstance(chords, np.ndarray):
+            groups = [self._group(np.arange(len(chords)), chords)]
+            self._check_kind(groups[0])
+            return groups
+        codes = np.array([kinds.setdefault(each, len(kinds)) for each in alike], dtype=np.int64)[which]
         if not isinstance(chords, np.ndarray):
             keys: dict[Hashable, int] = {}
             ends = ((self.bodies[a], self.bodies[b]) for a, b in self.ends.tolist())
@@ -312,6 +316,19 @@ class Topology:
         return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
 
     @cached_property
+    def geometry(self) -> tuple[object, ...] | None:
+        """What axes and deformations of all members follow from, beside which nodes they connect.
+
+        None where that is more than the places of nodes and what members deform as.
+        """
+        plain = self.plain_positions
+        forms = None if plain is None else [group.element.deforms_as for group in self.groups]
+        if plain is None or forms is None or None in forms:
+            return None
+        pieces = [group.pieces.tobytes() for group in self.groups] if len(forms) > 1 else []
+        return plain.tobytes(), self.counts.tobytes(), *forms, *pieces
+
+    @cached_property
     def _chords(self) -> Array | list[Array]:
         """Chord of each piece's member, (..., 3)."""
         if (plain := self.plain_chords(np.float64)) is not None:
@@ -345,7 +362,9 @@ class Topology:
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        element, nodes = self._stacked([self._elements[k] for k in numbers.tolist()]), self.ends[numbers]
+        alike = len(self._distinct[0]) == 1 and len(self.ends) == len(self.counts)
+        chosen = [self._elements[k] for k in (numbers[:1] if alike else numbers).tolist()]
+        element, nodes = self._stacked(chosen), self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:

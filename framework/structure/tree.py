@@ -10,23 +10,22 @@ simply absent and a free one has no spring. Edges that close a loop add springs,
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
 
 from ..batch import Array, aligned
 from ..described.parts import Tie
 from ..description import Description
+from .connections import Connections, TreeEdge
 from .constraints import Constraint, Elimination, eliminate
 from .edge import ABOUT, ALONG, GROUND, Edge
-from .forest import Branch, rooted, spanning
+from .forest import rooted, spanning
 from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
 Matrix3 = list[list[Value]] | None
 _SIX = range(6)
-TreeEdge: TypeAlias = Branch[Edge, int]
 _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
 
 
@@ -100,6 +99,16 @@ class JointTree:
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
         tree.grow(*spanning(strongest_first(tree.edges)))
         return tree
+
+    @classmethod
+    def by(cls, topology: Topology, rhs_parameters: RightHandSideParameters, known: Connections) -> JointTree:
+        """The tree of a frame on supports alone, by what is known of another one."""
+        return cls(topology, rhs_parameters.grid, rhs_parameters, known.edges, known.rows, known.branches)
+
+    @property
+    def connections(self) -> Connections:
+        """What it is made of."""
+        return Connections(self.edges, self.branches, self.rows, [spring.row for spring in self.springs])
 
     def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
         """Express all nodes by the edges of the tree, and what closes loops by them."""

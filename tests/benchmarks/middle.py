@@ -151,7 +151,7 @@ def targets(rows: list[Row]) -> list[Target]:
         out.append(
             Target("10 middle", f"{kind}: within 2 of the quickest of LAPACK, CHOLMOD, openseespy",
                    f"{worst['ratio']:.2f} at {told}; median {middle:.2f}", worst["ratio"] <= 2.0,
-                   "plan and checks in Python, one to three milliseconds, where the peers get arrays; of many loads "
+                   "plan and checks in Python, half a millisecond to two, where the peers get arrays; of many loads "
                    "refinement, which substitutes once more")
         )  # fmt: skip
         anew, again = (np.nanmedian([float(row[name]) for row in mine]) for name in ("ratio anew", "ratio again"))
