@@ -17,7 +17,7 @@ from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real, extended
 from .kinematics import FrameKinematics
-from .pushing import amplification, in_double
+from .pushing import amplification
 from .resistance import resisted
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
@@ -244,7 +244,7 @@ class EstimatedCompliance(Compliance):
         Where no more than rounding is found, there is none.
         """
         self.least = np.where(found > _FOUND * self.backward_error, found / _SAFETY, 0.0)
-        self.amplification = amplification(in_double(state), state.unknowns, self.root, self._solve_nearly, _SAFETY)
+        self.amplification = amplification(state, self.root, self._solve_nearly, _SAFETY)
 
     def _solve_nearly(self, load: Array) -> Array:
         """Displacements (m, ..., n) for loads (m, ..., n), to a few digits where that saves time."""
