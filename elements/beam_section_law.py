@@ -80,6 +80,11 @@ class BeamSectionLaw(LineElement):
         return True
 
     @property
+    def elementwise(self) -> bool:
+        """The integrals of a taper are sums, whose last bit depends on what else is summed."""
+        return self.end is None
+
+    @property
     def roundings(self) -> float:
         """Roundings in `springs`; of 400 random members the worst had 6, of tapered ones 28."""
         return 12.0 if self.end is None else 100.0

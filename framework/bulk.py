@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .batch import Array, distinct, finite, rotated, vector
+from .described.many_elements import alike, one_each
 from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
@@ -23,7 +24,7 @@ from .meshes.lines import lines_by_element
 from .meshes.sources import line_mesh_of
 from .names import found, plain
 from .protocol import LineElement, is_proven
-from .stacking import changed, stacked, unstacked
+from .stacking import stacked
 
 Names = Sequence[str]
 Row = TypeVar("Row", Node, Member, JointLink)
@@ -209,14 +210,14 @@ class InBulk(Editable):
             raise FrameError(f"add_many was given {len(new)} names for {len(starts)} pairs of nodes: give one for each")
         self._check_new("element", new, self.members, self.joints, self.masses, counted=names is None)
         one = isinstance(element, (LineElement, JointElement))
-        each = _each(element, len(new)) if one else list(element)  # type: ignore[arg-type]
+        each = one_each(element, len(new)) if one else list(element)  # type: ignore[arg-type]
         if not (one and len(each) == 1) and len(each) != len(new):
             raise FrameError(f"add_many was given {len(each)} elements for {len(new)} pairs: give one, or one for each")
         if not new:
             return []
         kinds = {type(given) for given in each}
         if all(issubclass(kind, LineElement) for kind in kinds):
-            families = [np.arange(len(new))] if one else _families(each)  # type: ignore[arg-type]
+            families = [np.arange(len(new))] if one else alike(each)  # type: ignore[arg-type]
             self._add_members(new, each, starts, stops, numbers, families)  # type: ignore[arg-type]
         elif all(issubclass(kind, JointElement) for kind in kinds):
             self._add_joints(new, each, starts, stops)  # type: ignore[arg-type]
@@ -394,36 +395,3 @@ def _rows(kind: type[Row], *columns: Iterable[object]) -> Iterator[Row]:
 def _numbers(first: int, count: int) -> list[str]:
     """Names that count on."""
     return list(map(str, range(first, first + count)))
-
-
-def _families(elements: Sequence[LineElement]) -> list[NDArray[np.int64]]:
-    """Numbers of the members whose elements can be looked at together."""
-    leaders, which = distinct(elements)
-    found: dict[Hashable, int] = {}
-    codes = []
-    for number, k in enumerate(leaders):
-        family = elements[k].family
-        codes.append(found.setdefault((family, elements[k].shape) if family is not None else number, len(found)))
-    code = np.array(codes, dtype=np.int64)[which]
-    return np.split(np.argsort(code, kind="stable"), np.cumsum(np.bincount(code))[:-1])
-
-
-def _each(element: LineElement | JointElement, count: int) -> list[LineElement | JointElement]:
-    """The element for each of many members; one where it is the same for all."""
-    if not element.shape:
-        return [element]
-    if element.shape[-1] not in (1, count):
-        text = f"(..., {count}) with one for each of them, or (..., 1)"
-        raise FrameError(f"{type(element).__name__} for {count} members has batch shape {element.shape}: give {text}")
-    if is_proven(element):
-        return unstacked(element, count)
-
-    def cut(k: int) -> LineElement | JointElement:
-        def one(array: Array, trailing: int) -> Array:
-            place = array.ndim - trailing - 1
-            return array if place < 0 else np.take(array, k if array.shape[place] > 1 else 0, axis=place)
-
-        found: LineElement | JointElement = changed(element, one)
-        return found
-
-    return [cut(k) for k in range(count)]

@@ -4,6 +4,8 @@ A step is tried. Where the corrector finds no point, or none that can be the nex
 tried, until it is too short: there the path has stalled. From a point that was found, the path itself says how long the
 next step may be (Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 6). Whether a step is a
 change of a parameter or a length of arc is for predictor and corrector to say.
+
+Of what happens on the way between two points it is told where: a sign that changes, a value that turns back.
 """
 
 from __future__ import annotations
@@ -105,3 +107,56 @@ class PathBatch(ABC, Generic[Points]):
                 self.step[failed] *= 0.5
                 self.shortened(failed)
                 self.stalled[failed] = ~(self.step[failed] > self.shortest[failed])
+
+
+# -- what happens on the way ------------------------------------------------------------------------------------------
+
+
+def sign_change(
+    value: Callable[[float], float], before: tuple[float, float], after: tuple[float, float], rounds: int
+) -> float:
+    """Where a value that changes its sign between two points of a path is about zero, by false position.
+
+    The value at the end that stays is halved each time, so that both ends come nearer (as by the Illinois rule, which
+    does so from the second time on; Dowell and Jarratt, BIT 11 (1971) 168-174).
+
+    Parameters
+    ----------
+    value
+        The value at a place on the path; NaN or zero end the search.
+    before, after
+        Place and value at the two points, of opposite signs.
+    rounds
+        How many values are asked for, at most.
+
+    Returns
+    -------
+    float
+        The last place that was tried.
+    """
+    (left, low), (right, high) = before, after
+    place = left
+    for _ in range(rounds):
+        place = (left * high - right * low) / (high - low)
+        middle = value(place)
+        if not abs(middle) > 0.0:
+            break
+        if middle * low > 0.0:
+            left, low, high = place, middle, 0.5 * high
+        else:
+            right, high, low = place, middle, 0.5 * low
+    return place
+
+
+def turning_values(values: Array) -> Array:
+    """Values (k,) at which those along a path (points,) turn back, each by the parabola through three points.
+
+    The parabola is in the number of the point, which is exact enough where steps are even.
+    """
+    change = np.diff(values)
+    turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
+    found = []
+    for k in turns:
+        a, b, c = values[k - 1 : k + 2]
+        found.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
+    return np.array(found)

@@ -123,6 +123,11 @@ class LineElement(SectionLaw):
         return None
 
     @property
+    def elementwise(self) -> bool:
+        """Whether `springs` of a stack of members are to the last bit those of each member alone."""
+        return False
+
+    @property
     def tension(self) -> Array:
         """Axial force at rest, (...), which turns with the member, and with which the frame is loaded at its nodes.
 

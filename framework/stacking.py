@@ -44,7 +44,7 @@ def stacked(elements: Sequence[_Stacked], ndim: int) -> _Stacked:
     for name, trailing in _numbers(kind):  # type: ignore[arg-type]
         values = list(map(attrgetter(name), elements))
         one = values[0]
-        # most parts are one object, and need no more than to be seen as such
+        # most fields hold one and the same object for all elements: comparing identities is enough, and quick
         together = one if all(map(is_, values, repeat(one))) else _together(values, ndim, trailing)
         object.__setattr__(clone, name, together)
     return clone

@@ -134,10 +134,10 @@ class EntryNumbers:
         self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
         self.links = EntryLinks(topology) if links is None else links
         self.former: tuple[Any, Any, tuple[list[Any], Any]] | None = None
-        self.strained = any(group.strained for group in topology.groups)
+        self.strained = topology.strained
         stacks_of = [
-            (group.dofs.tobytes(), (stack != 0.0).tobytes())
-            for group, stack in zip(topology.groups, self.stacks, strict=True)
+            (dofs.tobytes(), (stack != 0.0).tobytes())
+            for dofs, stack in zip(topology.stack_dofs, self.stacks, strict=True)
         ]
         self.key: tuple[Hashable, ...] = *self.links.key, *stacks_of
 

@@ -71,6 +71,8 @@ class Plan:
         self._blocks: dict[int, Block] = {}
         # Number of the only part of the frame that counts as loaded; None where all do that loads reach.
         self._island: int | None = None
+        # Unknowns that count as loaded whether or not they are.
+        self.asked_unknowns: frozenset[int] = frozenset()
 
     def reloaded(self, frame: Description) -> Plan:
         """The plan of a frame that differs from this one in its loads alone: numbers, matrix and orders are shared."""
@@ -265,8 +267,15 @@ class Plan:
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:
         """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
-        inside = self.excited | {self.component[k] for k in unknowns}
-        return self if len(inside) == len(self.excited) else self._exciting(inside)
+        asked = set(unknowns)
+        inside = self.excited | {self.component[k] for k in asked}
+        return self if len(inside) == len(self.excited) else self._exciting(inside).asking(asked)
+
+    def asking(self, unknowns: Iterable[int]) -> Plan:
+        """This plan, of which it is told that these unknowns count as loaded whether or not they are."""
+        clone = copy.copy(self)
+        clone.asked_unknowns = self.asked_unknowns.union(unknowns)
+        return clone
 
     def members_of(self, component: int) -> set[int]:
         """Unknowns of a component."""

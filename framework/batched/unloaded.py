@@ -16,6 +16,7 @@ from ..solvers.patterns import connected
 from ..structure.assembly import stiffness_entries
 from ..structure.disjoint_sets import least_of_sets
 from ..structure.edge import GROUND
+from ..structure.own_trees import joint_tree
 from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
@@ -57,8 +58,7 @@ class Unloaded:
         self.grid = Grid(frame.shape)
         self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology = _topology(frame, cut=cut, former=former)
-        same = former is not None and not (former.moved or former.elements)
-        self._stacks = former.unloaded.known_stacks if former is not None and same else None
+        self._stacks = _stacks(self.topology, former)
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
@@ -70,7 +70,7 @@ class Unloaded:
     @cached_property
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
-        return JointTree.of(self.topology, self.rhs_parameters)
+        return joint_tree(self.topology, self.rhs_parameters)
 
     @cached_property
     def entry(self) -> EntryNumbers | None:
@@ -295,6 +295,14 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
     return known.remade(frame, moved=former.moved) if former.moved or former.elements else known.loaded(frame)
+
+
+def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | None:
+    """Matrices of the members of one batch entry, where those of what was `former` were asked for."""
+    known = None if former is None else former.unloaded.known_stacks
+    if former is None or known is None or not (former.moved or former.elements):
+        return known
+    return topology.stiffness_beside(former.unloaded.topology, known)
 
 
 def _geometry(frame: Description) -> int:

@@ -42,7 +42,7 @@ class AppliedLoads:
     @classmethod
     def of(cls, plan: Plan, springs: list[Springs]) -> AppliedLoads:
         """Loads as they are described."""
-        count, ndim = len(plan.topology.number), len(plan.frame.shape)
+        count, ndim = len(plan.topology.number) + len(plan.tree.exchanged), len(plan.frame.shape)
         given = list(nodal_loads(plan.topology))
         nodes = sum(len(each) for each in plan.frame.loads.values())
         on_members = list(member_loads(plan.topology))

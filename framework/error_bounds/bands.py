@@ -8,11 +8,12 @@ from ..batch import Array
 from ..solvers.evaluation import Picked
 from ..solvers.stacked_bands import Bands, StackedFactor
 from ..structure.topology import Index
-from .compliance import EstimatedCompliance, rounding_of
+from .compliance import rounding_of
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import extended
 from .pushing import in_double
 from .resistance import resisted
+from .sparse_compliance import EstimatedCompliance
 
 # Inverse iterations, from random vectors, that find the least eigenvalue.
 _TO_THE_LEAST, _RANDOM = 8, 2
@@ -72,9 +73,10 @@ class BandedCompliance(EstimatedCompliance):
         first = range(len(axes))
         moved = np.moveaxis(np.broadcast_to(load, (*shape, size)), axes, first)
         ordered = np.empty((size, numbers.size, moved.size // max(1, numbers.size * size)))
-        ordered[self._place] = np.moveaxis(moved.reshape(*ordered.shape[1:], size), -1, 0)
+        ordered[self._place] = moved.reshape(-1, size).T.reshape(ordered.shape)
         self._factor.solve(np.arange(numbers.size), ordered)
-        found: Array = np.moveaxis(np.moveaxis(ordered[self._place], 0, -1).reshape(moved.shape), first, axes)
+        solved = ordered[self._place].reshape(size, -1).T.reshape(moved.shape)
+        found: Array = np.moveaxis(solved, first, axes)
         return found
 
     def solve(self, load: Array) -> Array:

@@ -33,12 +33,13 @@ from ..solvers.stacked import StackedSolver
 from ..solvers.stacked_bands import Bands
 from .adjoint import Adjoint
 from .bands import BandedCompliance
-from .compliance import Compliance, DenseCompliance, Roughly, SparseCompliance
+from .compliance import Compliance, DenseCompliance
 from .energy import EnergyBound, energy_of_error, greatest_change
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematic_edge import Real, extended
 from .requested import requested
 from .resolved import MOST, excited, groups, ill_conditioned, rest
+from .sparse_compliance import Roughly, SparseCompliance
 
 # Least eigenvalue below which an entry is taken up in extended precision.
 ILL_CONDITIONED = 1e-10
@@ -228,7 +229,7 @@ class Bounds:
         return DenseCompliance(state.double, state.double_springs, state.stiffness, state.unknowns)
 
     def _banded(self, state: EquilibriumResidual) -> BandedCompliance:
-        """Of a part of the batch."""
+        """The compliance of a part of the batch, by a banded factor for each entry."""
         bands, place, mask = self._bands
         shape = self.plan.frame.shape
         sizes = [count if mask >> axis & 1 else 1 for axis, count in enumerate(shape)]
@@ -250,6 +251,9 @@ class Bounds:
         for index in groups(mask & ~self.solution.movable):
             at: Any = () if index is None else index
             yield BatchPart(at, *ill_conditioned(self._statics, index, self._values[0]))
+        apart = self.solution.consistent_mechanisms
+        for index, unknowns in () if apart is None else apart.apart(mask):
+            yield BatchPart(() if index is None else index, *ill_conditioned(self._statics, index, unknowns))
 
     @cached_property
     def statics(self) -> Statics:

@@ -18,8 +18,9 @@ from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..entries import Change
 from ..structure.edge import GROUND, Edge
-from ..structure.parts import Row, is_zero
+from ..structure.parts import is_zero
 from ..structure.topology import Index
+from .exchanged_links import Dependents, dependent_coordinates, exchanged_links
 from .kinematic_edge import KinematicEdge, Real, extended, sizes_of, spread_over
 from .redundancy import RedundantLoops, redundant_loops
 
@@ -34,9 +35,9 @@ class FrameKinematics:
     Attributes
     ----------
     count
-        Number of nodes.
+        Number of nodes, and of ends of edges that are in the tree of some entries only, which come last.
     shape
-        Batch shape of the geometry.
+        Batch shape of the geometry, and of which coordinates follow from which.
     bodies
         Nodes with displacements of their own in the axes (..., 1, 3, 3) of a body.
     links
@@ -54,7 +55,7 @@ class FrameKinematics:
     shape: tuple[int, ...]
     bodies: list[tuple[Index, Real]]
     links: list[KinematicEdge]
-    dependents: dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
+    dependents: Dependents
     idle: dict[int, Real]
     redundant: list[RedundantLoops]
 
@@ -78,19 +79,14 @@ class FrameKinematics:
         bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
         links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
         links = _parents_first([*links, *determinate]) if determinate else links
-        links += [_link(plan, edge, 0.0) for edge, _ in tree.closing]
-        numbers = {link.edge: index for index, link in enumerate(links)}
-        given = [(numbers[each.edge], each.component) for each in tree.elimination.given]
-        dependents = {
-            key: (
-                _free(row),
-                {given[index]: np.asarray(value) for index, value in tree.elimination.sources[key].items()},
-            )
-            for key, row in tree.elimination.rows.items()
-        }
+        exchanged, closures = exchanged_links(tree, len(topology.number), [_link(plan, e, 1.0) for e in tree.exchanged])
+        links += exchanged
+        links += [_link(plan, edge, 0.0) for edge, _ in tree.closing if edge not in tree.exchanged]
+        links += closures
+        dependents = dependent_coordinates(tree, links)
         idle = {key: np.asarray(where) for key, where in tree.elimination.idle.items()}
-        redundant = redundant_loops(plan, links)
-        return cls(len(topology.number), _shape(bodies, links), bodies, links, dependents, idle, redundant)
+        redundant, count = redundant_loops(plan, links), len(topology.number) + len(exchanged)
+        return cls(count, _shape(bodies, links, dependents), bodies, links, dependents, idle, redundant)
 
     def mapped(self, change: Change) -> FrameKinematics:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
@@ -109,7 +105,8 @@ class FrameKinematics:
         }
         idle = {key: change(where, 0) for key, where in self.idle.items()}
         redundant = [loops.mapped(change) for loops in self.redundant]
-        return FrameKinematics(self.count, _shape(bodies, links), bodies, links, dependents, idle, redundant)
+        shape = _shape(bodies, links, dependents)
+        return FrameKinematics(self.count, shape, bodies, links, dependents, idle, redundant)
 
     # -- coordinates --------------------------------------------------------------------------------------------------
 
@@ -382,14 +379,11 @@ def position(plan: Plan | Unloaded, name: str) -> Real:
     return aligned(place, len(plan.frame.shape), 1)
 
 
-def _shape(bodies: list[tuple[Index, Real]], links: list[KinematicEdge]) -> tuple[int, ...]:
-    """Batch shape of a geometry."""
+def _shape(bodies: list[tuple[Index, Real]], links: list[KinematicEdge], dependents: Dependents) -> tuple[int, ...]:
+    """Batch shape of a geometry, and of which coordinates follow from which."""
     shapes = [axes.shape[:-3] for _, axes in bodies]
     shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
     shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]
     shapes += [link.lead.shape for link in links if link.lead is not None]
+    shapes += [value.shape for each in dependents.values() for part in each for value in part.values()]
     return np.broadcast_shapes(*shapes)
-
-
-def _free(row: Row) -> dict[int, Real]:
-    return {k: np.asarray(value) for k, value in row.items() if k >= 0}

@@ -22,6 +22,7 @@ from ..structure.topology import Group
 from .adjoint import Adjoint
 from .equilibrium import Statics
 from .kinematic_edge import KinematicEdge
+from .link_forces import working_forces
 
 # Relative step, and weights of the differences over one, two and three steps.
 STEP = 1e-3
@@ -39,7 +40,8 @@ class MemberWork:
     arms
         Rigid links of the tree, by their number among the edges.
     forces, adjoint_forces
-        By that number: force on its child in its coordinates, (..., 6), under the loads and under those of the adjoint.
+        By that number: force that works on its relative displacement, (..., 6), under the loads and under those of the
+        adjoint.
     """
 
     moved: Array
@@ -60,10 +62,11 @@ class MemberWork:
     def enter(self, where: Any, adjoint: Adjoint, index: int, constrained: list[Array]) -> None:
         """Enter a part of the batch, of one result, with what `Adjoint.constrained` tells of it."""
         state = adjoint.state
+        found = working_forces(state) if self.arms else []
         self.moved[where] = state.displacements
         self.adjoint[where] = adjoint.displacements[index]
-        for k, link in self.arms.items():
-            self.forces[k][where] = state.residual[..., link.child, :]
+        for k in self.arms:
+            self.forces[k][where] = found[k]
             self.adjoint_forces[k][where] = constrained[k]
 
 
@@ -101,7 +104,8 @@ def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
 def _by_arms(work: MemberWork) -> Iterator[tuple[KinematicEdge, Array]]:
     """Rigid links, and derivatives by a shift of the node that each carries, global, (..., 3)."""
     for k, link in work.arms.items():
-        pulled = [np.asarray(link.out(each[k]), np.float64)[..., :3] for each in (work.forces, work.adjoint_forces)]
+        forces = (link.sign * link.out(each[k]) for each in (work.forces, work.adjoint_forces))
+        pulled = [np.asarray(force, np.float64)[..., :3] for force in forces]
         turns = [each[..., link.parent, 3:] for each in (work.adjoint, work.moved)]
         yield link, np.cross(pulled[0], turns[0]) + np.cross(pulled[1], turns[1])
 

@@ -16,6 +16,7 @@ from ..entries import Change
 from ..structure.disjoint_sets import DisjointSets
 from ..structure.edge import GROUND
 from ..structure.topology import Index
+from .exchanged_links import CLOSURE
 from .kinematic_edge import KinematicEdge, Real
 
 # What shares the load; rigid links and ties carry what is left to them.
@@ -86,7 +87,7 @@ def _joined(links: Sequence[KinematicEdge]) -> DisjointSets[int]:
     above = {link.child: number for number, link in enumerate(links) if link.sign}
     sets = DisjointSets[int]()
     for number, link in enumerate(links):
-        if not link.sign and link.edge.ideal:
+        if not link.sign and link.edge.ideal and link.edge.kind != CLOSURE:
             ways = _way(links, above, link.first), _way(links, above, link.second)
             for each in set(ways[0]) ^ set(ways[1]):
                 sets.join(number, each)

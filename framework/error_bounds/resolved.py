@@ -22,10 +22,11 @@ from ..solvers.spring_residual import SpringResidual
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Extended, Row
 from ..structure.topology import Index
-from .compliance import DenseCompliance, SparseCompliance, softest
+from .compliance import DenseCompliance
 from .equilibrium import EquilibriumResidual, Statics
 from .kinematic_edge import Real, extended
 from .resistance import resisted
+from .sparse_compliance import SparseCompliance, softest
 
 # Indices of entries by batch axis; None for the only entry of a batch without axes.
 At = tuple[NDArray[np.int64], ...] | None

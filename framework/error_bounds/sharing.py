@@ -21,6 +21,8 @@ from .redundancy import SHARING, RedundantLoops
 
 # Singular values of states of self-stress of unit size, as a share of the largest, below which they are none.
 _NONE = 1e-11
+# Such a share, of the smallest, above which they are so independent that their products with each other will do.
+_INDEPENDENT = 1e-3
 # Roundings of a share, of what it is made of, for the root of the number of forces that it is a sum of.
 _ROUNDINGS = 4.0
 
@@ -149,8 +151,33 @@ def _inverse(weighed: Array) -> tuple[Array, Array]:
     size = np.sqrt(np.sum(weighed**2, axis=-1, keepdims=True))
     size = np.where(size > 0.0, size, 1.0)
     states = np.where(np.isfinite(weighed), weighed / size, 0.0)  # of absent entries none
-    left, values, right = np.linalg.svd(np.moveaxis(states, 0, -2), full_matrices=False)
-    kept = values > _NONE * values[..., :1]
-    inverse = np.divide(1.0, values, out=np.zeros_like(values), where=kept)
-    found = np.swapaxes(right, -1, -2) * inverse[..., None, :] @ np.swapaxes(left, -1, -2)
-    return np.moveaxis(found, -1, 0) / size, values[..., 0] * inverse.max(axis=-1)
+    shape, used = states.shape[1:-1], np.flatnonzero(states.reshape(-1, states.shape[-1]).any(axis=0))
+    flat = np.moveaxis(states.reshape(len(states), -1, states.shape[-1])[..., used], 0, 1)
+    found, condition = _inverted(np.ascontiguousarray(flat))
+    out = np.zeros(states.shape)
+    out[..., used] = np.moveaxis(found, -1, 0).reshape(len(states), *shape, len(used))
+    return out / size, condition.reshape(shape)
+
+
+def _inverted(states: Array) -> tuple[Array, Array]:
+    """Least inverses (m, n, s) of matrices (m, s, n), and their condition numbers, (m,)."""
+    products = states @ np.swapaxes(states, -1, -2)
+    # one in place of states that are none at an entry, apart from all others
+    at = np.arange(states.shape[1])
+    products[:, at, at] += products[:, at, at] == 0.0
+    squares = np.linalg.eigvalsh(products)
+    good = squares[:, 0] > _INDEPENDENT**2 * squares[:, -1]
+    out, condition = np.zeros((len(states), *states.shape[:0:-1])), np.zeros(len(states))
+    if good.any():
+        some = states if good.all() else states[good]
+        found = np.swapaxes(some, -1, -2) @ np.linalg.inv(products if good.all() else products[good])
+        # the products have lost digits, which one step of Newton's iteration brings back
+        out[good] = found + found @ (np.eye(states.shape[1]) - some @ found)
+        condition[good] = np.sqrt(squares[good, -1] / squares[good, 0])
+    if not good.all():
+        left, values, right = np.linalg.svd(states[~good], full_matrices=False)
+        kept = values > _NONE * values[..., :1]
+        inverse = np.divide(1.0, values, out=np.zeros_like(values), where=kept)
+        out[~good] = np.swapaxes(right, -1, -2) * inverse[..., None, :] @ np.swapaxes(left, -1, -2)
+        condition[~good] = values[..., 0] * inverse.max(axis=-1)
+    return out, condition

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
-from ..continuation import Index, PathBatch
+from ..continuation import Index, PathBatch, turning_values
 from ..description import Description
 from ..dofs import component
 from ..elementwise import contracted
@@ -108,7 +108,7 @@ class EquilibriumPath:
 
         Each is the summit of the parabola through three points of the path.
         """
-        return [_limits(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
+        return [turning_values(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
 
 
 def follow(frame: Description, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
@@ -318,15 +318,3 @@ class _Tracer(PathBatch[_Corrected]):
 
     def _present(self, state: Place) -> Array:
         return self.whole.prescribed_values - self.whole.prescribed_residual(state)
-
-
-def _limits(factors: Array) -> Array:
-    """Extreme values of factors along a path, by the parabola through the three points about each."""
-    change = np.diff(factors)
-    turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
-    limits = []
-    for k in turns:
-        # in the number of the point; exact enough where steps are even
-        a, b, c = factors[k - 1 : k + 2]
-        limits.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
-    return np.array(limits)

@@ -123,10 +123,12 @@ class SolvedFrame(SavedResults):
         Solution
             This one where these unknowns were solved for.
         """
-        solver = self.solver.reaching(unknowns)
-        if solver is self.solver:
+        asked = list(unknowns)
+        solver = self.solver.reaching(asked)
+        known = solver is self.solver
+        if known and not self.primary.at_rest.any():
             return self
-        plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
+        plan = self.plan.asking(asked) if known or not isinstance(solver, BroadcastSolver) else solver.plan
         return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Self:

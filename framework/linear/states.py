@@ -70,7 +70,7 @@ class FrameStates(SolvedFrame):
     def movable(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach can move, (...)."""
         return (
-            self._singular if self.consistent_mechanisms is None else self._singular | self.consistent_mechanisms.mask
+            self._singular if self.consistent_mechanisms is None else self._singular | self.consistent_mechanisms.moving
         )
 
     @cached_property
@@ -159,7 +159,7 @@ class FrameStates(SolvedFrame):
     def _unknown(self, bound: Array) -> Array:
         """No bound is proved where it takes to be certain that nothing at all resists a motion."""
         if self.consistent_mechanisms is not None:
-            bound[self.consistent_mechanisms.mask] = np.inf
+            bound[self.consistent_mechanisms.moving] = np.inf
         return bound
 
     def _present(self, array: Array, mask: float = np.nan) -> Array:
@@ -199,7 +199,7 @@ class FrameStates(SolvedFrame):
         if not singular.ndim:
             return f"the frame is kinematically unstable and its results are NaN: {self.mechanism()}"
         entry = tuple(int(k) for k in np.argwhere(singular)[0])
-        moving = 0 if self.consistent_mechanisms is None else int(self.consistent_mechanisms.mask.sum())
+        moving = 0 if self.consistent_mechanisms is None else int(self.consistent_mechanisms.moving.sum())
         more = f", and {moving} more are statically consistent mechanisms, with displacements NaN along the free motion"
         return (
             f"{singular.sum()} of {singular.size} batch entries are kinematically unstable and their results are NaN"
@@ -208,7 +208,7 @@ class FrameStates(SolvedFrame):
 
     def _warning_of_consistent_mechanisms(self) -> str:
         assert self.consistent_mechanisms is not None
-        entry = tuple(int(k) for k in np.argwhere(self.consistent_mechanisms.mask)[0])
+        entry = tuple(int(k) for k in np.argwhere(self.consistent_mechanisms.moving)[0])
         return (
             "the frame is a statically consistent mechanism: the load does no work on its free motion, and "
             f"displacements along that are NaN: {self.mechanism(*entry)}"

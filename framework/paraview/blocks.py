@@ -13,6 +13,12 @@ from .guide import write_guide
 from .scene import Part
 from .vtu import write_grid
 
+# What stands in an attribute of XML for letters that end it, begin a tag, or are read as blanks; as in
+# xml.sax.saxutils, which loads all that opens web pages.
+_ESCAPED = str.maketrans(
+    {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+)
+
 
 def write_series(path: Path, parts: Sequence[Part], times: Sequence[float], names: Mapping[str, Sequence[str]]) -> None:
     """Write a .pvd, and beside it, in a folder of its name, its poses.
@@ -47,9 +53,9 @@ def write_series(path: Path, parts: Sequence[Part], times: Sequence[float], name
 
 def write_collection(path: Path, files: Iterable[tuple[float, str]]) -> None:
     """Write a .pvd that lists `files`: time, path relative to the .pvd."""
-    from xml.sax.saxutils import quoteattr  # it loads all that opens web pages
-
-    rows = [f'<DataSet timestep="{time!r}" group="" part="0" file={quoteattr(file)}/>' for time, file in files]
+    rows = [
+        f'<DataSet timestep="{time!r}" group="" part="0" file="{file.translate(_ESCAPED)}"/>' for time, file in files
+    ]
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "<Collection>", *rows]
     path.write_text("\n".join([*lines, "</Collection>", "</VTKFile>", ""]), encoding="utf-8")
 

@@ -1,4 +1,4 @@
-"""Loops over vectors of batch entries as the text that LLVM reads."""
+"""Loops over vectors of numbers as the text that LLVM reads."""
 
 from __future__ import annotations
 

@@ -131,17 +131,24 @@ def _lines(program: Program, places: Places) -> Iterator[str]:
     yield f" return ({''.join(f'{names[k]}, ' for k in program.outputs)})"
 
 
+# Kinds of numbers that are no arrays.
+_PLAIN = {float, int, np.float64}
+
+
 def of_one(floats: Function, arrays: Function) -> Function:
     """`arrays`, which leaves a batch of one entry to `floats`: an operation on numbers takes a tenth of the time."""
 
     def program(*inputs: Sequence[Value]) -> Sequence[Value]:
-        depth = -1
+        depth, kinds = -1, set[type]()
         for entries in inputs:
-            for x in entries:
-                if isinstance(x, np.ndarray):
-                    if x.size != 1:
-                        return arrays(*inputs)  # type: ignore[no-any-return]
-                    depth = max(depth, x.ndim)
+            kinds.update(map(type, entries))
+        if not kinds <= _PLAIN:
+            for entries in inputs:
+                for x in entries:
+                    if isinstance(x, np.ndarray):
+                        if x.size != 1:
+                            return arrays(*inputs)  # type: ignore[no-any-return]
+                        depth = max(depth, x.ndim)
         try:
             if depth < 0:
                 return floats(*inputs)  # type: ignore[no-any-return]

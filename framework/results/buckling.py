@@ -20,7 +20,7 @@ from ..errors import FrameError, MechanismWarning
 from ..solution import Solution
 from ..solvers.sparse import SparseSolver
 from ..states import SolutionState, among
-from .shapes import Shapes, check_count
+from .shapes import Shapes, check_count_of
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
 from .under_load import at_entry, geometric_stacks, geometric_stiffness
@@ -71,7 +71,7 @@ def buckling(frame: Description, count: int) -> Buckling:
     solution = Solution(described, Plan(described, cut=True))
     plan = solution.plan
     size = len(plan.unknowns)
-    check_count("buckling", count, size)
+    check_count_of("buckling", count, plan)
     left = _left_out(solution)
     if 0 in frame.shape:
         return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))

@@ -5,7 +5,7 @@ A free motion costs no energy, so that every force is unique, and so is each dis
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,12 @@ from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematic_edge import Real, extended
-from ..error_bounds.resolved import MOST, combined, excited
+from ..error_bounds.resolved import MOST, At, combined, excited
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large, small
+from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
 _STILL = 1e-10
@@ -46,6 +47,7 @@ def consistent_mechanisms(
     else:
         unknowns = loaded(plan, solver)
         found = ConsistentMechanisms(plan, unknowns, small(Statics(plan, determinate=True), suspects, unknowns))
+        found.rest_where_not(reached(plan, found.mask, unknowns))
     return found if found.mask.any() else None
 
 
@@ -73,6 +75,9 @@ class ConsistentMechanisms:
     ----------
     mask
         Those entries, (...).
+    moving
+        Those of them at which what the loads reach can move, (...): at the others numbers that are zero keep what moves
+        apart from the loads.
     """
 
     def __init__(self, plan: Plan, unknowns: Sequence[int], parts: Iterable[ConstrainedSolution]) -> None:
@@ -87,11 +92,31 @@ class ConsistentMechanisms:
             self.length_scale[each.where] = each.length_scale
             self._values[each.where] = each.values
             self._motions[(slice(len(each.motions)), *each.where)] = each.motions
+        self.moving = self.mask.copy()
+        self._reached = np.zeros((0, len(self.unknowns)), dtype=bool)
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at these entries, (m, rows)."""
         found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
         return found
+
+    def rest_where_not(self, reached: NDArray[np.bool_]) -> None:
+        """Leave undisplaced which of the unknowns (m, n) at these entries are not reached by the loads there."""
+        self._values[self.mask] = np.where(reached, self._values[self.mask], 0.0)
+        self._motions[:, self.mask] = np.where(reached, self._motions[:, self.mask], 0.0)
+        self.moving[self.mask] = (np.abs(self._motions[:, self.mask]) > _STILL).any(axis=(0, -1))
+        self._reached = reached[~self.moving[self.mask]]
+
+    def apart(self, where: NDArray[np.bool_]) -> Iterator[tuple[At, list[int]]]:
+        """Indices of entries in a mask whose free motions the loads do not reach, and the unknowns that they do."""
+        still = self.mask & ~self.moving
+        kept = where[still]
+        index = tuple(each[kept] for each in np.nonzero(still)) if still.ndim else ()
+        patterns, which = np.unique(self._reached[kept], axis=0, return_inverse=True)
+        for number, pattern in enumerate(patterns):
+            here = which.reshape(-1) == number
+            unknowns = [k for k, met in zip(self.unknowns, pattern.tolist(), strict=True) if met]
+            yield (tuple(each[here] for each in index) if index else None), unknowns
 
     def motions(self, rows: Sequence[Row]) -> Array:
         """Values of `rows` in each free motion of these entries, (motions, m, rows)."""

@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned
-from ..error_bounds.compliance import DenseCompliance, Factored, by_unknowns
+from ..error_bounds.compliance import DenseCompliance, by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import At, grouped, ill_conditioned_state, matrix_shape, rest
+from ..error_bounds.sparse_compliance import Factored
 from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import constrained_unknowns
 from ..solvers.sparse import SparseSolver

@@ -90,13 +90,13 @@ def _at(value: Value, places: tuple[NDArray[np.int64], ...]) -> Array:
 
 
 def _imposed(plan: Plan) -> list[Row]:
-    """Rows that displacements of supports or offsets of joints have a part in."""
+    """Rows to which displacements of supports or offsets of joints contribute."""
     rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
     return [row for row in rows if min(row, default=0) < 0]
 
 
 def _alike(statics: Statics) -> bool:
-    """Whether no spring is far stiffer at one entry than at another, or resists at some alone."""
+    """Whether each spring is about as stiff at all entries, and not zero or far stiffer at some of them."""
     for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
         if k.size:
             batch = tuple(range(k.ndim - last))
@@ -127,8 +127,11 @@ def _motions(
 
 
 def _driven(plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.int64], ...]) -> NDArray[np.bool_]:
-    """Whether the loads of entries (m,) plainly do work on a motion, (motions, m, dofs): no small share of what they
-    could do along its largest displacement, (motions, m)."""
+    """Whether the loads of entries (m,) clearly do work on one of the motions (motions, m, dofs).
+
+    That is where their work is no small share of what they would do if every displacement were the `largest` one of the
+    motion, (motions, m).
+    """
     work, could = np.zeros(moved.shape[:2]), np.zeros(moved.shape[:2])
     for number, (dof, by_source) in enumerate(plan.forces.items()):
         arm = 1.0 if dof % 6 < 3 else 1.0 / plan.frame.size

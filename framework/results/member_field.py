@@ -177,7 +177,7 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
         a, b = np.minimum(lower, x), np.minimum(upper, x)
         for some in together(len(points), out.size):
             places = a + (b - a) * points[some].reshape(-1, *(1,) * b.ndim)
-            # stations lead: those of all points are seen as so many more
+            # one axis for the stations and the points of the rule between them: an element knows only stations
             s = places.reshape(-1, *b.shape[1:])
             strain = element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
             free = element.free_strain(s / length)

@@ -16,7 +16,7 @@ from ..joint_examination import require_springs
 from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from . import dense
-from .shapes import Shapes, check_count
+from .shapes import Shapes, check_count_of
 from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
 
@@ -73,7 +73,7 @@ def modes(frame: Description, count: int) -> Modes:
     """
     require_springs((name, joint.element) for name, joint in frame.joints.items())
     plan = Plan(frame.copy(), cut=True)
-    check_count("modes", count, len(plan.unknowns))
+    check_count_of("modes", count, plan)
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
     frequencies = np.sqrt(squared) / (2.0 * np.pi)
     shape = np.broadcast_shapes(frame.shape, frequencies.shape[:-1])
@@ -136,8 +136,10 @@ def _check(massive: bool) -> None:
 
 
 def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
-    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; where there is no shift, as precise as without those
-    entries that have one."""
+    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D.
+
+    Entries without a shift take the way that is most precise for K alone, also beside entries that have one.
+    """
     if not shift.any():
         return stiffness_halves(plan)
     moved, moved_root = _shifted(stiffness, mass, shift)

@@ -150,14 +150,17 @@ class Primary:
 
     @cached_property
     def _undetermined(self) -> NDArray[np.bool_]:
-        """Entries that can move, of which it takes a closer look whether the loads do work on that, (...)."""
+        """Entries that can move, where it is still to be found out whether the loads do work on that motion, (...)."""
         found = self.singular & ~self.lost
         return found if self.resolved is None else found & ~self.resolved.mask
 
     @cached_property
     def at_rest(self) -> NDArray[np.bool_]:
-        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced."""
-        none = isinstance(self.solver, SparseSolver)
+        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced.
+
+        None where it is asked what loads would do.
+        """
+        none = isinstance(self.solver, SparseSolver) or bool(self.plan.asked_unknowns)
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property

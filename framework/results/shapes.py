@@ -48,3 +48,20 @@ def check_count(what: str, count: int, size: int) -> None:
     """Refuse a number of shapes that a frame with `size` unknowns cannot have."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= size:
         raise FrameError(f"{what}({count!r}): give a whole number from 1 to the frame's {size} unknowns")
+
+
+def check_count_of(what: str, count: int, plan: Plan) -> None:
+    """Refuse a number of shapes that the frame of a plan cannot have, or not at each batch entry, as it is alone."""
+    size, idle = len(plan.unknowns), plan.tree.elimination.idle
+    check_count(what, count, size)
+    if not idle:
+        return
+    own = size - np.broadcast_to(sum(np.asarray(where) for where in idle.values()), plan.frame.shape).astype(np.int64)
+    own = own if plan.frame.absent is None else np.where(plan.frame.absent, size, own)
+    if np.any(own < count):
+        least = int(own.min())
+        entry = np.argwhere(own == least)[0].tolist()
+        raise FrameError(
+            f"{what}({count}): batch entry {entry}, where loops of ideal joints hold more than at others, has {least} "
+            f"unknowns: give a whole number from 1 to {least}"
+        )

@@ -161,7 +161,7 @@ class Coupling:
     # -- what they are sums of ----------------------------------------------------------------------------------------
 
     def _acting(self, group: Group) -> Mask:
-        """Which displacements deform which springs of members, see `term_pattern`; the block is taken up with it."""
+        """Which displacements deform which springs of members, see `term_pattern`; adds the block of these members."""
         count, rows = len(group.pieces), _deformed(group)
         if rows is None:
             self.exact = self.exact and self._everywhere

@@ -24,7 +24,8 @@ class Edge:
     name
         The joint, or the node supported; None for ties.
     kind
-        ``joint``, ``support``, ``rigid`` or ``tie``.
+        ``joint``, ``support``, ``rigid`` or ``tie``; ``closure`` between the end of a joint that is in the tree of some
+        entries only, and the node there.
     first, second
         Node numbers, GROUND for the ground.
     ideal
@@ -53,6 +54,14 @@ class Edge:
     def strength(self) -> tuple[int, float]:
         """Sorts what had better be in the tree: most ideal components, then the stiffest."""
         return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
+
+    @property
+    def stiffest(self) -> Value:
+        """Stiffness of its stiffest spring, at each batch entry."""
+        out: Value = max((k for k in self.stiffness if not isinstance(k, np.ndarray)), default=0.0)
+        for k in self.stiffness:
+            out = np.maximum(out, k) if isinstance(k, np.ndarray) else out
+        return out
 
     @property
     def softest(self) -> NDArray[np.bool_]:

@@ -20,11 +20,11 @@ class Joins(Protocol[End_co]):
 
     @property
     def first(self) -> End_co:
-        """The one."""
+        """Node or link at its first end."""
 
     @property
     def second(self) -> End_co:
-        """The other."""
+        """Node or link at its second end."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
     return chosen, closing
 
 
-def rooted(edges: Iterable[Joined], ground: End) -> list[Branch[Joined, End]]:
-    """Edges as branches from the ground and other roots on, the nearest first.
+def rooted(edges: Iterable[Joined], ground: End, roots: Iterable[End] = ()) -> list[Branch[Joined, End]]:
+    """Edges as branches from the ground and other roots on, those given first, the nearest first.
 
     Edges that would close a loop are left out, so that each end is as near to its root as can be.
     """
-    at: dict[End, list[Joined]] = {ground: []}
+    at: dict[End, list[Joined]] = {ground: [], **{root: [] for root in roots}}
     for edge in edges:
         at.setdefault(edge.first, []).append(edge)
         at.setdefault(edge.second, []).append(edge)

@@ -245,13 +245,15 @@ class Group:
 
 
 def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
-    """Deformations (..., springs, 12) by displacements in local axes as such by those in the axes of the nodes, in
-    which the local ones are rows (..., 3, 3)."""
+    """Deformations by displacements in the axes of the nodes, from deformations by displacements in local axes.
+
+    Both are (..., springs, 12); `start` and `end` hold the local axes as rows, in the axes of the nodes, (..., 3, 3).
+    """
     if start is not end:
         return np.concatenate([_by_nodes(rows[..., :6], start, start), _by_nodes(rows[..., 6:], end, end)], axis=-1)
-    springs, columns = rows.shape[-2:]
-    out: Array = rows.reshape(*rows.shape[:-2], springs * columns // 3, 3) @ start
-    return out.reshape(*out.shape[:-2], *rows.shape[-2:])
+    *shape, springs, dofs = rows.shape
+    out: Array = rows.reshape(*shape, springs * dofs // 3, 3) @ start
+    return out.reshape(*out.shape[:-2], springs, dofs)
 
 
 def _rotated_together(local: Array, ends: list[Array]) -> Array:

@@ -1,4 +1,4 @@
-"""The unknowns that a batch entry has alone, by those that the batch has."""
+"""Unknowns that an entry of a batch would have if it were solved alone, in terms of those of the batch."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .turned import alone
 
 
 def own_unknowns(elimination: Elimination, numbers: list[int]) -> Array | None:
-    """Unknowns of the batch by those that each entry has where it is solved alone, (..., n, n).
+    """Unknowns of the batch in terms of those that each entry has where it is solved alone, (..., n, n).
 
     They differ in which unknowns of a loop of ideal components are dependent. None where all entries have those of the
     batch.
@@ -45,7 +45,10 @@ def _enter(
     index: tuple[Index, ...],
     found: Reduced,
 ) -> None:
-    """Enter the unknowns of a loop at entries that have one choice alone: its keys, and what is left of them."""
+    """Enter the unknowns of a loop at entries that choose alike where they are solved alone.
+
+    Of the loop there are its keys, the columns of those that are unknowns of the batch, and these unknowns.
+    """
     keys, columns, left = loop
     shape = whole.shape[:-2]
     idle = np.stack([_at(elimination.idle.get(key, 0.0), shape, index) > 0.0 for key in left], axis=-1)

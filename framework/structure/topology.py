@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Collection, Hashable
+from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned, distinct
 from ..described.parts import Node
@@ -19,6 +20,7 @@ from ..protocol import LineElement, is_proven
 from ..stacking import changed, stacked
 from .group import Group, Index
 from .mesh import line_mesh, numbered
+from .parts import Extended
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
@@ -37,6 +39,28 @@ class Piece:
     nodes: tuple[int, int]
 
 
+# Members of which, where nodes have moved, finding those that have not takes as long as evaluating all.
+_FEW = 8
+
+
+class FormerStacks(NamedTuple):
+    """Stacks of a former frame with the same connections.
+
+    Attributes
+    ----------
+    groups
+        The stacks.
+    changed
+        Members whose elements are others there.
+    others
+        Those of them whose elements are others in the frame that was remade last.
+    """
+
+    groups: list[Group]
+    changed: frozenset[int]
+    others: set[int]
+
+
 @dataclass(eq=False)
 class Topology:
     """Numbered nodes and pieces.
@@ -51,6 +75,8 @@ class Topology:
         Number of pieces of each member, (members,); those of one member are numbered in a row.
     ends
         Node numbers of all pieces, (pieces, 2).
+    gathered
+        Stacks of a former frame with these connections, which are those of this one too but for some numbers.
     """
 
     frame: Description
@@ -58,6 +84,7 @@ class Topology:
     bodies: list[str | None]
     counts: Index
     ends: Index
+    gathered: FormerStacks | None = None
 
     @classmethod
     def of(cls, frame: Description, *, cut: bool) -> Topology:
@@ -129,6 +156,8 @@ class Topology:
     @cached_property
     def groups(self) -> list[Group]:
         """Pieces gathered by kind, geometry shape and bodies."""
+        if self.gathered is not None:
+            return [self._remade(group, self.gathered.changed) for group in self.gathered.groups]
         kinds: dict[Hashable, int] = {}
         leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
@@ -162,7 +191,7 @@ class Topology:
         frame = self.frame
         weight = [] if frame.weight is None else [frame.weight]
         given = [array for loads in frame.member_loads.values() for load in loads for array in load.forces] + weight
-        if not given and not any(group.strained for group in self.groups):
+        if not given and not self.strained:
             return ()
         shapes = {array.shape[:-1] for array in given} | {group.stiffness_shape for group in self.groups}
         shapes |= {group.body.shape[:-2] for group in self.groups if group.body is not None}
@@ -196,27 +225,83 @@ class Topology:
         moved
             Whether its nodes lie in other places.
         """
-        members = zip(self.frame.members.values(), frame.members.values(), strict=True)
-        changed = {k: (a.element, b.element) for k, (a, b) in enumerate(members) if a.element is not b.element}
-        if changed and not (len(self.ends) == len(self.counts) and all(new.exact for _, new in changed.values())):
+        others = _others(self.frame, frame)
+        before, after = ([], []) if not others else (_elements(each, others) for each in (self.frame, frame))
+        if others and not (len(self.ends) == len(self.counts) and all(new.exact for new in after)):
             return Topology.of(frame, cut=False)
         clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
         if not moved:
             vars(clone).update({name: vars(self)[name] for name in _OF_NODES if name in vars(self)})
-        known: list[Group] | None = vars(self).get("groups")
-        chords = clone._chords
-        if known is None or self.plain_positions is None or not isinstance(chords, np.ndarray):
+        known = self.gathered
+        if "groups" in vars(self):
+            known = FormerStacks(self.groups, frozenset(), set())
+        if known is None or self.plain_positions is None or not isinstance(clone._chords, np.ndarray):
             return clone
-        if all(is_proven(new) and _family(before) == _family(new) for before, new in changed.values()):
-            clone.groups = [clone._remade(group, chords, changed) for group in known]
+        if all(is_proven(new) and _family(old) == _family(new) for old, new in zip(before, after, strict=True)):
+            clone.gathered = FormerStacks(known.groups, known.changed.union(others), others)
         return clone
 
-    def _remade(self, group: Group, chords: Array, changed: Collection[int]) -> Group:
+    def _remade(self, group: Group, changed: frozenset[int]) -> Group:
         """A stack between nodes in other places, or some of whose elements were changed."""
-        chord = chords[group.pieces].reshape(group.chord.shape)
-        if changed and any(k in changed for k in group.pieces.tolist()):
-            return replace(group, chord=chord, element=self._stacked(group.pieces))
+        assert isinstance(self._chords, np.ndarray)
+        chord = self._chords[group.pieces].reshape(group.chord.shape)
+        if changed and not changed.isdisjoint(pieces := group.pieces.tolist()):
+            return replace(group, chord=chord, element=self._stacked(self._elements_of(pieces)))
         return replace(group, chord=chord)
+
+    def stiffness_beside(self, former: Topology, known: Sequence[NDArray[Any]]) -> list[NDArray[Any]] | None:
+        """Stiffness of the stacks of one batch entry; of members that are the same in `former` it is taken from there.
+
+        Parameters
+        ----------
+        former
+            The topology of which this one was `remade`.
+        known
+            Stiffness of its stacks, (n, 12, 12) each.
+
+        Returns
+        -------
+        list of ndarray or None
+            As `Group.extended_stiffness` has it; None where members are gathered anew.
+        """
+        if self.gathered is None:
+            return None
+        groups, changed, others = self.gathered
+        if self._chords is not former._chords:
+            if len(self.ends) <= _FEW:
+                return [self._remade(group, changed).extended_stiffness() for group in groups]
+            others = others.union(np.not_equal(self._chords, former._chords).nonzero()[0].tolist())
+        out = []
+        for group, stack in zip(groups, known, strict=True):
+            pieces = group.pieces.tolist()
+            out.append(stack if others.isdisjoint(pieces) else self._stiffness(group, stack, pieces, others))
+        return out
+
+    def _stiffness(self, group: Group, stack: NDArray[Any], pieces: list[int], others: set[int]) -> NDArray[Any]:
+        """Stiffness of a stack that is known but for some pieces."""
+        assert self.gathered is not None
+        at = [place for place, k in enumerate(pieces) if k in others]
+        if 2 * len(at) >= len(pieces) or stack.dtype != Extended or not group.element.elementwise:
+            return self._remade(group, self.gathered.changed).extended_stiffness()
+        out = stack.copy()
+        out[at] = self._remade(group.part(np.array(at)), self.gathered.changed).extended_stiffness()
+        return out
+
+    @property
+    def stack_dofs(self) -> list[Index]:
+        """By stack the DOF numbers of its pieces (n, 12)."""
+        return [group.dofs for group in (self.groups if self.gathered is None else self.gathered.groups)]
+
+    @property
+    def strained(self) -> bool:
+        """Whether members strain without forces, as by heat; perhaps, where other elements have taken their place."""
+        if self.gathered is None:
+            return any(group.strained for group in self.groups)
+        groups, changed, _ = self.gathered
+        elements = [group.element for group in groups]
+        if changed:
+            elements += self._elements_of(changed)
+        return any(element.free_strain(np.zeros(())) is not None for element in elements)
 
     @cached_property
     def plain_positions(self) -> Array | None:
@@ -244,11 +329,14 @@ class Topology:
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
         return (plain[last] - plain[first])[self.members]
 
-    def _stacked(self, numbers: Index) -> LineElement:
+    def _elements_of(self, members: Collection[int]) -> list[LineElement]:
+        """Elements of members that are not cut."""
+        names = list(self.frame.members)
+        return [examined(e, names[k]) for k, e in zip(members, _elements(self.frame, members), strict=True)]
+
+    def _stacked(self, elements: list[LineElement]) -> LineElement:
         """What stands for all of some pieces."""
-        elements = [self._elements[k] for k in numbers.tolist()]
-        one: LineElement = elements[0]
-        kind = one.kind
+        one, kind = elements[0], elements[0].kind
         alike = one.family is None or all(other is one or other.kind == kind for other in elements)
         if alike:
             return one
@@ -257,7 +345,7 @@ class Topology:
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        element, nodes = self._stacked(numbers), self.ends[numbers]
+        element, nodes = self._stacked([self._elements[k] for k in numbers.tolist()]), self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
@@ -321,6 +409,18 @@ class Topology:
     def numbering(self) -> Any:
         """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
         return numbered(self.mesh)
+
+
+def _others(one: Description, other: Description) -> set[int]:
+    """Members that are other elements in one description than in another with the same members."""
+    members = zip(one.members.values(), other.members.values(), strict=True)
+    return {k for k, (a, b) in enumerate(members) if a is not b and a.element is not b.element}
+
+
+def _elements(frame: Description, members: Collection[int]) -> list[LineElement]:
+    """Elements of some members, as they were given."""
+    each = list(frame.members.values())
+    return [each[k].element for k in members]
 
 
 def _family(element: LineElement) -> Hashable:

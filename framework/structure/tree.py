@@ -38,6 +38,25 @@ class TreeSpring:
     stiffness: Value
 
 
+@dataclass(frozen=True)
+class Exchanged:
+    """An edge that closes a loop in the tree of the batch, and is in the tree that some entries have of their own.
+
+    Attributes
+    ----------
+    where
+        One at these entries and zero at the others.
+    rows
+        Its elastic displacement over the unknowns: one of them at these entries.
+    sources
+        Combinations of constraints by which the dependent unknowns in it are determined.
+    """
+
+    where: Value
+    rows: list[Row]
+    sources: list[Row]
+
+
 @dataclass
 class JointTree:
     """What each node's displacement is made of.
@@ -56,6 +75,11 @@ class JointTree:
         All springs, on the unknowns.
     elimination
         Unknowns that loop-closing ideal components made dependent.
+    exchanged
+        Edges that close a loop, but not at all entries.
+    given_up
+        By unknown of an edge that is not in the tree of all entries: by exchanged edge and component, what its
+        displacement has of theirs where it is not.
     """
 
     topology: Topology
@@ -67,6 +91,8 @@ class JointTree:
     closing: list[tuple[Edge, list[Row]]] = field(default_factory=list)
     springs: list[TreeSpring] = field(default_factory=list)
     elimination: Elimination = field(default_factory=Elimination)
+    exchanged: dict[Edge, Exchanged] = field(default_factory=dict)
+    given_up: dict[int, dict[tuple[Edge, int], Value]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
@@ -77,11 +103,15 @@ class JointTree:
 
     def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
         """Express all nodes by the edges of the tree, and what closes loops by them."""
-        for branch in rooted(chosen, GROUND):
+        self.join(chosen, closing)
+        self._hold()
+
+    def join(self, chosen: list[Edge], closing: list[Edge], roots: tuple[int, ...] = ()) -> None:
+        """The same before what closes loops holds anything, from given `roots` on."""
+        for branch in rooted(chosen, GROUND, roots):
             self._derive(branch)
         for edge in closing:
             self._close(edge)
-        self._hold()
 
     def row(self, node: int, component: int) -> Row:
         """A displacement component of a node, in its own axes."""
@@ -121,7 +151,7 @@ class JointTree:
         if branch.parent != GROUND and branch.parent not in self.rows:
             self.rows[branch.parent] = [{6 * branch.parent + k: 1.0} for k in _SIX]
         self.branches.append(branch)
-        self._stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
+        self.stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
         rows = self._carried(edge, branch.parent, sign)
         axes = self.axes(edge)
         for k in _SIX:
@@ -155,9 +185,10 @@ class JointTree:
             add_row(row, first, -1.0)
         between = _rotated(_transposed(self.axes(edge)), moved)
         self.closing.append((edge, between))
-        self._stiffen(edge, edge.elastic(between))
+        self.stiffen(edge, edge.elastic(between))
 
-    def _stiffen(self, edge: Edge, elastic: list[Row]) -> None:
+    def stiffen(self, edge: Edge, elastic: list[Row]) -> None:
+        """Enter the springs of an edge, by its elastic displacement."""
         self.springs += [
             TreeSpring(elastic[k], edge.stiffness[k])
             for k in _SIX
@@ -228,7 +259,7 @@ def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) ->
 
 
 def strongest_first(edges: list[Edge]) -> list[Edge]:
-    """Edges in the order in which they had better be in the tree."""
+    """Edges in order of preference for the tree."""
     return sorted(edges, key=lambda edge: edge.strength, reverse=True)
 
 

@@ -10,11 +10,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, reduce
-from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...framework.program.loop_text import VECTOR as _V
+from ...framework.program.loop_text import LoopText
 from ...framework.program.machine_code import available, compiled_kernel
 from ...framework.program.machine_text import WIDTH
 from ..sampling import BLOCK
@@ -29,7 +30,7 @@ LEAF = 16 * WIDTH
 # Numbers from which on it pays to load llvmlite, where nothing has loaded it before.
 WORTH = 1 << 20
 
-_V, _ZERO = f"<{WIDTH} x double>", "zeroinitializer"
+_ZERO = "zeroinitializer"
 
 
 def serves(numbers: int) -> bool:
@@ -66,73 +67,65 @@ def _function() -> Callable[..., None]:
     return compiled_kernel(_BlockText().whole())
 
 
-class _BlockText:
+class _BlockText(LoopText):
     """The function as the text that LLVM reads: for each row, for each of its blocks, two loops over the leaves."""
-
-    def __init__(self) -> None:
-        self._lines: list[str] = []
-        self._names = count()
 
     def whole(self) -> str:
         """All of it."""
-        self._write(
-            "define void @run(ptr %table, i64 %rows, i64 %blocks, i64 %0, i64 %1) {",
-            "entry:",
-            "  br label %row",
-            "row:",
-            "  %r = phi i64 [0, %entry], [%r.next, %block.end]",
-            "  %place = getelementptr [2 x ptr], ptr %table, i64 %r",
-            "  %in = load ptr, ptr %place",
-            "  %place.out = getelementptr ptr, ptr %place, i64 1",
-            "  %out = load ptr, ptr %place.out",
-            "  br label %block",
-            "block:",
-            "  %b = phi i64 [0, %row], [%b.next, %powers.end]",
-            f"  %samples = getelementptr [{BLOCK} x double], ptr %in, i64 %b",
-            f"  %numbers = getelementptr [{NUMBERS} x double], ptr %out, i64 %b",
-            f"  %first = load {_V}, ptr %samples, align 8",
-        )
-        sums, least, greatest = self._leaves("sums", "block", (_ZERO, "%first", "%first"), self._summed_leaf)
-        mean = self._value(f"fdiv double {self._paired(sums)}, {float(BLOCK)!r}")
-        one = self._value(f"insertelement {_V} {_ZERO}, double {mean}, i64 0")
-        self._write(f"  %mean = shufflevector {_V} {one}, {_V} poison, <{WIDTH} x i32> zeroinitializer")
-        powers = self._leaves("powers", "sums.end", (_ZERO,) * 3, self._leaf_of_powers)
+        self._lines = ["define void @run(ptr %table, i64 %rows, i64 %blocks, i64 %0, i64 %1) {", "entry:"]
+        self._loop("0", "%rows", self._row)
+        return "\n".join([*self._lines, "  ret void", "}"])
+
+    def _row(self, row: str) -> None:
+        pair = self._int("mul", row, "2")
+        samples, numbers = self._pointer(pair), self._pointer(self._int("add", pair, "1"))
+        self._loop("0", "%blocks", lambda k: self._of_block(self._at(samples, k, BLOCK), self._at(numbers, k, NUMBERS)))
+
+    def _of_block(self, samples: str, numbers: str) -> None:
+        first = self._load(samples, "0")
+        sums, least, greatest = self._leaves(samples, [_ZERO, first, first], self._summed_leaf)
+        mean = self._value("x", f"fdiv double {self._paired(sums)}, {float(BLOCK)!r}")
+        one = self._vector(f"insertelement {_V} {_ZERO}, double {mean}, i64 0")
+        means = self._vector(f"shufflevector {_V} {one}, {_V} poison, <{WIDTH} x i32> zeroinitializer")
+        powers = self._leaves(samples, [_ZERO] * 3, lambda *leaf: self._powers(means, *leaf))
         extremes = self._extreme(least, "olt"), self._extreme(greatest, "ogt")
         for k, number in enumerate((*extremes, f"{float(BLOCK)!r}", mean, *map(self._paired, powers))):
-            self._write(f"  store double {number}, ptr {self._value(f'getelementptr double, ptr %numbers, i64 {k}')}")
-        self._end("b", "block", "%blocks")
-        self._end("r", "row", "%rows")
-        self._write("  ret void", "}")
-        return "\n".join(self._lines)
+            self._lines.append(f"  store double {number}, ptr {self._at(numbers, str(k))}")
 
-    # -- what is done -------------------------------------------------------------------------------------------------
+    def _leaves(
+        self, samples: str, first: list[str], body: Callable[[Iterator[str], str, list[str]], list[str]]
+    ) -> list[str]:
+        """What becomes of vectors from one leaf of a block to the next."""
 
-    def _summed_leaf(self, leaf: str, before: list[str]) -> list[str]:
+        def leaf(number: str, before: list[str]) -> list[str]:
+            return body(self._samples(self._at(samples, number, LEAF)), number, before)
+
+        return self._carried("0", str(WIDTH), first, leaf)
+
+    def _summed_leaf(self, samples: Iterator[str], leaf: str, before: list[str]) -> list[str]:
         sums, least, greatest = before
         eight = ""
-        for x in self._samples(leaf):
-            eight = self._vector("fadd", eight, x) if eight else x
+        for x in samples:
+            eight = self._of_two("fadd", eight, x) if eight else x
             least, greatest = self._closer(_V, "olt", least, x), self._closer(_V, "ogt", greatest, x)
         return [self._with(sums, eight, leaf), least, greatest]
 
-    def _leaf_of_powers(self, leaf: str, before: list[str]) -> list[str]:
+    def _powers(self, means: str, samples: Iterator[str], leaf: str, before: list[str]) -> list[str]:
         eights: list[str] = []
-        for x in self._samples(leaf):
-            off = self._vector("fsub", x, "%mean")
-            square = self._vector("fmul", off, off)
-            powers = [square, self._vector("fmul", off, square), self._vector("fmul", square, square)]
-            eights = [self._vector("fadd", a, b) for a, b in zip(eights, powers, strict=True)] if eights else powers
+        for x in samples:
+            off = self._of_two("fsub", x, means)
+            square = self._of_two("fmul", off, off)
+            powers = [square, self._of_two("fmul", off, square), self._of_two("fmul", square, square)]
+            eights = [self._of_two("fadd", a, b) for a, b in zip(eights, powers, strict=True)] if eights else powers
         return [self._with(sums, eight, leaf) for sums, eight in zip(before, eights, strict=True)]
 
     def _samples(self, leaf: str) -> Iterator[str]:
         """The samples of a leaf, some at a time."""
-        start = self._value(f"getelementptr [{LEAF} x double], ptr %samples, i64 {leaf}")
-        for k in range(LEAF // WIDTH):
-            yield self._value(f"load {_V}, ptr {self._value(f'getelementptr {_V}, ptr {start}, i64 {k}')}, align 8")
+        return (self._load(leaf, str(k)) for k in range(LEAF // WIDTH))
 
     def _with(self, sums: str, eight: str, leaf: str) -> str:
         """The sums of the leaves with that of one more."""
-        return self._value(f"insertelement {_V} {sums}, double {self._paired(eight)}, i64 {leaf}")
+        return self._vector(f"insertelement {_V} {sums}, double {self._paired(eight)}, i64 {leaf}")
 
     def _paired(self, vector: str) -> str:
         """Sum of the numbers of a vector: neighbours first."""
@@ -140,59 +133,28 @@ class _BlockText:
         while size > 1:
             size //= 2
             even, odd = (
-                self._value(
+                self._vector(
                     f"shufflevector <{2 * size} x double> {vector}, <{2 * size} x double> poison, <{size} x i32> "
                     f"<{', '.join(f'i32 {k}' for k in range(start, 2 * size, 2))}>"
                 )
                 for start in (0, 1)
             )
-            vector = self._value(f"fadd <{size} x double> {even}, {odd}")
-        return self._value(f"extractelement <1 x double> {vector}, i64 0")
+            vector = self._vector(f"fadd <{size} x double> {even}, {odd}")
+        return self._value("x", f"extractelement <1 x double> {vector}, i64 0")
 
     def _extreme(self, vector: str, less: str) -> str:
-        lanes = [self._value(f"extractelement {_V} {vector}, i64 {k}") for k in range(WIDTH)]
+        lanes = [self._value("x", f"extractelement {_V} {vector}, i64 {k}") for k in range(WIDTH)]
         return reduce(lambda a, b: self._closer("double", less, a, b), lanes)
 
     def _closer(self, kind: str, less: str, a: str, b: str) -> str:
         """The one of two numbers that is less, or greater."""
-        chosen = self._value(f"fcmp {less} {kind} {b}, {a}")
+        chosen = self._value("b", f"fcmp {less} {kind} {b}, {a}")
         bits = f"<{WIDTH} x i1>" if kind == _V else "i1"
-        return self._value(f"select {bits} {chosen}, {kind} {b}, {kind} {a}")
+        return self._vector(f"select {bits} {chosen}, {kind} {b}, {kind} {a}")
 
-    # -- how it is written --------------------------------------------------------------------------------------------
+    def _of_two(self, operation: str, a: str, b: str) -> str:
+        return self._vector(f"{operation} {_V} {a}, {b}")
 
-    def _write(self, *lines: str) -> None:
-        self._lines += lines
-
-    def _value(self, line: str) -> str:
-        name = f"%v{next(self._names)}"
-        self._write(f"  {name} = {line}")
-        return name
-
-    def _vector(self, operation: str, a: str, b: str) -> str:
-        return self._value(f"{operation} {_V} {a}, {b}")
-
-    def _leaves(
-        self, name: str, before: str, first: tuple[str, ...], body: Callable[[str, list[str]], list[str]]
-    ) -> list[str]:
-        """A loop over the leaves of a block that carries vectors from one to the next."""
-        carried = [f"%{name}.{k}" for k in range(len(first))]
-        number = f"  %{name}.k = phi i64 [0, %{before}], [%{name}.k.next, %{name}]"
-        self._write(f"  br label %{name}", f"{name}:", number)
-        at = len(self._lines)
-        found = body(f"%{name}.k", carried)
-        self._lines[at:at] = [
-            f"  {old} = phi {_V} [{start}, %{before}], [{new}, %{name}]"
-            for old, new, start in zip(carried, found, first, strict=True)
-        ]
-        self._end(f"{name}.k", name, str(WIDTH))
-        return found
-
-    def _end(self, number: str, label: str, stop: str) -> None:
-        """The end of a loop."""
-        self._write(
-            f"  %{number}.next = add i64 %{number}, 1",
-            f"  %{number}.more = icmp slt i64 %{number}.next, {stop}",
-            f"  br i1 %{number}.more, label %{label}, label %{label}.end",
-            f"{label}.end:",
-        )
+    def _at(self, base: str, number: str, size: int = 1) -> str:
+        """Where in an array of as many numbers each a part begins."""
+        return self._value("p", f"getelementptr [{size} x double], ptr {base}, i64 {number}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
-from linkframe.framework import Frame, FrameError, MechanismWarning
-from linkframe.models import Linkage
+from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
+from linkframe.models import FourBar, Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
@@ -117,3 +117,24 @@ def test_a_joint_ideal_at_some_entries_is_refused_where_it_is_described() -> Non
     linkage = parallel(1.0)
     with pytest.raises(FrameError, match=r"joint 'B' is ideal .* ry at \[1\] and not at \[0\]: describe those entries"):
         linkage.revolute("B", "crank", "plate", stiffness=stiffness, replace=True)
+
+
+def in_line(angles: list[float]) -> Solution:
+    """A four-bar that at 0 degrees lies in line, with a load along it."""
+    motion = FourBar(crank=0.1, coupler=0.2, rocker=0.1, ground=0.2, point=(0.1, 0.0)).move(np.array(angles))
+    frame = motion.frame()
+    frame.load("P", fx=100.0)
+    return frame.solve()
+
+
+def test_a_load_along_the_dead_line_does_not_reach_the_motion_across_it() -> None:
+    """Exact zeros part them at that entry, whatever couples them at others; its results have their bounds."""
+    alone, whole = in_line([0.0]), in_line([1.0, 0.0])
+    assert whole.status.tolist() == ["regular", "statically consistent mechanism"]
+    assert_allclose(whole.displacement("P")[1], alone.displacement("P")[0], rtol=1e-12)
+    assert whole.displacement("P")[1, 1] == 0.0
+    for kind in ("displacement", "joint_force"):
+        name = "P" if kind == "displacement" else "D"
+        ratio = (1e-30 + whole.error_bound(name, kind)[1]) / (1e-30 + alone.error_bound(name, kind)[0])
+        assert (ratio > 0.3).all()
+        assert (ratio < 3.0).all()

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 from unittest.mock import MagicMock
+from xml.etree import ElementTree
 
 import meshio
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import vtk
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame, read_names
+from linkframe.framework.paraview.blocks import write_collection
 from linkframe.framework.paraview.guide import MEANINGS
 from linkframe.framework.structure import topology
 from linkframe.framework.structure.mesh import line_mesh
@@ -184,3 +186,14 @@ def test_cells_are_those_of_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(topology, "line_mesh", turned)
     frame.solve().save(tmp_path / "turned.vtu", stations=cells)
     assert_allclose(meshio.read(tmp_path / "turned.vtu").points[: cells + 1], read.points[cells::-1], atol=1e-15)
+
+
+def test_collections_hold_any_name_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As XML reads it: line breaks, quotes and tabs too; without what Python loads for web pages."""
+    monkeypatch.setitem(sys.modules, "xml.sax.saxutils", None)
+    names = ["rest/pose_000.vtm", AWKWARD, "\"both\" 'kinds'", "a\nb\tc\rd", "&#10;&amp;"]
+    write_collection(tmp_path / "all.pvd", [(0.5 * k, name) for k, name in enumerate(names)])
+    read = ElementTree.parse(tmp_path / "all.pvd").getroot().iter("DataSet")
+    assert [(float(each.attrib["timestep"]), each.attrib["file"]) for each in read] == [
+        (0.5 * k, name) for k, name in enumerate(names)
+    ]

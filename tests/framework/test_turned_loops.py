@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
-from linkframe.framework import Frame, MechanismWarning
+from linkframe.framework import Frame, FrameError, MechanismWarning
 from numpy.typing import NDArray
 
 Numbers = NDArray[np.float64]
@@ -179,3 +179,13 @@ def bracket(angle: float | Numbers, stiff: float = np.inf) -> Frame:
     frame.fix("H")
     frame.load("C", fx=0.5, fy=-1.0, mz=1.5)
     return frame
+
+
+@pytest.mark.parametrize("what", ["buckling", "modes"])
+def test_no_more_shapes_than_an_entry_has_alone(what: str) -> None:
+    """Of the twelve displacements of a rod two rollers hold one or two."""
+    with pytest.raises(FrameError, match=rf"{what}\(11\): batch entry \[1\], .* has 10 unknowns"):
+        getattr(between_rollers([0.0, 1.0], clamped=True), what)(11)
+    with pytest.raises(FrameError, match=rf"{what}\(11\): give a whole number from 1 to the frame's 10 unknowns"):
+        getattr(between_rollers([1.0], clamped=True), what)(11)
+    assert getattr(between_rollers([0.0, np.pi], clamped=True), what)(11)

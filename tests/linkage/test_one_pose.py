@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
+from linkframe.models.linkage.kinematics.loops import LAST_STEP, Loops
 
 
 def four_bar(crank: float, coupler: float, rocker: float, ground: float) -> Linkage:
@@ -91,3 +93,26 @@ def test_it_takes_few_calls() -> None:
     finally:
         sys.setprofile(None)
     assert calls < 400
+
+
+@pytest.mark.parametrize("robot", [delta, stewart])
+def test_what_one_step_has_closed_is_not_closed_again(robot: Callable[[int], Any], monkeypatch: Any) -> None:
+    """Where the last Newton step was below that at which the iteration ends; then the loops are closed to rounding."""
+    linkage, drives = robot(24)
+    linkage.move({name: float(x[0]) for name, x in drives.items()})
+    steps: list[float] = []
+    advance = Loops.advance
+
+    def counted(self: Loops, state: Any, step: Any, **sign: float) -> Any:
+        steps.append(max(map(abs, step)))
+        return advance(self, state, step, **sign)
+
+    monkeypatch.setattr(Loops, "advance", counted)
+    ended = 0
+    for k in range(1, 24):
+        steps.clear()
+        one = linkage.move({name: float(x[k]) for name, x in drives.items()})
+        assert float(one.gap) < 2e-15
+        assert min(steps[:-1], default=1.0) > LAST_STEP >= steps[-1]
+        ended += steps[-1] > 1e-13
+    assert ended > 6

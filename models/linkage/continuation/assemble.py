@@ -34,6 +34,9 @@ Mask = NDArray[np.bool_]
 CLOSED = 1e-12
 # What moves by less, in radians and sizes, stands still.
 STILL = 1e-14
+# Of a single pose that was found.
+_REACHED: Mask = np.ones((), dtype=bool)
+_REACHED.setflags(write=False)
 
 
 @dataclass(eq=False)
@@ -147,8 +150,8 @@ def assembled(
     if not shape and not switch:
         limit = max(CLOSED, loops.tolerance)
         if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
-            there, error, row = np.ones((), dtype=bool), np.array(one.error), np.array(one.row)
-            return Assembly(loops, parameters, shape, list(one.state), there, error, row, [], other_modes)
+            error, row = np.array(one.error), np.array(one.row)
+            return Assembly(loops, parameters, shape, list(one.state), _REACHED, error, row, [], other_modes)
     starts = mechanism.starts if varies else None
     out = None if varies or switch else _swept(loops, nominal, start, drives.states, shape)
     if out is None:

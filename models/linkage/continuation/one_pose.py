@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kinematics.closed_poses import Pose
-from ..kinematics.loops import Loops
+from ..kinematics.loops import LAST_STEP, Loops
 from ..kinematics.nearest import open_by_one
 from .change_point import WITHIN
 from .guess import NEAR
@@ -33,7 +33,7 @@ class OnePose:
 def one_pose(
     loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float], closed: float
 ) -> OnePose | None:
-    """The pose at driven states, as a batch has it; None where it takes a closer look than that along the path.
+    """The pose at driven states, as a batch has it; None where it is to be sought along the path.
 
     That is so in and beside a change point, in a dead point and beyond, many turns away, where the drives turn balls,
     and where Newton's method does not lead from the path's nodes to a pose that closes better than `closed`.
@@ -44,7 +44,10 @@ def one_pose(
     moving = [k for k, (x, y) in enumerate(zip(driven, origin, strict=True)) if abs(x - y) > STILL]
     signs: list[float] = []
     if len(moving) > 1:
-        guess = _on_ray(loops, parameters, start, driven)
+        pose = at_once(loops, parameters, start, begins(loops, parameters, start), np.array(driven))
+        if pose is not None and pose.last_step <= LAST_STEP:
+            return _closed(loops, parameters, pose.state, closed)
+        guess = None if pose is None else list(pose.state)
     else:
         guess, signs = _on_path(loops, parameters, start, moving[0] if moving else 0, driven)
     if guess is None:
@@ -54,8 +57,13 @@ def one_pose(
     found = loops.close_one(guess, parameters, compiled=len(moving) < 2)
     if found is None or not all(x * y >= 0.0 for x, y in zip(found.determinants, signs, strict=False)):
         return None
-    error, row = open_by_one(loops, found.state, parameters)
-    return OnePose(found.state, error, row) if error < closed else None
+    return _closed(loops, parameters, found.state, closed)
+
+
+def _closed(loops: Loops, parameters: Sequence[float], state: list[float], closed: float) -> OnePose | None:
+    """A state with its closure error; None where that is not small."""
+    error, row = open_by_one(loops, state, parameters)
+    return OnePose(state, error, row) if error < closed else None
 
 
 def _on_path(
@@ -68,13 +76,7 @@ def _on_path(
     guide = SingleDrive(loops, parameters, start, drive, switch=False).guide_to(s)
     if len(guide.s) == 1 or not guide.low <= s <= guide.high:
         return None, []
-    if any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):
+    if guide.crossings.size and any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):
         return None, []
     state, signs = guide.one(s)
     return loops.unit(state), signs  # type: ignore[arg-type, return-value]
-
-
-def _on_ray(loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float]) -> list[float] | None:
-    """Guess at the end of the straight path of several drives, where one step leads there."""
-    pose = at_once(loops, parameters, start, begins(loops, parameters, start), np.array(driven))
-    return None if pose is None else list(pose.state)

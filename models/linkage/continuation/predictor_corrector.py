@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ....framework.continuation import follow
+from ....framework.continuation import follow, sign_change
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from .interpolation import SIDES, at_zero, shares, weights
@@ -267,17 +267,7 @@ class PredictorCorrector:
             pose = self._between(a, b, s)
             return pose.determinants[k] if pose is not None else np.nan
 
-        (left, low), (right, high) = (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k])
-        s = left
-        for _ in range(4):
-            s = (left * high - right * low) / (high - low)
-            middle = determinant(s)
-            if not abs(middle) > 0.0:
-                break
-            if middle * low > 0.0:
-                left, low, high = s, middle, 0.5 * high
-            else:
-                right, high, low = s, middle, 0.5 * low
+        s = sign_change(determinant, (a.s, a.pose.determinants[k]), (b.s, b.pose.determinants[k]), rounds=4)
         width = min(max(s - a.s, b.s - s), 0.2)
         knots = (s + 0.24 * width * SIDES).tolist()
         values = [determinant(knot) for knot in knots]

@@ -15,7 +15,6 @@ from ....framework.solution import Solution
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
 from ..poses.classified import ClassifiedPoses
-from ..statics.nodes import SLIDING
 from .position_sensitivity import Place, PositionSensitivity
 from .virtual_work import VirtualWork
 
@@ -123,5 +122,5 @@ def check(linkage: LinkageDescription) -> None:
     if np.any(linkage.weight) and any(link.mass is not None for link in linkage.links.values()):
         raise FrameError(f"{what}: the weight of a given mass turns its link with the pose: give its beams a density")
     for pair in linkage.joints.values():
-        if pair.kind.name in SLIDING and pair.first != GROUND and linkage.links[pair.first].beams:
+        if pair.kind.slides and pair.first != GROUND and linkage.links[pair.first].beams:
             raise FrameError(f"{what}: joint {pair.name!r} slides along a beam of {pair.first!r}: it is not offered")

@@ -1,14 +1,14 @@
 """The catalogue of joints: what each lets go and what it holds.
 
-Most follows from the free components alone: mobility, constraints, springs and reactions. A new kind is an entry here,
-a method of `description.joining`, what its coordinates do to its second link in `kinematics.joint_motion`, and one by
-one in `robot_files.body_tree`, and in which directions it has clearance in `statics.frame`; if it slides, it is one of
-`statics.nodes` too.
+Mobility, motion, constraints, springs, reactions, nodes and files follow from what an entry says. A new kind is an
+entry here and a method of `description.joining`; its symbol in drawings is in `framework.graphics.symbols`, and which
+kinds have end play or a bearing of some length is in `worst_case.limits`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
@@ -17,16 +17,24 @@ COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 class Kind:
     """A kind of joint (kinematic pair), in the joint's axes x y z with z along its axis.
 
+    A joint that turns about one axis only turns about z.
+
     Attributes
     ----------
     name
         Name of the kind.
     coordinates
-        Free components in the order of the joint's coordinates.
+        Free components in the order of the joint's coordinates; it shifts before it turns.
+    clearance
+        Components in which it has clearance.
+    tied
+        Component that its first coordinate carries along, by the pitch of a thread; empty for none.
     """
 
     name: str
     coordinates: tuple[str, ...]
+    clearance: tuple[str, ...]
+    tied: str = ""
 
     @property
     def freedom(self) -> int:
@@ -43,17 +51,27 @@ class Kind:
         """Number of scalar constraints: 6 less the freedom."""
         return 6 - self.freedom
 
+    @cached_property
+    def moving(self) -> tuple[str, ...]:
+        """All components that move, the tied one last."""
+        return (*self.coordinates, self.tied) if self.tied else self.coordinates
+
+    @cached_property
+    def slides(self) -> bool:
+        """Whether its two links part at the joint's point of the first."""
+        return any(name[0] == "u" for name in self.moving)
+
 
 KINDS = {
     kind.name: kind
     for kind in (
-        Kind("revolute", ("rz",)),
-        Kind("prismatic", ("uz",)),
-        Kind("cylindrical", ("uz", "rz")),
-        Kind("spherical", ("rx", "ry", "rz")),
-        Kind("universal", ("rz", "rx")),
-        Kind("planar", ("ux", "uy", "rz")),
-        Kind("screw", ("rz",)),
-        Kind("fixed", ()),
+        Kind("revolute", ("rz",), ("ux", "uy")),
+        Kind("prismatic", ("uz",), ("ux", "uy")),
+        Kind("cylindrical", ("uz", "rz"), ("ux", "uy")),
+        Kind("spherical", ("rx", "ry", "rz"), ("ux", "uy", "uz")),
+        Kind("universal", ("rz", "rx"), ("ux", "uy", "uz")),
+        Kind("planar", ("ux", "uy", "rz"), ("uz",)),
+        Kind("screw", ("rz",), ("ux", "uy"), tied="uz"),
+        Kind("fixed", (), ("ux", "uy", "uz")),
     )
 }

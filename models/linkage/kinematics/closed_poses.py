@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,14 +24,15 @@ class Pose:
         Velocity of each unknown per unit of each drive, drive by drive.
     determinants
         Of the blocks of equations.
-    first_step
-        Largest change that the first Newton step made.
+    first_step, last_step
+        Largest change that the first and the last Newton step made.
     """
 
     state: list[float]
     follow: list[float]
     determinants: list[float]
     first_step: float
+    last_step: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)

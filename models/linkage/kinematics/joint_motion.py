@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..description.joints import Kind
 from .terms import Scalar, Vector, combine, minus, plus, times
 
 
@@ -55,28 +56,21 @@ def _rotated(axes: Sequence[Vector], axis: int, cosine: Scalar, sine: Scalar) ->
     return out
 
 
-def motion_at(kind: str, state: Sequence[Scalar], pitch: Scalar) -> JointMotion:
+def motion_at(kind: Kind, state: Sequence[Scalar], pitch: Scalar) -> JointMotion:
     """What a joint of this kind does at `state`; `pitch` is the advance of a screw per radian."""
-
-    def turn(axis: int, angle: Scalar) -> tuple[int, Scalar, Scalar]:
-        return axis, np.cos(angle), np.sin(angle)
-
-    still: Vector = [0.0, 0.0, 0.0]
-    if kind == "revolute":
-        return JointMotion(still, [turn(2, state[0])])
-    if kind == "prismatic":
-        return JointMotion([0.0, 0.0, state[0]], [])
-    if kind == "cylindrical":
-        return JointMotion([0.0, 0.0, state[0]], [turn(2, state[1])])
-    if kind == "universal":
-        return JointMotion(still, [turn(2, state[0]), turn(0, state[1])])
-    if kind == "planar":
-        return JointMotion([state[0], state[1], 0.0], [turn(2, state[2])])
-    if kind == "screw":
-        return JointMotion([0.0, 0.0, pitch * state[0]], [turn(2, state[0])])
-    if kind == "spherical":
-        return JointMotion(still, [], _euler(*state))
-    return JointMotion(still, [])
+    shift: list[Scalar] = [0.0, 0.0, 0.0]
+    if kind.name == "spherical":
+        return JointMotion(shift, [], _euler(*state))
+    if kind.tied:
+        shift["xyz".index(kind.tied[1])] = pitch * state[0]
+    rotations: list[tuple[int, Scalar, Scalar]] = []
+    for component, value in zip(kind.coordinates, state, strict=True):
+        axis = "xyz".index(component[1])
+        if component[0] == "u":
+            shift[axis] = value
+        else:
+            rotations.append((axis, np.cos(value), np.sin(value)))
+    return JointMotion(shift, rotations)
 
 
 def _euler(a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> list[Vector]:

@@ -105,7 +105,7 @@ class Loops(LoopCoordinates):
             return None
         state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
         behind = n + n * len(self.mechanism.driven)
-        return Pose(state, list(found[n:behind]), list(found[behind:]), first)
+        return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
     def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
         """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""

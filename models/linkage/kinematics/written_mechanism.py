@@ -178,7 +178,7 @@ class WrittenMechanism:
         self.state_names += names
         axes = self.axes_on(parent, pair.axes)
         here = self.point_on(parent, self.place(branch.parent, pair.point))
-        step = motion_at(pair.kind.name, own, self._pitch(pair))
+        step = motion_at(pair.kind, own, self._pitch(pair))
         first_point: Vector
         second_point: Vector
         if branch.is_reversed:
@@ -200,7 +200,7 @@ class WrittenMechanism:
             axis = (second if carrier else first)["xyz".index(component[1])]
             angular: Vector = axis if component[0] == "r" else [0.0, 0.0, 0.0]
             linear: Vector = axis if component[0] == "u" else [0.0, 0.0, 0.0]
-            if pair.kind.name == "screw":
+            if pair.kind.tied:
                 linear = times(self._pitch(pair), axis)
             self._columns.append(Column(pair.name, component, sign, angular, linear, second_point, carrier))
         self.velocities[pair.name] = slice(start, len(self._columns))

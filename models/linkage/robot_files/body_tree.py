@@ -12,17 +12,6 @@ from ..description.parts import GROUND, Pair
 from ..kinematics.tree import LinkBranch, spanning_tree
 from .placed import BodyMass, Placed
 
-# Motions of each kind of joint, one after the other, from the first link to the second.
-MOTIONS = {
-    "revolute": ("rz",),
-    "prismatic": ("uz",),
-    "cylindrical": ("uz", "rz"),
-    "spherical": ("ball",),
-    "universal": ("rz", "rx"),
-    "planar": ("ux", "uy", "rz"),
-    "screw": ("rz", "uz"),
-    "fixed": (),
-}
 # Kinds of joints that can close a loop as they are; of others the link has a part of its own, which is fixed to it.
 CLOSING = ("spherical", "revolute", "fixed")
 
@@ -182,7 +171,8 @@ def _outline(points: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
 
 
 def _steps(placed: Placed, branch: LinkBranch) -> tuple[TreeStep, ...]:
-    pair, components = branch.edge, MOTIONS[branch.edge.kind.name]
+    pair = branch.edge
+    components = ("ball",) if pair.kind.name == "spherical" else pair.kind.moving
     axes, values = placed.axes(pair), placed.coordinates(pair)
     sign = branch.sign
     steps = []
@@ -192,7 +182,7 @@ def _steps(placed: Placed, branch: LinkBranch) -> tuple[TreeStep, ...]:
         known = component in pair.kind.coordinates
         reference = float(values[pair.kind.coordinates.index(component)]) if known else 0.0
         steps.append(TreeStep(name, pair.name, component, axis, reference))
-    if pair.kind.name == "screw" and branch.is_reversed:
+    if pair.kind.tied and branch.is_reversed:
         return tuple(steps)  # along one axis the order makes no difference, and the angle leads
     return tuple(reversed(steps) if branch.is_reversed else steps)
 

@@ -11,7 +11,6 @@ from ....framework.frame import Frame
 from ..description.parts import GROUND
 from ..poses.classified import ClassifiedPoses
 from .inertia import is_given
-from .nodes import SLIDING
 
 
 def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
@@ -23,7 +22,7 @@ def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
     linkage = motion.linkage
     if motion.shape or linkage.shape or spins or linkage.springs or not motion.is_assembled:
         return False
-    if any(pair.kind.name in SLIDING for pair in linkage.joints.values()):
+    if any(pair.kind.slides for pair in linkage.joints.values()):
         return False
     return not any(is_given(link) for link in linkage.links.values())
 

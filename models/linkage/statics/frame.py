@@ -28,14 +28,8 @@ from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, contact_stiffness
 from .inertia import beams_with_mass, inertia, is_given
 from .loading import Pieces, add_inertia_loads, add_loads
-from .nodes import SLIDING, Nodes
+from .nodes import Nodes
 
-# Clearance directions of a joint, in its own axes.
-DIRECTIONS = {
-    **dict.fromkeys(("revolute", "prismatic", "cylindrical", "screw"), ("ux", "uy")),
-    **dict.fromkeys(("spherical", "universal", "fixed"), ("ux", "uy", "uz")),
-    "planar": ("uz",),
-}
 # Rotation about z.
 ABOUT = 5
 
@@ -174,11 +168,11 @@ class Builder:
             stiffness,
             axes,
             clearance=gap,
-            clearance_directions=DIRECTIONS[pair.kind.name] if np.any(gap) else None,
+            clearance_directions=pair.kind.clearance if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
         first = self.nodes.guide(pair)
-        if pair.kind.name in SLIDING and pair.first == GROUND:
+        if pair.kind.slides and pair.first == GROUND:
             there = self.motion.position(pair.point, pair.second)
             self._ground(first, self._there(there, self.linkage.points[pair.point]))
         self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
@@ -219,7 +213,7 @@ class Builder:
     def _sliders(self, link: str) -> Iterator[Slider]:
         """The sliders that run on a link, with their places in its axes."""
         for pair in self.linkage.joints.values():
-            if pair.first == link and pair.kind.name in SLIDING:
+            if pair.first == link and pair.kind.slides:
                 arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
                 axes = np.swapaxes(self.motion.axes(link), -1, -2)
                 local = self._there(rotated(axes, arm), self.linkage.points[pair.point])

@@ -9,9 +9,6 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.places import place
 
-# Joints whose two links do not meet at the joint's point of the first.
-SLIDING = ("prismatic", "cylindrical", "planar", "screw")
-
 # Distances that differ by that share of the greatest are equal.
 ALIKE = 1e-9
 
@@ -48,7 +45,7 @@ class Nodes:
 
     def guide(self, pair: Pair) -> str:
         """Node of a joint on its first link: under the slider where the joint slides."""
-        if pair.kind.name in SLIDING:
+        if pair.kind.slides:
             return f"{pair.name}.slider" if f"{pair.name}.{pair.first}" in self._names else f"{pair.name}.{pair.first}"
         return self.of(pair.first, pair.point)
 
@@ -68,7 +65,7 @@ def _ground_points(linkage: LinkageDescription) -> list[str]:
     """Points at which the ground takes part."""
     found = []
     for pair in linkage.joints.values():
-        if pair.second == GROUND or (pair.first == GROUND and pair.kind.name not in SLIDING):
+        if pair.second == GROUND or (pair.first == GROUND and not pair.kind.slides):
             found.append(pair.point)
     for spring in linkage.springs:
         found += [point for link, point in (spring.first, spring.second) if link == GROUND]

@@ -14,7 +14,6 @@ from ....framework.errors import FrameError
 from ..derivatives.position_sensitivity import PositionSensitivity
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
-from ..statics.frame import DIRECTIONS
 
 # Kinds of joint that a bearing of some length keeps from tilting, so that clearance lets them tilt.
 TILTING = ("revolute", "prismatic", "cylindrical", "screw", "universal")
@@ -121,7 +120,7 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
         pair = by.linkage.joint(joint)
         radius = _not_negative(value, f"clearance of joint {joint!r}")
         if joint not in given.journals:
-            across = _components(by, pair, DIRECTIONS[pair.kind.name])
+            across = _components(by, pair, pair.kind.clearance)
             yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
             continue
         for axis, bearing in _each_pin(pair, given.journals[joint], "length of the bearing"):
