@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from .deformations import Springs
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real
 from .kinematics import FrameKinematics
-from .resistance import Stiff, resisted
+from .resistance import resisted
 
 # Steps of the iteration, from random motions.
 _STEPS, _RANDOM = 8, 2
@@ -32,9 +32,7 @@ def in_double(state: EquilibriumResidual) -> SpringModel:
     return SpringModel(state.double, state.double_springs, state.stiffness)
 
 
-def amplification(
-    frame: Stiff, unknowns: Sequence[int], root: Array, solve: Callable[[Array], Array], margin: float
-) -> Array:
+def amplification(state: EquilibriumResidual, root: Array, solve: Callable[[Array], Array], margin: float) -> Array:
     """By how much springs that push amplify what forces on the deformations do, estimated, (...).
 
     With the part S' of the stiffness S that these springs take off, the sizes of all stiffnesses together are
@@ -44,10 +42,8 @@ def amplification(
 
     Parameters
     ----------
-    frame
-        The frame, in double precision.
-    unknowns
-        Numbers of the unknowns (n,).
+    state
+        A solution of the frame, with n unknowns.
     root
         One over the square root of the diagonal of its stiffness, (..., n).
     solve
@@ -55,9 +51,10 @@ def amplification(
     margin
         The factor by which the eigenvalue of ``S^-1 S'`` may be above what the iteration finds.
     """
-    pushing = [replace(each, stiffness=np.where(each.stiffness < 0.0, -each.stiffness, 0.0)) for each in frame.springs]
-    if not any(each.stiffness.any() for each in pushing):
+    if not any((each.stiffness < 0.0).any() for each in state.springs):
         return np.ones(())
+    frame, unknowns = in_double(state), state.unknowns
+    pushing = [replace(each, stiffness=np.where(each.stiffness < 0.0, -each.stiffness, 0.0)) for each in frame.springs]
     part = SpringModel(frame.kinematics, pushing, [np.zeros_like(each) for each in frame.stiffness])
     start = np.random.default_rng(0).standard_normal((_RANDOM, *(1,) * (root.ndim - 1), len(unknowns)))
     motion, growth = root * start, np.zeros(())

@@ -12,7 +12,7 @@ from ..solvers.iterative import Iterative
 from .compliance import Compliance, rounding_of
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real, extended
-from .pushing import amplification, in_double
+from .pushing import amplification
 from .resistance import resisted
 
 # The factor by which the least eigenvalue of a large matrix may still be below what inverse iteration finds, and the
@@ -50,7 +50,7 @@ class EstimatedCompliance(Compliance):
         Where no more than rounding is found, there is none.
         """
         self.least = np.where(found > _FOUND * self.backward_error, found / _SAFETY, 0.0)
-        self.amplification = amplification(in_double(state), state.unknowns, self.root, self._solve_nearly, _SAFETY)
+        self.amplification = amplification(state, self.root, self._solve_nearly, _SAFETY)
 
     def _solve_nearly(self, load: Array) -> Array:
         """Displacements (m, ..., n) for loads (m, ..., n), to a few digits where that saves time."""

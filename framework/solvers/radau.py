@@ -57,7 +57,8 @@ def stored(load: Array, acting: Any, precondition: Operator, least: float, steps
     Returns
     -------
     float
-        The bound; inf where `least` is not above zero, or the steps show an eigenvalue below it.
+        The bound; inf where `least` is not above zero, or the steps show that it, or the preconditioner, is not what it
+        should be.
     """
     if not least > 0.0:
         return np.inf
@@ -78,4 +79,4 @@ def stored(load: Array, acting: Any, precondition: Operator, least: float, steps
         growth = power / before
         beyond = (beyond - length) / (least * (beyond - length) + growth)
         way = z + growth * way
-    return total + beyond * power
+    return total + beyond * power if power >= 0.0 else np.inf

@@ -151,6 +151,7 @@ def test_gauss_radau_is_exact_at_last_and_refuses_what_is_no_lower_bound() -> No
     assert found[3] == pytest.approx(exact, rel=1e-12)
     assert np.isinf(stored(load, matrix, np.copy, 4.0, 3))
     assert np.isinf(stored(load, matrix, np.copy, 0.0, 3))
+    assert np.isinf(stored(load, matrix, np.negative, 0.5, 3))
 
 
 def test_what_is_asked_before_changes_no_bound() -> None:

@@ -8,9 +8,10 @@ from linkframe.elements import Beam, Material, Section, Spring
 from linkframe.framework import Frame
 from linkframe.framework.error_bounds import bounds
 from linkframe.framework.error_bounds.bands import BandedCompliance
-from linkframe.framework.error_bounds.compliance import Compliance, DenseCompliance, SparseCompliance
+from linkframe.framework.error_bounds.compliance import Compliance, DenseCompliance
 from linkframe.framework.error_bounds.energy import EnergyBound
 from linkframe.framework.error_bounds.requested import requested
+from linkframe.framework.error_bounds.sparse_compliance import SparseCompliance
 from numpy.typing import NDArray
 
 E, TIP, APART, MARGIN = 2e11, "(0, 0, 3)", 0.7, 4.0
