@@ -19,7 +19,8 @@ from ..error_bounds.resolved import MOST, combined, excited
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
-from .constrained import ConstrainedSolution, large, small
+from .constrained import ConstrainedSolution, large
+from .constrained_batch import small
 
 # Share of the largest displacement in a free motion that is none.
 _STILL = 1e-10
@@ -90,8 +91,7 @@ class ConsistentMechanisms:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at these entries, (m, rows)."""
-        found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
-        return found
+        return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
     def motions(self, rows: Sequence[Row]) -> Array:
         """Values of `rows` in each free motion of these entries, (motions, m, rows)."""

@@ -15,12 +15,9 @@ from ..batch import Array, aligned
 from ..batched.plan import Plan
 from ..entries import picked
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.resolved import MOST, geometry_shape, groups, ill_conditioned_state
+from ..error_bounds.resolved import MOST, alike, geometry_shape, groups, ill_conditioned_state
 from ..structure.parts import Row, Value, total
 from .constrained import PLAIN, free_motions_of
-
-# How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
-_ALIKE = 1e6
 
 
 def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> NDArray[np.bool_]:
@@ -42,7 +39,7 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
     if not (suspects.any() and plan.forces and plan.frame.size) or len(plan.unknowns) > MOST or _imposed(plan):
         return out
     statics = Statics(plan, determinate=True)
-    if not _alike(statics):
+    if not alike(statics):
         return out
     shape = geometry_shape(statics)
     along = tuple(axis for axis, size in enumerate(shape) if size == 1)
@@ -93,17 +90,6 @@ def _imposed(plan: Plan) -> list[Row]:
     """Rows that displacements of supports or offsets of joints have a part in."""
     rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
     return [row for row in rows if min(row, default=0) < 0]
-
-
-def _alike(statics: Statics) -> bool:
-    """Whether no spring is far stiffer at one entry than at another, or resists at some alone."""
-    for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
-        if k.size:
-            batch = tuple(range(k.ndim - last))
-            least, most = k.min(axis=batch), k.max(axis=batch)
-            if not ((most <= _ALIKE * least) & np.isfinite(most)).all():
-                return False
-    return True
 
 
 def _motions(
