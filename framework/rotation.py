@@ -11,7 +11,7 @@ from math import factorial
 import numpy as np
 
 from .batch import Array
-from .elementwise import angle, contracted, cosine, less, maximum, minimum, sinc, sine, square_root, where
+from .elementwise import angle, contracted, cosine, less, maximum, minimum, rounded, sinc, sine, square_root, where
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -109,6 +109,16 @@ def exponential(v: Array) -> Array:
     """Quaternion of a rotation vector (3, ...)."""
     half = 0.5 * square_root(dot(v, v))
     return np.concatenate([cosine(half)[None], 0.5 * sinc(half) * v])
+
+
+def shortest(v: Array) -> Array:
+    """The same rotation by a vector (3, ...) no longer than pi; one that is no longer stays as it is, to the bit."""
+    size = square_root(dot(v, v))
+    turns = rounded(size / (2.0 * np.pi))
+    some = less(-turns, -0.5)
+    safe = where(some, size, 1.0)
+    out: Array = where(some, 1.0 - 2.0 * np.pi * turns / safe, 1.0) * v
+    return out
 
 
 def logarithm(q: Array) -> Array:

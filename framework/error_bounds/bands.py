@@ -50,7 +50,7 @@ class BandedCompliance(Compliance):
     def __init__(self, bands: Bands, place: Index, numbers: Index, picked: Picked, state: EquilibriumResidual) -> None:
         self._place, self._numbers, self._state = place, numbers, state
         self._factor: StackedFactor = bands.factorised(picked)
-        self.root = self._factor.root[:, place].reshape(*numbers.shape, len(place))
+        self.root = self._factor.root[place].T.reshape(*numbers.shape, len(place))
         coupled = state.plan.graph.coupled
         self.greatest = float(coupled)
         self.backward_error = np.asarray(rounding_of(coupled))
@@ -83,10 +83,11 @@ class BandedCompliance(Compliance):
         axes = [ahead + axis for axis, count in enumerate(numbers.shape) if count > 1]
         first = range(len(axes))
         moved = np.moveaxis(np.broadcast_to(load, (*shape, size)), axes, first)
-        ordered = np.empty((numbers.size, moved.size // max(1, numbers.size * size), size))
-        ordered[..., self._place] = moved.reshape(ordered.shape)
+        ordered = np.empty((size, numbers.size, moved.size // max(1, numbers.size * size)))
+        ordered[self._place] = moved.reshape(-1, size).T.reshape(ordered.shape)
         self._factor.solve(np.arange(numbers.size), ordered)
-        found: Array = np.moveaxis(ordered[..., self._place].reshape(moved.shape), first, axes)
+        solved = ordered[self._place].reshape(size, -1).T.reshape(moved.shape)
+        found: Array = np.moveaxis(solved, first, axes)
         return found
 
     def solve(self, load: Array) -> Array:

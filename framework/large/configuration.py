@@ -90,7 +90,7 @@ class Configuration:
             rotation.product(rotation.exponential(nodal[3:, plain]), state.rotations[:, plain])
         )
         for number, joint in enumerate(model.joints):
-            own[:, number] += nodal[:, joint.child]
+            own[:, number] = joint.shortest(own[:, number] + nodal[:, joint.child])
         if model.loops:
             own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
         new = DisplacedState(displacements, rotations, own, state.contact_multipliers)

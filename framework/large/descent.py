@@ -21,8 +21,9 @@ from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
 from .sides import amount, softest
 
 _HALVINGS = 40
-# Modes that are stiff, by their eigenvalue beside a unit diagonal; Newton steps in which they settle.
-_STIFF, _SETTLING = 1e-3, 3
+# Modes are stiff above this eigenvalue beside a unit diagonal, or above so many times that of those of which a step has
+# this share of the most; Newton steps in which they settle.
+_STIFF, _STIFFER, _MOVED, _SETTLING = 1e-3, 10.0, 0.1, 3
 # Share of a step that is short, and how many longer ones are tried instead, each by this share of the last.
 _SHORT, _TRIALS = 0.3, 3
 # Amount of a mode, in radians or sizes of the frame, by which a saddle is left.
@@ -47,33 +48,40 @@ class Descent:
         active = np.arange(len(found.stable))
         balance = self.newton.equations(where, len(active), factor)
         state = self._prescribed(balance, state.taken(active))
+        at_rest = np.abs(balance.linearised(self.newton.start(len(active))).forces[: self.model.free].T)
         for _ in range(iterations):
             at = balance.linearised(state)
-            step, (stable, neutral), saddle = self._step(at, balance, state)
+            step, stiff, saddle = self._step(at, balance, state, at_rest[active])
             close = self.newton.is_close(balance, at, step) & ~saddle
             found.left[active] |= saddle
             here = tuple(k[active] for k in where)
             share = np.where(close, 1.0, self._searched(here, balance, state, at, step, factor))
-            state = self._farther(here, balance, state, step, share, factor)
+            state = self._farther(here, balance, state, (step, stiff), share, factor)
             found.iterations[active] += 1
             if close.any():
                 found.state.put(active[close], state.taken(close))
                 found.converged[active[close]] = True
-                found.stable[active[close]] = stable[close]
-                found.neutral[active[close]] = neutral[close]
+                if self.newton.pressed:
+                    found.stable[active[close]] = self.newton.definite(at.values)[close]
                 active = active[~close]
                 if not len(active):
-                    return found
+                    break
                 state = state.taken(~close)
                 balance = self.newton.equations(tuple(k[active] for k in where), len(active), factor)
-        found.state.put(active, state)
+        if len(active):
+            found.state.put(active, state)
+        self.newton.judge(where, found, factor)
         return found
 
-    def _farther(self, where: Where, balance: Balance, state: Place, step: Array, share: Array, factor: float) -> Place:
+    def _farther(
+        self, where: Where, balance: Balance, state: Place, ahead: tuple[Array, Array], share: Array, factor: float
+    ) -> Place:
         """The state after a share of the step, or beyond it on the way that stiff members leave free, if that is lower.
 
-        A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step.
+        A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step. `ahead` are the
+        step and the eigenvalue above which a mode is stiff there.
         """
+        step, stiff = ahead
         found: Place = balance.advanced(state, share * step)
         far = self.newton.limited(balance, step)
         waiting = np.flatnonzero(share < _SHORT * far)
@@ -83,7 +91,7 @@ class Descent:
         for _ in range(_TRIALS):
             some = self.newton.equations(tuple(k[waiting] for k in where), len(waiting), factor)
             begin = state.taken(waiting)
-            tried = self._settled(some, some.advanced(begin, far[waiting] * step[:, waiting]))
+            tried = self._settled(some, some.advanced(begin, far[waiting] * step[:, waiting]), stiff[waiting])
             better = some.energy(tried) - some.moment_work(begin, tried) < lowest[waiting]
             found.put(waiting[better], tried.taken(better))
             waiting = waiting[~better]
@@ -92,14 +100,14 @@ class Descent:
             far = _SHORT * far
         return found
 
-    def _settled(self, balance: Balance, state: Place) -> Place:
-        """The state with its stiff modes in balance, the soft ones as they are."""
+    def _settled(self, balance: Balance, state: Place, stiff: Array) -> Place:
+        """The state with its stiff modes in balance, of eigenvalues above `stiff` (m,), the soft ones as they are."""
         out = state
         for _ in range(_SETTLING):
             at = balance.linearised(out)
             root, values, vectors = self.newton.elimination.spectrum(at.values)
             load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
-            share = np.where(np.abs(values) > _STIFF, load / np.where(values == 0.0, 1.0, values), 0.0)
+            share = np.where(np.abs(values) > stiff[:, None], load / np.where(values == 0.0, 1.0, values), 0.0)
             step = self._whole(share, vectors, root)
             out = balance.advanced(out, self.newton.limited(balance, step) * step)
         return out
@@ -129,16 +137,21 @@ class Descent:
 
         return solve
 
-    def _step(self, at: Linearisation, balance: Balance, state: Place) -> tuple[Array, tuple[Mask, Mask], Mask]:
-        """A step down the energy; whether none goes down from there, and some neither; whether it leaves a saddle."""
+    def _step(self, at: Linearisation, balance: Balance, state: Place, at_rest: Array) -> tuple[Array, Array, Mask]:
+        """A step down the energy; the eigenvalue above which a mode is stiff there; whether it leaves a saddle.
+
+        `at_rest` are the loads on the coordinates at rest (m, n), by size.
+        """
         if self.model.free > LARGE:
-            return self._shifted(at)
+            step = self._shifted(at)
+            return step, np.full(step.shape[1], _STIFF), np.zeros(step.shape[1], dtype=bool)
         root, values, vectors = self.newton.elimination.spectrum(at.values)
+        modes = vectors * root[:, :, None]
         load = np.einsum("mji,mj,jm->mi", vectors, root, -at.forces[: self.model.free])
         floor = self.newton.zero
         # nothing resists a free motion: it goes where the loads drive it, and nowhere by their rounding
         free = np.abs(values) <= self.newton.free
-        pushed = np.maximum(np.abs(load).max(axis=1), self._pushed(balance, root))
+        pushed = np.maximum(np.abs(load).max(axis=1), (at_rest * root).max(axis=1, initial=0.0))
         load = np.where(free & (np.abs(load) <= NEITHER * pushed[:, None]), 0.0, load)
         share = load / np.maximum(np.abs(values), floor)
         # nothing but rounding drives along the mode, but the energy falls there
@@ -149,15 +162,14 @@ class Descent:
             mode = softest(values, vectors, root)
             share[saddle, 0] = (_PERTURBATION / amount(self.newton, balance, state, mode))[saddle]
         whole = self._whole(share, vectors, root)
-        stable: Mask = values[:, 0] > -floor
-        neutral: Mask = stable & (values[:, 0] <= self.newton.free)
-        return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), (stable, neutral), saddle
+        return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), self._stiff(balance, share, values, modes), saddle
 
-    def _pushed(self, balance: Balance, root: Array) -> Array:
-        """Largest load on a coordinate at rest, in the units of `root` (m, n), (m,)."""
-        at = balance.linearised(self.newton.start(len(root)))
-        out: Array = np.abs(at.forces[: self.model.free].T * root).max(axis=1, initial=0.0)
-        return out
+    def _stiff(self, balance: Balance, share: Array, values: Array, modes: Array) -> Array:
+        """Eigenvalue above which modes (m, n, n) are stiff where a step of these shares (m, n) is made, (m,)."""
+        scale = np.broadcast_to(balance.scale, (self.model.size, len(share)))[: self.model.free].T
+        size = np.abs(share) * (np.abs(modes) * scale[:, :, None]).max(axis=1)
+        moved = np.where(size >= _MOVED * size.max(axis=1, keepdims=True), np.abs(values), 0.0).max(axis=1)
+        return np.asarray(np.minimum(_STIFF, _STIFFER * moved))
 
     def _whole(self, share: Array, vectors: Array, root: Array) -> Array:
         """Steps of all coordinates (size, m) for shares of the modes (m, n)."""
@@ -165,19 +177,17 @@ class Descent:
         out[: self.model.free] = np.einsum("mij,mj,mi->im", vectors, share, root)
         return out
 
-    def _shifted(self, at: Linearisation) -> tuple[Array, tuple[Mask, Mask], Mask]:
+    def _shifted(self, at: Linearisation) -> Array:
         """The same for a large frame: the diagonal raised until all pivots are positive."""
         elimination = self.newton.elimination
         shift = np.zeros(at.values.shape[-1])
-        stable = self.newton.definite(at.values)
-        neutral = stable & self.newton.neutral(at.values)
         for _ in range(_HALVINGS):
             factors = elimination.factor(elimination.raised(at.values, shift))
             positive = (factors.pivots > 0.0).all(axis=0)
             if positive.all():
                 break
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
-        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve), (stable, neutral), np.zeros_like(stable)
+        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve)
 
     def _searched(
         self, where: Where, balance: Balance, state: Place, at: Linearisation, step: Array, factor: float

@@ -110,11 +110,11 @@ class SymbolicFactorisation:
             np.maximum.at(out, i, entries * (entries * inverse[j]))
         return np.where(out > 0.0, out, 1.0)
 
-    def raised(self, values: Array, shift: Array) -> Array:
-        """`values` with the diagonal raised by a share `shift` (m,) of its size."""
+    def raised(self, values: Array, shift: Array | float, more: Array | float = 0.0) -> Array:
+        """`values` with the diagonal raised by a share `shift` (m,) of its size, and by `more` (n, m)."""
         own = np.flatnonzero(self.rows == self.columns)
         out = values.copy()
-        out[self.inside[own]] += shift * self.diagonal(values)[self.rows[own]]
+        out[self.inside[own]] += (shift * self.diagonal(values) + more)[self.rows[own]]
         return out
 
     def spectrum(self, values: Array) -> tuple[Array, Array, Array]:
@@ -208,10 +208,17 @@ class GeneralFactor(StackFactor):
         try:
             return np.asarray(np.linalg.solve(self.matrix, load.T[..., None])[..., 0].T, dtype=np.float64)
         except np.linalg.LinAlgError:
-            pairs = zip(self.matrix, load.T, strict=True)
-            nothing = np.full(len(load), np.nan)
-            found = [np.linalg.lstsq(a, b)[0] if np.isfinite(a).all() else nothing for a, b in pairs]
-            return np.stack(found, axis=-1).astype(np.float64)
+            return np.stack([_least(a, b) for a, b in zip(self.matrix, load.T, strict=True)], axis=-1)
+
+
+def _least(matrix: Array, load: Array) -> Array:
+    """Solution of one, the least where it is singular; an entry does not tell that its neighbours are."""
+    if not np.isfinite(matrix).all():
+        return np.full(len(load), np.nan)
+    try:
+        return np.asarray(np.linalg.solve(matrix, load[:, None])[:, 0], dtype=np.float64)
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, load)[0], dtype=np.float64)
 
 
 class ConstrainedFactor(StackFactor):

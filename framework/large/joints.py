@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array
 from ..description import Description
 from ..elementwise import zeros
@@ -126,6 +127,27 @@ class TreeJoint:
     def ideal(self) -> tuple[int, ...]:
         """Components that are constrained, whatever the load."""
         return tuple(k for k in self.edge.ideal if k not in self.clearance_directions)
+
+    @cached_property
+    def turns_freely(self) -> bool:
+        """Whether its soft rotation is about several axes, and nothing knows it from one by a turn more.
+
+        A pin counts its turns; a ball without springs does not.
+        """
+        free = not any(k in self.edge.ideal or self.stiffness.array[k].any() for k in 3 + np.flatnonzero(self.movable))
+        by_law = self.law is not None and (self.law.has_law or max(self.clearance_directions) >= 3)
+        return free and not by_law and self.lead is None and int(self.movable.sum()) > 1
+
+    def shortest(self, own: Array) -> Array:
+        """Its coordinates (6, m) for the same place, the soft rotation taken the short way where it `turns_freely`.
+
+        Near a whole turn it would hardly change with its coordinates, and not at all at one.
+        """
+        if not self.turns_freely:
+            return own
+        soft = self.movable[:, None]
+        turned = rotation.shortest(np.where(soft, own[3:], 0.0))
+        return np.concatenate([own[:3], np.where(soft, turned, own[3:])])
 
     @cached_property
     def movable(self) -> NDArray[np.bool_]:

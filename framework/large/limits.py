@@ -10,5 +10,7 @@ ITERATIONS = 16
 NEITHER = 3e-8
 # Roundings of an eigenvalue, as `Newton.zero` has them, within which a motion is free.
 FREE = 64.0
+# Pivot, in units of the diagonal, above which all are clear of what the last step still changes.
+CLEAR = 1e-8
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 LONGEST, NOTHING = 1.0, 1e-13

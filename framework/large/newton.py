@@ -17,7 +17,7 @@ from ..elementwise import contracted
 from ..rotation import dot
 from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .limits import CLOSE, FREE, ITERATIONS, LONGEST, NOTHING
+from .limits import CLEAR, CLOSE, FREE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
 from .newton_program import NewtonProgram
 from .numbers import Where
@@ -25,6 +25,7 @@ from .planar import PlanarEquations
 from .planar_model import PlanarModel
 from .planar_state import PlanarState
 from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
+from .rounding import ForceRounding
 from .state import DisplacedState
 
 # Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
@@ -47,6 +48,10 @@ class Newton:
         Eigenvalue of a scaled tangent that is rounding.
     free
         Pivot or eigenvalue, some roundings more, at which a motion is free.
+    pressed
+        Whether joints have clearance, where the last tangent tells more than that at the place itself.
+    least
+        Pivot up to which the last tangent does not tell whether an equilibrium is stable.
     """
 
     def __init__(self, model: Model) -> None:
@@ -57,6 +62,9 @@ class Newton:
         self.multiplier_count = int((model.multipliers >= 0).sum())
         self.zero = _ROUNDINGS * model.free
         self.free = FREE * self.zero
+        # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
+        self.pressed = any(joint.clearance_directions for joint in model.edges)
+        self.least = self.free if self.pressed else CLEAR
 
     def equations(self, where: Where, count: int, factor: float) -> Balance:
         """The equations of some entries, of the plane where the model is in one."""
@@ -99,18 +107,30 @@ class Newton:
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         """
         if self.program is None or not isinstance(state, PlanarState | DisplacedState):
-            return self._iterated(where, state, factor)
-        found = self.program.solve(where, state, factor)
-        unclear = np.flatnonzero(found.converged & ~found.stable)
-        if len(unclear):
-            balance = self.equations(tuple(k[unclear] for k in where), len(unclear), factor)
-            values = balance.linearised(found.state.taken(unclear)).values
-            found.stable[unclear] = self.definite(values)
-            found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
+            found = self._iterated(where, state, factor)
+        else:
+            found = self.program.solve(where, state, factor)
+        self.judge(where, found, factor)
         return found
 
+    def judge(self, where: Where, found: FoundEquilibria, factor: float) -> None:
+        """Tell of equilibria that are not known to be stable whether they are, and whether some motion is free there.
+
+        That is asked of the tangent at the place itself: the last step is nothing beside what resists it, but may be
+        much for a motion that hardly anything resists, whose stiffness it then changes.
+        """
+        unclear = np.flatnonzero(found.converged & ~found.stable)
+        if not len(unclear):
+            return
+        here, state = tuple(k[unclear] for k in where), found.state.taken(unclear)
+        values = self.equations(here, len(unclear), factor).linearised(state).values
+        equations, place = EquilibriumEquations(self.model, here, len(unclear), factor), self.space(state)
+        rounding = ForceRounding(equations, place, equations.linearised(place)).tangents()
+        found.stable[unclear] = self.definite(values, rounding)
+        found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
+
     def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
-        """Equilibria, iterated with arrays."""
+        """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
@@ -131,9 +151,10 @@ class Newton:
             if done.any():
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
-                stable = close & self.definite(at.values, positive)
-                found.stable[active[done]] = stable[done]
-                found.neutral[active[done]] = (stable & self.neutral(at.values, positive))[done]
+                sure: Mask = np.asarray((factors.pivots > self.least).all(axis=0))
+                if self.pressed and not sure[done].all():
+                    sure |= self.definite(at.values)
+                found.stable[active[done]] = (close & sure)[done]
                 active = active[~done]
             if not len(active):
                 break
@@ -149,35 +170,40 @@ class Newton:
             return ConstrainedFactor(self.elimination.dense(at.values), self.multiplier_count)
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
 
-    def definite(self, values: Array, known: Mask | None = None) -> Mask:
+    def clear(self, values: Array) -> Mask:
+        """Whether tangents are definite whatever rounding there may be (m,)."""
+        if self.multiplier_count:
+            return np.zeros(values.shape[-1], dtype=bool)
+        return np.asarray((self.elimination.factor(values).pivots > CLEAR).all(axis=0))
+
+    def definite(self, values: Array, rounding: Array | float = 0.0) -> Mask:
         """Whether tangents have no negative eigenvalue beyond rounding (m,): all pivots are positive once it is added.
 
         The number of negative eigenvalues of the symmetric part, the second order of the work on any motion, is the
-        same in all units and axes (Sylvester). Entries `known` to be definite are not looked at.
-        """
-        out = np.zeros(values.shape[-1], dtype=bool) if known is None else known.copy()
-        asked = np.flatnonzero(~out)
-        if len(asked):
-            some = values[:, asked]
-            if self.multiplier_count:
-                factors: StackFactor = ConstrainedFactor(self.elimination.dense(some), self.multiplier_count)
-            else:
-                shift = np.full(len(asked), self.zero)
-                factors = self.elimination.factor(self.elimination.raised(some, shift))
-            out[asked] = (factors.pivots > 0.0).all(axis=0)
-        return out
+        same in all units and axes (Sylvester).
 
-    def neutral(self, values: Array, known: Mask | None = None) -> Mask:
-        """Whether tangents have an eigenvalue that is rounding or negative (m,); entries `known` to have none do not.
+        Parameters
+        ----------
+        values
+            The tangents.
+        rounding
+            Of their diagonal, beside that in its own size (free, m).
+        """
+        if self.multiplier_count:
+            factors: StackFactor = ConstrainedFactor(self.elimination.dense(values), self.multiplier_count)
+        else:
+            factors = self.elimination.factor(self.elimination.raised(values, self.zero, rounding))
+        return np.asarray((factors.pivots > 0.0).all(axis=0))
+
+    def neutral(self, values: Array) -> Mask:
+        """Whether tangents have an eigenvalue that is rounding or negative (m,).
 
         Where constraints have multipliers, or loads no energy, that is not told.
         """
-        out = np.zeros(values.shape[-1], dtype=bool)
-        asked = np.arange(len(out)) if known is None else np.flatnonzero(~known)
-        if len(asked) and self.model.symmetric and not self.multiplier_count:
-            lowered = self.elimination.raised(values[:, asked], np.full(len(asked), -self.free))
-            out[asked] = ~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0)
-        return out
+        if self.multiplier_count or not self.model.symmetric:
+            return np.zeros(values.shape[-1], dtype=bool)
+        lowered = self.elimination.raised(values, -self.free)
+        return np.asarray(~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0))
 
     def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:
         """Newton's step of all coordinates, the prescribed ones by their residual (size, m)."""

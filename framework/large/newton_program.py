@@ -86,7 +86,7 @@ class NewtonProgram:
         return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
-        """Equilibria at a share `factor` of the loads; stable where all pivots of the last tangent were positive."""
+        """Equilibria at a share `factor` of the loads; stable where the last tangent was clearly definite."""
         recorded = self.recorded
         count = state.displacements.shape[-1]
         lengths = self.numbers.space.lengths.at(where)

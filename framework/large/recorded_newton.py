@@ -17,7 +17,7 @@ from ..program.arranging import arranged
 from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
 from .elimination import SymbolicFactorisation
-from .limits import CLOSE, ITERATIONS, LONGEST, NOTHING
+from .limits import CLEAR, CLOSE, ITERATIONS, LONGEST, NOTHING
 from .model import CONSTRAINED, Model
 from .planar import PlanarEquations
 from .planar_state import PlanarState
@@ -78,8 +78,8 @@ class RecordedNewton:
     program
         It takes what `GivenNumbers` are, then the inverse of the frame's length and the largest residual of
         prescribed coordinates, then the numbers of the state that steps change. It makes these and those of nodes that
-        are attached to others, whether that is an equilibrium, whether all pivots were positive in the last step, and
-        the number of steps.
+        are attached to others, whether that is an equilibrium, whether all pivots were above `CLEAR` in the last step,
+        not the first, and the number of steps.
     places
         Which of these numbers it takes: those that bear on the result.
     moved
@@ -156,8 +156,8 @@ class NewtonRecording:
         values, (moving, converged, definite, count) = begins[:n], begins[-4:]
         state = self._state(values)
         at = self.equations.linearised(state, self._stresses(begins[n:-4]))
-        step, positive = self._solved(at.values, at.forces, self.equations.prescribed_residual(state))
         first = count < 1.0
+        step, positive = self._solved(at, self.equations.prescribed_residual(state), choose(first, self.zero, CLEAR))
         usable = positive | ~first
         for each in step:
             usable = usable & (abs(each) <= _LARGEST)
@@ -168,7 +168,7 @@ class NewtonRecording:
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
         new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
-        converged, definite = choose(moving, close, converged), choose(moving, positive, definite)
+        converged, definite = choose(moving, close, converged), choose(moving, positive & ~first, definite)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close
         predicted = [term for stress in self.equations.step_stresses(at, whole) for term in stress.reshape(-1)]
@@ -204,9 +204,9 @@ class NewtonRecording:
             near = near & (abs(each) <= self.least)
         return near | (largest <= choose(first, 0.0, NOTHING))
 
-    def _solved(self, values: Array, forces: Array, residual: Array) -> tuple[list[Any], Any]:
-        """Newton's step, and whether all pivots are positive."""
-        free, order = self.model.free, self.elimination
+    def _solved(self, at: Any, residual: Array, limit: Any) -> tuple[list[Any], Any]:
+        """Newton's step, and whether all pivots are above a limit, in units of the diagonal."""
+        free, order, values, forces = self.model.free, self.elimination, at.values, at.forces
         load = [-force for force in forces[:free, 0]]
         prescribed = residual[:, 0].tolist()
         for which, row, column in zip(*(each.tolist() for each in order.prescribed), strict=True):
@@ -214,7 +214,7 @@ class NewtonRecording:
         work: list[Any] = [0.0] * order.entries
         for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
             work[goal] = values[place, 0]
-        least = [self.zero * abs(work[k]) for k in range(order.size)]
+        least = [limit * abs(work[k]) for k in range(order.size)]
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
         done: list[tuple[int, list[int], list[Any], Any]] = []
         for k, below, column, target, first, second in order.steps:

@@ -10,6 +10,7 @@ from .load_stepping import LoadStepping
 from .model import Model
 from .newton import Newton
 from .protocols import Mask
+from .rounding import ForceRounding
 from .state import DisplacedState
 
 
@@ -22,7 +23,15 @@ def definite_in_space(continuation: LoadStepping, state: DisplacedState, planar_
         where = continuation.where(index)
         inside = EquilibriumEquations(planar_model, where, len(index))
         there = _state(newton.model, inside, state.taken(index))
-        out[index] = newton.definite(EquilibriumEquations(newton.model, where, len(index)).linearised(there).values)
+        at = EquilibriumEquations(newton.model, where, len(index)).linearised(there)
+        out[index] = newton.clear(at.values)
+        unclear = np.flatnonzero(~out[index])
+        if len(unclear):
+            some, place = tuple(k[unclear] for k in where), there.taken(unclear)
+            equations = EquilibriumEquations(newton.model, some, len(unclear))
+            at = equations.linearised(place)
+            rounding = ForceRounding(equations, place, at).tangents()
+            out[index[unclear]] = newton.definite(at.values, rounding)
     return out
 
 
@@ -38,7 +47,7 @@ def _state(model: Model, inside: EquilibriumEquations, state: DisplacedState) ->
             constrained = model.multipliers[:, number - links] >= 0
             own[constrained, number] = -forces[constrained, known]
         elif number < links and known is not None:
-            own[:, number] = inside.own(state, known)
+            own[:, number] = joint.shortest(inside.own(state, known))
         elif number < links:
             own[:3, number] = state.displacements[:, joint.child]
             own[3:, number] = rotation.logarithm(state.rotations[:, joint.child])

@@ -124,10 +124,10 @@ class SolvedFrame(SavedResults):
             This one where these unknowns were solved for.
         """
         solver = self.solver.reaching(unknowns)
-        if solver is self.solver:
+        if solver is self.solver and not self.primary.at_rest.any():
             return self
         plan = solver.plan if isinstance(solver, BroadcastSolver) else self.plan
-        return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
+        return type(self)(self.frame, plan, self.clearances, self.primary.reaching(plan, solver))
 
     def cut(self) -> Self:
         """The solution of the frame with its members cut into their segments; this one where they are.

@@ -42,6 +42,8 @@ class Primary:
         What solves the plan; made when it is first asked for where None.
     driven
         Entries that are known to be mechanisms which the loads set in motion, (...); None where nothing is known.
+    unloaded
+        Whether something is to be said of entries on which nothing acts, too: what loads would do there.
 
     Attributes
     ----------
@@ -57,15 +59,21 @@ class Primary:
         contact: bool,
         solver: Solver | None = None,
         driven: NDArray[np.bool_] | None = None,
+        unloaded: bool = False,
     ) -> None:
         self.plan, self.factors, self.contact, self._driven = plan, factors, contact, driven
+        self._unloaded = unloaded
         self.known_consistent_mechanisms: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
 
     def under(self, plan: Plan, solver: Solver) -> Primary:
         """The same for another plan of the frame, of which other parts count as loaded."""
-        return Primary(plan, self.factors, contact=self.contact, solver=solver)
+        return Primary(plan, self.factors, contact=self.contact, solver=solver, unloaded=self._unloaded)
+
+    def reaching(self, plan: Plan, solver: Solver) -> Primary:
+        """The same for a plan in which what is asked for counts as loaded, at entries on which nothing acts as well."""
+        return Primary(plan, self.factors, contact=self.contact, solver=solver, unloaded=True)
 
     def part(self, node: int, movable: Callable[[], NDArray[np.bool_]]) -> Primary:
         """The same for that part of the frame alone which a node is in; itself where all are solved together.
@@ -157,7 +165,7 @@ class Primary:
     @cached_property
     def at_rest(self) -> NDArray[np.bool_]:
         """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced."""
-        none = isinstance(self.solver, SparseSolver)
+        none = isinstance(self.solver, SparseSolver) or self._unloaded
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property

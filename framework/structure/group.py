@@ -249,8 +249,9 @@ def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
     which the local ones are rows (..., 3, 3)."""
     if start is not end:
         return np.concatenate([_by_nodes(rows[..., :6], start, start), _by_nodes(rows[..., 6:], end, end)], axis=-1)
-    out: Array = rows.reshape(*rows.shape[:-2], -1, 3) @ start
-    return out.reshape(*out.shape[:-2], *rows.shape[-2:])
+    *shape, springs, dofs = rows.shape
+    out: Array = rows.reshape(*shape, springs * dofs // 3, 3) @ start
+    return out.reshape(*out.shape[:-2], springs, dofs)
 
 
 def _rotated_together(local: Array, ends: list[Array]) -> Array:

@@ -135,6 +135,18 @@ def test_what_can_move_without_a_load_has_none(method: str) -> None:
     assert_allclose(solution.sensitivity("D", "uz").offsets["pin"][2], 1.0, rtol=1e-9)
 
 
+def test_what_can_move_without_a_load_has_none_beside_loaded_entries() -> None:
+    """The entry at rest as alone: NaN across the pin, along the rods the derivative that there is."""
+    frame = hinge()
+    frame.joints.pop("hinge")
+    frame.add("pin", Joint(stiffness=(1e8, 1e8, 1e8, 1e6, 1e6, 0.0)), "B", "C")
+    frame.load("D", fz=[3.0, 0.0])
+    solution = frame.solve("broadcast")
+    with pytest.warns(MechanismWarning):
+        assert np.isnan(solution.sensitivity("D", "ux").loads["D"]).all()
+    assert_allclose(solution.sensitivity("D", "uz").offsets["pin"][:, 2], 1.0, rtol=1e-9)
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_other_readers_at_rest(method: str) -> None:
     """Nothing moves, exactly; how regular the frame is does not depend on its load."""

@@ -91,7 +91,7 @@ class JoinedSketch(LoadedSketch):
         given = np.array(in_space(axis, what)), None if second_axis is None else np.array(in_space(second_axis, what))
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
-        springs = None if stiffness is None else _springs(what, stiffness)
+        springs = None if stiffness is None else _springs(what, kind, stiffness)
         gap = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
         if touch is not None and gap is None:
@@ -182,9 +182,10 @@ def driven_coordinates(joint: str, kind: Kind, names: bool | Sequence[str]) -> t
     return tuple(name for name in free if name in named)
 
 
-def _springs(what: str, value: ArrayLike) -> Array:
+def _springs(what: str, kind: Kind, value: ArrayLike) -> Array:
     springs = numbers(value, f"stiffness of {what}")
     if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
-    check_ideal(what, springs)
+    # what holds a coordinate that the joint leaves free is refused in other words, see `check_free`
+    check_ideal(what, np.where(np.isin(COMPONENTS, kind.constrained), springs, 0.0))
     return springs
