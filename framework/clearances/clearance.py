@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..batched.stage import collapsed
+from ..batched.unloaded import Former
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..results.linear import LinearResults
@@ -136,9 +137,10 @@ class Clearances:
             out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
         return out
 
-    def plan(self) -> Plan:
-        """That frame compiled."""
-        return Plan(self.offsets(), method=self._asked)
+    def plan(self, without_clearance: Plan) -> Plan:
+        """That frame compiled, with what is known of its members without clearance."""
+        former = Former(without_clearance.unloaded, moved=False, elements=False, linked=False)
+        return Plan(self.offsets(), method=self._asked, former=former)
 
     def contact(self, name: str) -> Contact:
         """Contact in a joint."""

@@ -28,6 +28,8 @@ Answer = tuple[Array, NDArray[np.bool_], Array]
 # A stiffness against offsets below this share of the members' is the rounding of none; one up to so many times that may
 # be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
 _UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
+# Entries up to which the stiffness that each has costs no more than one for all.
+_FEW = 32
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ def against_offsets(
         Where ideal joints close a loop of rigid links, in which no offset fits.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
-    if all(_alike(element) for element in joints.values()):
+    if math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
         found = _answer(frame, typical, components, loaded, lost, solve)
         if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
