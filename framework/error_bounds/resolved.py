@@ -307,8 +307,9 @@ def matrix_shape(statics: Statics) -> Shape:
     return np.broadcast_shapes(geometry_shape(statics), *members, *(each.shape[:-1] for each in statics.stiffness))
 
 
-def grouped(mask: NDArray[np.bool_], shape: Shape) -> Iterator[tuple[At, At, Index]]:
-    """Entries in a mask, some at a time, those together of which what varies over a batch of `shape` is the same.
+def grouped(mask: NDArray[np.bool_], shape: Shape, most: int = _CHUNK) -> Iterator[tuple[At, At, Index]]:
+    """Entries in a mask, so many at a time at `most`, those together of which what varies over a batch of `shape` is
+    the same.
 
     Yields their indices; those of one for each that differs (m,); and which of these each entry is like. Indices are
     None for the only entry of a batch without axes.
@@ -321,9 +322,9 @@ def grouped(mask: NDArray[np.bool_], shape: Shape) -> Iterator[tuple[At, At, Ind
     own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
     number = np.ravel_multi_index(own, shape)
     order = np.argsort(number, kind="stable")
-    for k in range(0, len(order), _CHUNK):
-        part = tuple(each[order[k : k + _CHUNK]] for each in index)
-        _, first, which = np.unique(number[order[k : k + _CHUNK]], return_index=True, return_inverse=True)
+    for k in range(0, len(order), most):
+        part = tuple(each[order[k : k + most]] for each in index)
+        _, first, which = np.unique(number[order[k : k + most]], return_index=True, return_inverse=True)
         yield part, tuple(each[first] for each in part), which
 
 

@@ -31,6 +31,8 @@ Indices = tuple[Index, ...]
 _ALIKE = 0.1
 # Share of an error that a step of refinement may leave, for an inverse in double precision to do; steps with another.
 _ROUGH, _STEPS = 1e-6, 4
+# Entries handled at a time: as many as their matrices have so many numbers, but no fewer and no more than these.
+_NUMBERS, _LEAST, _MOST = 2**20, 256, 2**11
 # What is left of errors after refinement.
 _LEFT = 1e-22
 
@@ -49,7 +51,8 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
     """
     by_matrix = matrix_shape(statics)
     by_geometry = geometry_shape(statics) if alike(statics) else by_matrix
-    for some, first, which in grouped(suspects, by_matrix):
+    count = min(_MOST, max(_LEAST, _NUMBERS // max(1, len(unknowns)) ** 2))
+    for some, first, which in grouped(suspects, by_matrix, count):
         index, matrices = () if some is None else some, () if first is None else first
         geometry, own = distinct(matrices, by_geometry)
         frames = _Geometries(statics, geometry, unknowns)
