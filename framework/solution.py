@@ -77,7 +77,7 @@ class Solution(ResultsWithBounds):
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
         contact = Clearances(described, without_clearance, cls.of)
-        return cls(described, contact.plan() if contact.determinate is None else None, contact)
+        return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
 
     def explain(self) -> str:
         """What is built at which batch shapes, what is skipped, and why, in plain words.

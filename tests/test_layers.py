@@ -41,8 +41,10 @@ LAYERS = {
     ),
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
     "broadcasting solution": "batched/broadcast",
-    "what can move": "error_bounds/resolved results/reached results/constrained results/consistent_mechanisms"
-    " results/singular",
+    "what can move": (
+        "error_bounds/resolved results/reached results/constrained results/constrained_batch "
+        "results/consistent_mechanisms results/singular"
+    ),
     "linear solution, as others see it": "results/linear",
     "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",
     "results": "results/*",

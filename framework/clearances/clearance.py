@@ -14,7 +14,6 @@ the journals lie along them, ``o = ε f/|f|``: the extreme point of what the lin
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from functools import cached_property
 
@@ -24,9 +23,9 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..batched.stage import collapsed
+from ..batched.unloaded import Former
 from ..description import Description
 from ..dofs import DISPLACEMENTS
-from ..errors import MechanismWarning
 from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .contact_state import ClearanceComponents, ContactState
@@ -86,11 +85,13 @@ class Clearances:
     @cached_property
     def contact_state(self) -> ContactState:
         """Where the journals are in contact."""
-        frame, resistance = self.frame, self._resistance
+        return self._state(self._resistance.stiffness, self._resistance.members)
+
+    def _state(self, stiffness: Array, members: Array) -> ContactState:
+        frame = self.frame
         radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in self.names])
         force = np.nan_to_num(self._force) if self._singular.any() else self._force
         load = _load(self._without_clearance.plan)
-        stiffness, members = resistance.stiffness, resistance.members
         return ContactState(self._components, stiffness, members, force, radius, load, frame.size)
 
     @cached_property
@@ -100,10 +101,9 @@ class Clearances:
             forces = self.determinate.forces()
             forces[:, self.lost] = np.nan
             return forces
-        with warnings.catch_warnings():
-            # Entries that are mechanisms have no contact, which their state tells.
-            warnings.simplefilter("ignore", MechanismWarning)
-            return np.stack([self._without_clearance.joint_force(name)[..., k] for name, k in self._components.pairs])
+        # entries that are mechanisms have no contact, which their state tells
+        quiet = self._without_clearance.silenced()
+        return np.stack([quiet.joint_force(name)[..., k] for name, k in self._components.pairs])
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
@@ -111,8 +111,9 @@ class Clearances:
         return found
 
     def _bearing(self) -> NDArray[np.bool_]:
-        """Which components bear a force anywhere, (n,)."""
-        return np.asarray((np.nan_to_num(self._force) != 0.0).reshape(len(self._force), -1).any(axis=1))
+        """Which components bear a force that is more than rounding, (n, ...)."""
+        none = np.zeros(())
+        return np.asarray(self._state(none, none).without_clearance != 0.0)
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
@@ -120,7 +121,7 @@ class Clearances:
         state = self.contact_state.state
         for lost, why in (
             # without any force in a joint none of its contacts is hidden
-            (self._resistance.unknown & (self._force != 0.0).any(axis=0), UNRESOLVED),
+            (self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0), UNRESOLVED),
             (self._singular, MECHANISM),
             (self.frame.absent, ABSENT),
         ):
@@ -136,9 +137,10 @@ class Clearances:
             out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
         return out
 
-    def plan(self) -> Plan:
-        """That frame compiled."""
-        return Plan(self.offsets(), method=self._asked)
+    def plan(self, without_clearance: Plan) -> Plan:
+        """That frame compiled, with what is known of its members without clearance."""
+        former = Former(without_clearance.unloaded, moved=False, elements=False, linked=False)
+        return Plan(self.offsets(), method=self._asked, former=former)
 
     def contact(self, name: str) -> Contact:
         """Contact in a joint."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -14,19 +13,23 @@ from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..description import Description
 from ..dofs import DISPLACEMENTS
-from ..errors import FrameError, MechanismWarning
+from ..errors import FrameError
 from ..joint_protocol import JointElement
 from ..results.linear import LinearResults
 from ..structure.parts import total
 from .contact_state import ClearanceComponents
 
 Solve = Callable[[Description], LinearResults]
-# Tells which components bear a force.
+# Tells which components bear a force at which entries, (n, ...).
 Loaded = Callable[[], NDArray[np.bool_]]
+# Falls of forces (n, n, ...), entries of which nothing can be said, (...), and falls that are rounding, (n, n, ...).
+Answer = tuple[Array, NDArray[np.bool_], Array]
 
 # A stiffness against offsets below this share of the members' is the rounding of none; one up to so many times that may
 # be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
 _UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
+# Entries up to which the stiffness that each has costs no more than one for all.
+_FEW = 32
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ def against_offsets(
     components
         Components of its joints.
     loaded
-        Tells which of them bear a force anywhere in the batch, (n,): only these count where others move a mechanism.
+        Tells which of them bear a force at each entry, (n, ...): only these count where others move a mechanism.
     lost
         Entries of which nothing is asked, (...).
     solve
@@ -79,7 +82,7 @@ def against_offsets(
         Where ideal joints close a loop of rigid links, in which no offset fits.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
-    if all(_alike(element) for element in joints.values()):
+    if math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
         typical = {name: element.typical() for name, element in joints.items()}
         found = _answer(frame, typical, components, loaded, lost, solve)
         if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
@@ -117,23 +120,70 @@ def _answer(
     if doubtful.any():
         moved = np.where(unknown | out, 1.0, _largest_motions(motions, components))
         least = least * moved[:, None] * moved
-    if unknown.any() and not (bearing := loaded()).all():
-        if bearing.any():
-            found, _ = _falls(bare, components, bearing, solve)
-            found[..., out] = 0.0
-        apart = bearing[:, None] & bearing
-        coupled = np.abs(np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim), 0.0, found)) > least
-        unknown = np.asarray(np.isnan(found).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
-        found = np.where(apart.reshape(*apart.shape, *(1,) * unknown.ndim) & ~unknown, found, 0.0)
+    if not determinate:
+        bearing = _alike_within(loaded(), lost, bare.shape)
+        found, unknown, least = _of_loaded(bare, components, bearing, (found, unknown, least), solve)
     found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
     stiffness = np.where(np.abs(found) > least, found, 0.0)
-    new = (1,) * (len(frame.shape) - unknown.ndim)
+    whole = len(frame.shape)
+    new = (1,) * (whole - unknown.ndim)
     return Resistance(
         stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
-        members.reshape(count, *new, *members.shape[1:]),
+        members.reshape(count, *(1,) * (whole + 1 - members.ndim), *members.shape[1:]),
         unknown,
         motions if determinate else None,
     )
+
+
+def _of_loaded(
+    bare: Description, components: ClearanceComponents, bearing: NDArray[np.bool_], first: Answer, solve: Solve
+) -> Answer:
+    """What is known where some offset moves a mechanism, of the components alone that bear a force there.
+
+    Parameters
+    ----------
+    bare
+        The frame without loads.
+    components
+        Components of its joints.
+    bearing
+        Which of them bear a force at each entry, (n, ...).
+    first
+        What is known of all: falls (n, n, ...), entries of which nothing can be said, (...), falls that are rounding.
+    solve
+        Makes the linear solution of a description.
+    """
+    found, unknown, least = first
+    count, shape = len(bearing), bearing.shape[1:]
+    new = (1,) * (len(shape) - unknown.ndim)
+    found, least = (each.reshape(count, count, *new, *each.shape[2:]) for each in (found, least))
+    unknown = unknown.reshape((*new, *unknown.shape))
+    partly = unknown & ~bearing.all(axis=0)
+    found = np.where(partly, 0.0, found) if partly.any() else found
+    here = partly & bearing.any(axis=0)
+    for pattern in np.unique(bearing[:, here], axis=1).T:
+        own = here & (bearing == pattern.reshape(count, *(1,) * len(shape))).all(axis=0)
+        some = bare.copy()
+        some.exclude(_everywhere(~own, bare.shape))
+        falls = _falls(some, components, pattern, solve)[0].reshape(found.shape[:2] + new + bare.shape)
+        apart = (pattern[:, None] & pattern).reshape(count, count, *(1,) * len(shape))
+        coupled = np.abs(np.where(apart, 0.0, falls)) > least
+        known = own & ~np.asarray(np.isnan(falls).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
+        if known.any():
+            found, unknown = np.where(known & apart, falls, found), unknown & ~known
+    return found, unknown, least
+
+
+def _alike_within(bearing: NDArray[np.bool_], lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
+    """Which components bear a force, (n, ...): of a batch of `shape` where that is the same at all entries (...) that
+    have results and are one of these."""
+    extra = lost.ndim - len(shape)
+    axes = tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
+    along = tuple(axis + 1 for axis in axes)
+    some = np.asarray((bearing & ~lost).any(axis=along, keepdims=True))
+    every = np.asarray((bearing | lost).all(axis=along, keepdims=True))
+    uniform = bool(((some == every) | lost.all(axis=axes, keepdims=True)).all())
+    return some.reshape(len(bearing), *shape) if uniform else np.asarray(bearing & ~lost)
 
 
 def _everywhere(lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
@@ -171,15 +221,13 @@ def _falls(
         name, k = components.pairs[index]
         bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
     try:
-        solution = solve(bare)
+        solution = solve(bare).silenced()
     except FrameError as error:
         raise FrameError(
             f"joints {', '.join(components.names)} have clearance, but ideal ones among them close a loop of rigid "
             f"links, in which no offset fits ({error}): give one of them a finite stiffness"
         ) from error
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)
-        found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
+    found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
     return found, solution
 
 

@@ -124,9 +124,19 @@ class DenseCompliance(Compliance):
         unknowns: Sequence[int],
         kind: type[np.floating[Any]] = np.float64,
     ) -> None:
-        size, rounding = len(unknowns), float(np.finfo(kind).eps) / 2.0
+        self._invert(*by_unknowns(kinematics, springs, stiffness, unknowns, kind))
+
+    @classmethod
+    def of(cls, columns: Real, sizes: Real, k: Array) -> DenseCompliance:
+        """The same of deformations by the unknowns (..., e, n), sizes of their parts (n, ..., e) and their stiffness
+        (..., e), in the precision of the deformations."""
+        out = cls.__new__(cls)
+        out._invert(columns, sizes, k)
+        return out
+
+    def _invert(self, columns: Real, sizes: Real, k: Array) -> None:
+        size, rounding = columns.shape[-1], float(np.finfo(columns.dtype).eps) / 2.0
         self.greatest = float(size)
-        columns, sizes, k = by_unknowns(kinematics, springs, stiffness, unknowns, kind)
         matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
         root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
@@ -219,16 +229,21 @@ def by_unknowns(
 ) -> tuple[Real, Real, Array]:
     """Deformations of members and relative displacements of links by the unknowns (..., e, n), sizes of their parts (n,
     ..., e) and their stiffness (..., e), without those that resist nothing."""
-    rows, sizes = _rows(kinematics, springs, unknowns, kind)
-    none = np.zeros((*(1,) * (rows.ndim - 2), 0), kind)
-    idle = [where[..., None] for where in kinematics.idle.values()]
-    k = _together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness, *idle])
+    rows, sizes = by_units(kinematics, springs, unknowns, kind)
+    k = resistances(kinematics, springs, stiffness, rows.ndim - 2).astype(kind)
     used = np.flatnonzero(_any(k) & _any(sizes))
     k, sizes, columns = k[..., used], sizes[..., used], np.moveaxis(rows[..., used], 0, -1)
     return columns, sizes, k
 
 
-def _rows(
+def resistances(kinematics: FrameKinematics, springs: list[Springs], stiffness: list[Array], ndim: int = 0) -> Array:
+    """Stiffness against the deformations of members and links, (..., e), with `ndim` batch axes at least."""
+    idle = [where[..., None] for where in kinematics.idle.values()]
+    none = np.zeros((*(1,) * ndim, 0))
+    return together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness, *idle])
+
+
+def by_units(
     kinematics: FrameKinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
 ) -> tuple[Real, Real]:
     """Deformations of members and relative displacements of links by each unknown, (n, ..., springs), and sizes of
@@ -251,7 +266,7 @@ def _rows(
     # what stands for nothing resists by itself
     alone = [(np.array(unknowns) == key).astype(kind).reshape(size, *(1,) * (ndim + 1)) for key in kinematics.idle]
     of, parts = [*of, *alone], [*parts, *alone]
-    return _together([none, *of]), _together([none, *parts])
+    return together([none, *of]), together([none, *parts])
 
 
 def _inverse(matrix: Real) -> Real:
@@ -282,6 +297,7 @@ def _any(values: Real) -> NDArray[np.bool_]:
     return found
 
 
-def _together(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+def together(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Arrays (..., n) one behind the other along the last axis."""
     shape = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
     return np.concatenate([np.broadcast_to(part, (*shape, part.shape[-1])) for part in parts], axis=-1)

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape
+from ..batch import Array, Shape, aligned
 from ..batched.plan import Plan
 from ..entries import WHOLE, Entries
 from ..solvers.refinement import refined_by_springs
@@ -34,6 +34,8 @@ At = tuple[NDArray[np.int64], ...] | None
 MOST = 400
 # Singular values of A that a matrix in extended precision can tell from zero.
 _LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
+# How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
+_ALIKE = 1e6
 # Entries handled at a time.
 _CHUNK = 256
 # Steps of refinement: each takes a tenth of the error or less where a matrix is not singular to its precision.
@@ -88,7 +90,7 @@ class Resolved:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
-        return combined(self.plan, self.unknowns, self._values, rows)[self.mask]
+        return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
     def _solve(self, statics: Statics, index: At, first: At, which: Index) -> None:
         start = ill_conditioned_state(statics, first, self.unknowns)
@@ -199,8 +201,7 @@ class ResolvedLarge:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters, (m, rows)."""
-        found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
-        return found
+        return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
     def whole(self, solver: SparseSolver) -> Array:
         """All unknowns of the solver, those that the loads reach as they are resolved, (n, load cases)."""
@@ -227,17 +228,21 @@ def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
     return bool(size < _BALANCED)
 
 
-def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row]) -> Real:
-    """Values of `rows` over the unknowns and the right-hand-side parameters, (..., rows)."""
-    rhs_parameters = plan.rhs_parameters.values
+def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row], mask: NDArray[np.bool_]) -> Real:
+    """Values of `rows` over the unknowns (..., n) and the right-hand-side parameters at the entries in a mask,
+    (m, rows)."""
+    change, ndim = Entries(np.nonzero(mask) if mask.ndim else ()), mask.ndim
+    values = values[mask]
     at = {k: number for number, k in enumerate(unknowns)}
-    out = extended(np.zeros((*plan.frame.shape, len(rows))))
+    out = extended(np.zeros((len(values), len(rows))))
     for number, row in enumerate(rows):
         for k, factor in row.items():
+            own = change(aligned(np.asarray(factor), ndim), 0)
             if k < 0:
-                out[..., number] += factor * extended(rhs_parameters[-1 - k])
+                given = change(aligned(np.asarray(plan.rhs_parameters.values[-1 - k]), ndim), 0)
+                out[:, number] += own * extended(given)
             elif k in at:
-                out[..., number] += factor * values[..., at[k]]
+                out[:, number] += own * values[:, at[k]]
     return out
 
 
@@ -303,8 +308,9 @@ def matrix_shape(statics: Statics) -> Shape:
     return np.broadcast_shapes(geometry_shape(statics), *members, *(each.shape[:-1] for each in statics.stiffness))
 
 
-def grouped(mask: NDArray[np.bool_], shape: Shape) -> Iterator[tuple[At, At, Index]]:
-    """Entries in a mask, some at a time, those together of which what varies over a batch of `shape` is the same.
+def grouped(mask: NDArray[np.bool_], shape: Shape, most: int = _CHUNK) -> Iterator[tuple[At, At, Index]]:
+    """Entries in a mask, so many at a time at `most`, those together of which what varies over a batch of `shape` is
+    the same.
 
     Yields their indices; those of one for each that differs (m,); and which of these each entry is like. Indices are
     None for the only entry of a batch without axes.
@@ -317,10 +323,31 @@ def grouped(mask: NDArray[np.bool_], shape: Shape) -> Iterator[tuple[At, At, Ind
     own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
     number = np.ravel_multi_index(own, shape)
     order = np.argsort(number, kind="stable")
-    for k in range(0, len(order), _CHUNK):
-        part = tuple(each[order[k : k + _CHUNK]] for each in index)
-        _, first, which = np.unique(number[order[k : k + _CHUNK]], return_index=True, return_inverse=True)
+    for k in range(0, len(order), most):
+        part = tuple(each[order[k : k + most]] for each in index)
+        _, first, which = np.unique(number[order[k : k + most]], return_index=True, return_inverse=True)
         yield part, tuple(each[first] for each in part), which
+
+
+def distinct(index: tuple[Index, ...], shape: Shape) -> tuple[tuple[Index, ...], Index]:
+    """Of entries at these indices one for each that differs in what varies over a batch of `shape`; and which of these
+    each is like."""
+    own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
+    if not own:
+        return (), np.zeros(1, dtype=np.int64)
+    _, first, which = np.unique(np.ravel_multi_index(own, shape), return_index=True, return_inverse=True)
+    return tuple(each[first] for each in index), which
+
+
+def alike(statics: Statics) -> bool:
+    """Whether no spring is far stiffer at one entry of the batch than at another, or resists at some alone."""
+    for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
+        if k.size:
+            batch = tuple(range(k.ndim - last))
+            least, most = k.min(axis=batch), k.max(axis=batch)
+            if not ((most <= _ALIKE * least) & np.isfinite(most)).all():
+                return False
+    return True
 
 
 def groups(mask: NDArray[np.bool_]) -> list[tuple[NDArray[np.int64], ...] | None]:

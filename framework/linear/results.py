@@ -44,7 +44,7 @@ class NamedResults(FrameStates):
             if primary is self.primary:
                 return self
             part = type(self)(self.frame, primary.plan, self.clearances, primary)
-            part._known = self._known
+            part._known, part._warned = self._known, self._warned
             self._parts[connected_component] = part
         return self._parts[connected_component]
 

@@ -60,7 +60,8 @@ class SolvedFrame(SavedResults):
     def plan(self) -> Plan:
         """The compiled frame; where contact is known in closed form, with journals there, once it is asked for."""
         assert self.clearances is not None
-        return self.clearances.plan()
+        assert self.determinate is not None
+        return self.clearances.plan(self.determinate.without_clearance.plan)
 
     @cached_property
     def primary(self) -> Primary:

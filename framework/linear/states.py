@@ -6,7 +6,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -145,6 +145,17 @@ class FrameStates(SolvedFrame):
         """
         at = one_entry(self.shape, entry, "free_motion")
         return free_motion(self.plan, at, solvable=not self._singular[at])
+
+    def silenced(self) -> Self:
+        """Stop telling of mechanisms in warnings, as nobody reads them of what is a step to other results.
+
+        Returns
+        -------
+        Solution
+            This one.
+        """
+        self._warned = True
+        return self
 
     # -- results where they hold ------------------------------------------------------------------------------------
 

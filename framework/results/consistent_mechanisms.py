@@ -19,7 +19,8 @@ from ..error_bounds.resolved import MOST, At, combined, excited
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
-from .constrained import ConstrainedSolution, large, small
+from .constrained import ConstrainedSolution, large
+from .constrained_batch import small
 from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
@@ -97,8 +98,7 @@ class ConsistentMechanisms:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at these entries, (m, rows)."""
-        found: Real = combined(self.plan, self.unknowns, self._values, rows)[self.mask]
-        return found
+        return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
     def rest_where_not(self, reached: NDArray[np.bool_]) -> None:
         """Leave undisplaced which of the unknowns (m, n) at these entries are not reached by the loads there."""

@@ -15,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned
-from ..error_bounds.compliance import DenseCompliance, by_unknowns
+from ..error_bounds.compliance import by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resistance import displaced, resisted
-from ..error_bounds.resolved import At, grouped, ill_conditioned_state, matrix_shape, rest
+from ..error_bounds.resolved import rest
 from ..error_bounds.sparse_compliance import Factored
 from ..error_bounds.tree_members import MEMBER
-from ..solvers.freedom import constrained_unknowns
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
 from ..structure.topology import Index
@@ -32,12 +31,10 @@ from ..structure.topology import Index
 ZERO = 16.0 * float(np.finfo(np.float64).eps)
 _RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
 # Roundings of what is described, and of what is computed, in the work that a load does on a motion.
-_GIVEN = 32.0 * float(np.finfo(np.float64).eps)
-_COMPUTED = 16.0
+GIVEN = 32.0 * float(np.finfo(np.float64).eps)
+COMPUTED = 16.0
 # Share of what the parts of a load could do that is work without any doubt.
 PLAIN = 1e-6
-# How independent the held unknowns of one entry must be at another, by how they are at their own.
-_ALIKE = 0.1
 # Steps of refinement, and the share of the load that they may leave unbalanced.
 _STEPS = 3
 _BALANCED = 1e-12
@@ -68,68 +65,11 @@ class ConstrainedSolution:
     length_scale: Real
     consistent: NDArray[np.bool_]
 
-
-def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) -> Iterator[ConstrainedSolution]:
-    """Entries of a batch; those of which rounding hides whether they can move are left out.
-
-    Parameters
-    ----------
-    statics
-        The frame.
-    suspects
-        Entries to look at, (...) of the batch shape.
-    unknowns
-        Numbers of the unknowns that count as loaded.
-    """
-    for index, first, which in grouped(suspects, matrix_shape(statics)):
-        start = ill_conditioned_state(statics, first, unknowns)
-        count = 1 if first is None else len(first[0])
-        scaled, root = _scaled(start)
-        bases, ranks = _free(scaled, count)
-        root = np.broadcast_to(root, (count, len(unknowns)))
-        for take, basis, constrained in _alike(bases, ranks):
-            entries = np.flatnonzero(np.isin(which, take))
-            like = np.searchsorted(take, which[entries])
-            part = _some(index, entries)
-            shapes = np.moveaxis((basis * root[take][:, None])[like], 1, 0)
-            kept = np.delete(np.arange(len(unknowns)), constrained)
-            names = [unknowns[k] for k in kept]
-            state = ill_conditioned_state(statics, part, names)
-            solver = _Shared(ill_conditioned_state(statics, _some(first, take), names), None if part is None else like)
-            for _ in range(_STEPS):
-                state = state.corrected(solver)
-            shapes = shapes[:, 0] if part is None else shapes
-            yield _constrained(() if part is None else part, state, unknowns, kept, solver, shapes, solver.least > 0.0)
-
-
-class _Shared:
-    """Inverses in extended precision of the matrices of some entries, for others that are like them.
-
-    Parameters
-    ----------
-    state
-        The entries.
-    like
-        Which of them each of the others is like, (m,); None where there are no axes.
-    """
-
-    def __init__(self, state: EquilibriumResidual, like: Index | None) -> None:
-        found = DenseCompliance(state.kinematics, state.springs, state.stiffness, state.unknowns, Extended)
-        parts = (found.root, 1), (found.inverse, 2), (found.least, 0)
-        # without an axis, or with one of size one, it is the same for all
-        self.root, self._inverse, self.least = (
-            each if like is None or each.ndim == trailing or len(each) == 1 else each[like] for each, trailing in parts
-        )
-
-    def solve(self, load: Array) -> Array:
-        """Displacements (..., n) for loads (..., n)."""
-        out: Array = self.root * np.einsum("...ij,...j->...i", self._inverse, self.root * load)
-        return out
-
-
-def _some(index: At, take: Index) -> At:
-    """Some of the entries at these indices."""
-    return None if index is None else tuple(each[take] for each in index)
+    @property
+    def alone(self) -> ConstrainedSolution:
+        """The same of the only entry of a batch without axes, (1, ...)."""
+        motions = self.motions[:, 0]
+        return ConstrainedSolution((), self.values[0], motions, self.length_scale[0], self.consistent[0])
 
 
 def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:
@@ -167,10 +107,10 @@ def _drives_motion(motions: Array, load: Array) -> bool:
     return bool(driven.any(axis=0).all())
 
 
-def _scaled(state: EquilibriumResidual) -> tuple[Array, Array]:
-    """Deformations by the unknowns, weighed by the root of their stiffness, columns of length one (..., e, n), or zero
-    where they are rounding; and what takes them to that length (..., n)."""
-    columns, sizes, k = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
+def weighed(columns: Array, sizes: Array, k: Array) -> tuple[Array, Array]:
+    """Deformations by the unknowns (..., e, n), with sizes of their parts (n, ..., e), weighed by the root of their
+    stiffness (..., e), columns of length one, or zero where they are rounding; and what takes them to that length
+    (..., n)."""
     weight = np.sqrt(np.abs(k))[..., None]
     weighted = weight * columns
     length = np.sqrt(np.sum(weighted**2, axis=-2))
@@ -180,15 +120,15 @@ def _scaled(state: EquilibriumResidual) -> tuple[Array, Array]:
     return np.where(none[..., None, :], 0.0, weighted * root[..., None, :]), root
 
 
-def _free(scaled: Array, count: int) -> tuple[Array, Index]:
+def free(scaled: Array, count: int) -> tuple[Array, Index]:
     """Right singular vectors of deformations (..., e, n), (count, n, n), the free motions last; number of these,
     (count,), zero where there are others that rounding does not tell from them."""
     size = scaled.shape[-1]
     flat = scaled.reshape(int(np.prod(scaled.shape[:-2])), *scaled.shape[-2:])
     more = np.zeros((len(flat), max(size - flat.shape[-2], 0), size))
     _, values, rows = np.linalg.svd(np.concatenate([flat, more], axis=1), full_matrices=False)
-    free = values <= ZERO * np.sqrt(size)
-    ranks = np.where((values <= _RESISTED).sum(axis=-1) == free.sum(axis=-1), free.sum(axis=-1), 0)
+    rank = (values <= ZERO * np.sqrt(size)).sum(axis=-1)
+    ranks = np.where((values <= _RESISTED).sum(axis=-1) == rank, rank, 0)
     return np.broadcast_to(rows, (count, size, size)), np.broadcast_to(ranks, (count,))
 
 
@@ -198,31 +138,18 @@ def free_motions_of(state: EquilibriumResidual, count: int) -> tuple[Array, Arra
 
     Zero where an entry has fewer than others, or some that rounding does not tell from them.
     """
-    scaled, root = _scaled(state)
-    bases, ranks = _free(scaled, count)
+    found = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
+    scaled, root = weighed(*found)
+    bases, ranks = free(scaled, count)
     most, size = int(ranks.max(initial=0)), bases.shape[-1]
     own = np.arange(size - most, size) >= size - ranks[:, None]
     shapes = np.moveaxis(np.where(own[..., None], bases[:, size - most :], 0.0), 1, 0) * root
     motions = extended(shapes if state.values.ndim > 1 else shapes[:, 0])
     moved = np.abs(displaced(state, state.unknowns, motions)[1]).astype(np.float64)
-    away = state.change(_extent(state.statics), 0).astype(np.float64) + state.plan.frame.size
+    away = state.change(extent(state.statics), 0).astype(np.float64) + state.plan.frame.size
     largest = np.maximum(moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2)) * away)
     whole = _absolute(state, motions).astype(np.float64)
     return whole.reshape(most, count, size), largest.reshape(most, count)
-
-
-def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
-    """Entries of which the same unknowns can be held: their numbers, free motions (m, r, n), and those unknowns."""
-    left = np.flatnonzero(ranks)
-    while left.size:
-        rank = int(ranks[left[0]])
-        same = left[ranks[left] == rank]
-        motions = bases[same, -rank:]
-        constrained = np.sort(constrained_unknowns(motions[0]))
-        independence = np.linalg.svd(motions[..., constrained], compute_uv=False)[..., -1]
-        good = independence >= _ALIKE * independence[0]
-        yield same[good], motions[good], constrained
-        left = np.setdiff1d(left, same[good])
 
 
 def _constrained(
@@ -261,7 +188,7 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     forces = np.abs(state.loads.forces)
     spread = state.double.sizes(coordinates.astype(np.float64))
     # a rounded position is off by a rotation's share of the distance from the origin
-    off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(_extent(state.statics), 0)[..., None]
+    off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(extent(state.statics), 0)[..., None]
     could = np.sum(np.abs(moved) * forces, axis=(-1, -2)) + np.sum(off[..., None] * forces[..., :3], axis=(-1, -2))
     noise = np.sum(spread * (state.loads.error_bound + state.fine * forces), axis=(-1, -2))
     for springs, found in zip(state.double_springs, state.deformation_sizes, strict=True):
@@ -270,10 +197,10 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     opened = state.double.displacement_sizes(coordinates, spread)
     for k, own, size in zip(state.stiffness, opened, state.displacement_sizes, strict=True):
         noise = noise + state.fine * np.sum(own * k * size, axis=-1)
-    return np.asarray(np.any(~(work <= _GIVEN * could + _COMPUTED * noise), axis=0))
+    return np.asarray(np.any(~(work <= GIVEN * could + COMPUTED * noise), axis=0))
 
 
-def _extent(statics: Statics) -> Real:
+def extent(statics: Statics) -> Real:
     """Largest coordinate of a node, (...) with all batch axes; those within members lie between described ones."""
     topology, ndim = statics.plan.topology, len(statics.plan.frame.shape)
     each = (np.max(np.abs(topology.position(node)), axis=-1) for node in range(len(topology.frame.nodes)))

@@ -1,4 +1,4 @@
-"""Entries of a batch that loads plainly set in motion, told by their geometry and loads alone.
+"""Entries of a batch that can plainly move, and that loads set in motion, told by their geometry and loads alone.
 
 A free motion deforms nothing, so that it does not depend on how stiff anything is: entries of the same geometry have
 the same, which are found once for all of them. What is left for each entry is the work of its loads.
@@ -15,19 +15,19 @@ from ..batch import Array, aligned
 from ..batched.plan import Plan
 from ..entries import picked
 from ..error_bounds.equilibrium import Statics
-from ..error_bounds.resolved import MOST, geometry_shape, groups, ill_conditioned_state
+from ..error_bounds.resolved import MOST, alike, geometry_shape, groups, ill_conditioned_state
 from ..structure.parts import Row, Value, total
 from .constrained import PLAIN, free_motions_of
 
-# How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
-_ALIKE = 1e6
 
+def plain_mechanisms(
+    plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which of the `suspects` can plainly move, and which of these their loads plainly set in motion, (...) of the
+    batch shape both.
 
-def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> NDArray[np.bool_]:
-    """Which of the `suspects` are mechanisms that their loads plainly set in motion, (...) of the batch shape.
-
-    Others may be so, too: a closer look, at each entry by itself, tells. Where displacements are imposed, nothing is
-    plain.
+    Others may be so, too: a closer look, at each entry by itself, tells. Displacements that are imposed do no work on
+    what deforms nothing, so that they do not count.
 
     Parameters
     ----------
@@ -38,12 +38,12 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
     unknowns
         Numbers of the unknowns that count as loaded.
     """
-    out = np.zeros(suspects.shape, dtype=bool)
-    if not (suspects.any() and plan.forces and plan.frame.size) or len(plan.unknowns) > MOST or _imposed(plan):
-        return out
+    moving, driven = np.zeros(suspects.shape, dtype=bool), np.zeros(suspects.shape, dtype=bool)
+    if not (suspects.any() and plan.frame.size) or len(plan.unknowns) > MOST:
+        return moving, driven
     statics = Statics(plan, determinate=True)
-    if not _alike(statics):
-        return out
+    if not alike(statics):
+        return moving, driven
     shape = geometry_shape(statics)
     along = tuple(axis for axis, size in enumerate(shape) if size == 1)
     rows = [plan.tree.row(*divmod(dof, 6)) for dof in plan.forces]
@@ -56,8 +56,9 @@ def driven_mechanisms(plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequenc
             here = suspects & (chosen > 0)
             places = np.nonzero(here) if here.ndim else ()
             found = np.broadcast_to(chosen, here.shape)[here] - 1
-            out[here] = _driven(plan, motions[:, found], largest[:, found], places)
-    return out
+            moving[here] = np.asarray((largest > 0.0).any(axis=0))[found]
+            driven[here] = _driven(plan, motions[:, found], largest[:, found], places)
+    return moving, driven
 
 
 def at_rest(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -93,17 +94,6 @@ def _imposed(plan: Plan) -> list[Row]:
     """Rows to which displacements of supports or offsets of joints contribute."""
     rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
     return [row for row in rows if min(row, default=0) < 0]
-
-
-def _alike(statics: Statics) -> bool:
-    """Whether each spring is about as stiff at all entries, and not zero or far stiffer at some of them."""
-    for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
-        if k.size:
-            batch = tuple(range(k.ndim - last))
-            least, most = k.min(axis=batch), k.max(axis=batch)
-            if not ((most <= _ALIKE * least) & np.isfinite(most)).all():
-                return False
-    return True
 
 
 def _motions(

@@ -73,6 +73,10 @@ class LinearResults(Protocol):
         """Entries in which what the loads reach can move, (...)."""
         ...
 
+    def silenced(self) -> LinearResults:
+        """This solution, which from now on tells of no mechanism in a warning."""
+        ...
+
     def part(self, node: str | None) -> LinearResults:
         """The solution of the part of the frame that a node is in."""
         ...

@@ -19,7 +19,7 @@ from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row, is_zero
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
-from .driven_mechanisms import at_rest, driven_mechanisms
+from .driven_mechanisms import at_rest, plain_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
@@ -114,16 +114,24 @@ class Primary:
         left = np.array(np.broadcast_to(absent, self.shape))
         if isinstance(self.solver, SparseSolver):
             return left
-        if self._driven is not None:
-            return left | self._driven
-        suspects = self.solver.suspects() & ~left
-        return left | driven_mechanisms(self.plan, suspects, loaded(self.plan, self.solver)) if suspects.any() else left
+        return left | (self._plain[1] if self._driven is None else self._driven)
+
+    @cached_property
+    def _plain(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Entries that can plainly move, and those of these which the loads set in motion, (...); of such as are known
+        to be nothing is asked."""
+        none = np.zeros(self.shape, dtype=bool)
+        if isinstance(self.solver, SparseSolver) or self.plan.entry is not None:
+            return none, none
+        suspects = self.solver.suspects() & ~(none if self.frame.absent is None else self.frame.absent)
+        suspects = suspects if self._driven is None else suspects & ~self._driven
+        return plain_mechanisms(self.plan, suspects, loaded(self.plan, self.solver)) if suspects.any() else (none, none)
 
     @cached_property
     def singular(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach is singular to double precision, (...)."""
         if isinstance(self.solver, BroadcastSolver):
-            return self.solver.singular(excited=True, known=self.lost)
+            return self.solver.singular(excited=True, known=self.lost | self._plain[0])
         return self.solver.singular(excited=True)
 
     @cached_property
@@ -137,7 +145,7 @@ class Primary:
                 return None
             found = ResolvedLarge(self.plan, self.solver)
         else:
-            suspects = self.solver.suspects() & ~self.lost
+            suspects = self.solver.suspects() & ~(self.lost | self._plain[0])
             if not suspects.any():
                 return None
             if len(self.plan.unknowns) <= MOST:

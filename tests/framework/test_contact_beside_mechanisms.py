@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
+from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution, SolutionState
 from linkframe.framework.results import consistent_mechanisms
 from linkframe.models import FourBar
@@ -53,17 +53,23 @@ def test_entries_are_as_they_are_alone() -> None:
     assert (whole.status[[0, 3]] == "mechanism").sum() == 2 * (force != 0.0).sum()
 
 
-def test_regular_entries_go_the_quick_way_beside_mechanisms(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("imposed", [0.0, 1e-5])
+def test_regular_entries_go_the_quick_way_beside_mechanisms(imposed: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is looked at more closely that geometry and loads tell, and contact is in closed form."""
 
     def refused(*_: object) -> None:
         raise AssertionError
 
     monkeypatch.setattr(consistent_mechanisms, "small", refused)
-    degrees = np.delete(DEGREES, 4)
-    force = np.linspace(80.0, 120.0, MANY)
-    whole = four_bar(degrees[:, None], STIFFNESS, CLEARANCE, force).solve()
-    regular = four_bar(degrees[[1, 2, 4], None], STIFFNESS, CLEARANCE, force).solve()
+    degrees, force = np.delete(DEGREES, 4), np.linspace(80.0, 120.0, MANY)
+
+    def frame_at(degrees: ArrayLike) -> Frame:
+        frame = four_bar(np.asarray(degrees)[:, None], STIFFNESS, CLEARANCE, force)
+        frame.prescribe("E", ux=imposed)
+        frame.offset("D", uy=-imposed)
+        return frame
+
+    whole, regular = frame_at(degrees).solve(), frame_at(degrees[[1, 2, 4]]).solve()
     assert whole.pressed is not None
     for some, all_of_them in zip(results(regular), results(whole), strict=True):
         assert_allclose(all_of_them[[1, 2, 4]], some, rtol=1e-9, atol=1e-9 * np.abs(some).max())
@@ -71,7 +77,7 @@ def test_regular_entries_go_the_quick_way_beside_mechanisms(monkeypatch: pytest.
     assert np.isnan(whole.joint_force("D")[[0, 3]]).all()
     assert_array_equal(whole.contact("B").state[:, 0], ["mechanism", "closed", "closed", "mechanism", "closed"])
     with pytest.warns(MechanismWarning, match=r"80 of 200 .* free motion 1: "):
-        four_bar(degrees[:, None], STIFFNESS, CLEARANCE, force).solve().displacement("P")
+        frame_at(degrees).solve().displacement("P")
 
 
 @pytest.mark.parametrize("degrees", [0.0, 180.0, 180.0 + 1e-9])
@@ -96,3 +102,27 @@ def test_what_is_left_out_leaves_the_others_the_quick_way() -> None:
     assert_allclose(solution.displacement("P")[[0, 2]], expected[[0, 2]], rtol=1e-12)
     assert np.isnan(solution.displacement("P")[1]).all()
     assert (solution.contact("B").state[1] == "absent").all()
+
+
+def test_a_joint_without_force_at_some_entries_alone() -> None:
+    """A stop of the crank at a dead point to double precision, at which offsets drive the linkage by a rounding."""
+    along, across = np.array([80.0, 0.0, 60.0]), np.array([0.0, 50.0, 30.0])
+
+    def solved(along: ArrayLike, across: ArrayLike, sample: ArrayLike) -> Solution:
+        frame = four_bar(np.array([180.0, 20.0])[:, None], STIFFNESS[sample], CLEARANCE[sample], 0.0)
+        frame.node("ground", frame.nodes["B.crank"].coordinates, frame.nodes["B.crank"].body)
+        frame.add("stop", Joint((0.0, 1e7, 0.0, 0.0, 0.0, 0.0), clearance=1e-5), "B.crank", "ground")
+        frame.fix("ground")
+        frame.load("P", fx=along)
+        frame.load("B.crank", fy=across)
+        return frame.solve()
+
+    whole = solved(along, across, np.arange(3))
+    for sample in range(3):
+        alone = solved(along[sample, None], across[sample, None], np.array([sample]))
+        assert_array_equal(whole.status[:, sample], alone.status[:, 0])
+        found, expected = whole.contact("stop"), alone.contact("stop")
+        assert_array_equal(found.state[:, sample], expected.state[:, 0])
+        assert_allclose(found.offset[:, sample], expected.offset[:, 0], rtol=0.0, atol=1e-12)
+        assert_allclose(whole.displacement("P")[:, sample], alone.displacement("P")[:, 0], rtol=0.0, atol=1e-12)
+    assert whole.contact("stop").state[0, 1] == "closed"

@@ -1,0 +1,298 @@
+"""Entries of a batch that can move, each solved with an unknown held for each free motion, where it moves most.
+
+Deformations by the unknowns and free motions depend on the geometry alone, the matrix on the stiffness too; loads and
+offsets are many for each. So the first are found once for each geometry, the second once for each matrix, and what is
+left for each entry is to balance ``p - B^T k (B u + e)`` in extended precision, all of it small and dense.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import cached_property, reduce
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, Shape, merged
+from ..entries import Entries
+from ..error_bounds.compliance import DenseCompliance, by_units, resistances, together
+from ..error_bounds.equilibrium import EquilibriumResidual, Statics
+from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.resolved import alike, distinct, geometry_shape, grouped, matrix_shape
+from ..error_bounds.tree_members import MEMBER
+from ..solvers.freedom import constrained_unknowns
+from ..structure.parts import Extended
+from ..structure.topology import Index
+from .constrained import COMPUTED, GIVEN, ConstrainedSolution, extent, free, weighed
+
+Indices = tuple[Index, ...]
+# How independent the held unknowns of one entry must be at another, by how they are at their own.
+_ALIKE = 0.1
+# Share of an error that a step of refinement may leave, for an inverse in double precision to do; steps with another.
+_ROUGH, _STEPS = 1e-6, 4
+# Entries handled at a time: as many as their matrices have so many numbers, but no fewer and no more than these.
+_NUMBERS, _LEAST, _MOST = 2**20, 256, 2**11
+# What is left of errors after refinement.
+_LEFT = 1e-22
+
+
+def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) -> Iterator[ConstrainedSolution]:
+    """Entries of a batch; those of which rounding hides whether they can move are left out.
+
+    Parameters
+    ----------
+    statics
+        The frame.
+    suspects
+        Entries to look at, (...) of the batch shape.
+    unknowns
+        Numbers of the unknowns that count as loaded.
+    """
+    by_matrix = matrix_shape(statics)
+    by_geometry = geometry_shape(statics) if alike(statics) else by_matrix
+    count = min(_MOST, max(_LEAST, _NUMBERS // max(1, len(unknowns)) ** 2))
+    for some, first, which in grouped(suspects, by_matrix, count):
+        index, matrices = () if some is None else some, () if first is None else first
+        geometry, own = distinct(matrices, by_geometry)
+        frames = _Geometries(statics, geometry, unknowns)
+        k = np.broadcast_to(_stiffness(statics, matrices), (len(own), frames.columns.shape[-2]))
+        # the free motions of a geometry are those of any of its matrices
+        scaled, root = weighed(frames.double, frames.sizes, k[np.unique(own, return_index=True)[1]])
+        for take, basis, constrained in _alike(*free(scaled, frames.count)):
+            taken = np.flatnonzero(np.isin(own, take))
+            entries = np.flatnonzero(np.isin(which, taken))
+            group = _Group(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
+            held = group.refined(np.moveaxis(basis * root[take][:, None], 1, 0), take)
+            part = tuple(each[entries] for each in index)
+            found = _solved(statics, part, group, np.searchsorted(taken, which[entries]), held)
+            yield found if suspects.ndim else found.alone
+
+
+class _Geometries:
+    """Some geometries of a frame.
+
+    Attributes
+    ----------
+    columns, sizes
+        Deformations by the unknowns (g, e, n), and sizes of their parts in double precision (n, g, e).
+    """
+
+    def __init__(self, statics: Statics, index: Indices, unknowns: list[int]) -> None:
+        change = Entries(index)
+        self.statics, self.unknowns, self.count = statics, unknowns, len(index[0]) if index else 1
+        self.kinematics = statics.kinematics.mapped(change)
+        self.springs = [each.mapped(change) for each in statics.springs]
+        self.extent = np.broadcast_to(change(extent(statics), 0), (self.count,)).astype(np.float64)
+        rows, sizes = by_units(self.kinematics, self.springs, unknowns, Extended)
+        whole = (len(unknowns), self.count, rows.shape[-1])
+        self.columns = np.moveaxis(np.broadcast_to(rows, whole), 0, -1)
+        self.sizes = np.broadcast_to(sizes, whole).astype(np.float64)
+        self.double = self.columns.astype(np.float64)
+
+    @cached_property
+    def units(self) -> Real:
+        """Displacements of the nodes by a unit of each unknown, (n, g or 1, nodes, 6)."""
+        unit = np.eye(len(self.unknowns), dtype=Extended)[:, None]
+        none: list[Real | None] = [None] * len(self.kinematics.links)
+        return self.kinematics.displacements(self.kinematics.coordinates(self.unknowns, unit, none))
+
+    @cached_property
+    def length_scale(self) -> Real:
+        """Length of the longest piece, (g,)."""
+        lengths = [np.max(each.length, axis=-1) for each in self.springs]
+        found = reduce(np.maximum, lengths, extended(0.0))
+        return np.broadcast_to(np.where(found > 0.0, found, self.statics.plan.frame.size), (self.count,))
+
+    def displaced(self, motions: Real) -> Real:
+        """Displacements of the nodes in motions (r, g, n) of the unknowns, (r, g, nodes, 6)."""
+        units = np.broadcast_to(self.units, (len(self.unknowns), self.count, *self.units.shape[2:]))
+        found: Real = np.einsum("rgn,nguk->rguk", motions, units)
+        return found
+
+    def absolute(self, values: Real, own: Index, given: Real) -> Real:
+        """Unknowns (..., m, n) as the frame's own coordinates have them, for geometries (m,), with the displacements of
+        nodes by what is imposed, (m or 1, nodes, 6)."""
+        out, at = values.copy(), own if len(self.units[0]) > 1 else np.zeros(1, dtype=np.int64)
+        determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
+        for k, unknown in enumerate(self.unknowns):
+            node, component = divmod(unknown, 6)
+            if node in determinate:
+                by_unit = self.units[:, at, node, component]
+                out[..., k] = given[..., node, component] + np.einsum("...mn,nm->...m", values, by_unit)
+        return out
+
+
+class _Group:
+    """Matrices that some unknowns are held of, the same at all.
+
+    Parameters
+    ----------
+    frames
+        Geometries.
+    kept
+        The unknowns that are not held.
+    own
+        Geometry of each matrix (m,).
+    k
+        Stiffness against the deformations, (m, e).
+    """
+
+    def __init__(self, frames: _Geometries, kept: Index, own: Index, k: Array) -> None:
+        self.frames, self.kept, self.own, self.k = frames, kept, own, k
+        sizes = frames.sizes[kept]
+        found = DenseCompliance.of(frames.double[own][..., kept], sizes[:, own], k)
+        rough = float(np.max(found.backward_error / np.where(found.least > 0.0, found.least, np.nan), initial=0.0))
+        self.steps = _STEPS
+        if 0.0 < rough <= _ROUGH:
+            self.steps = math.ceil(math.log(_LEFT) / math.log(rough))
+        elif rough != 0.0:
+            found = DenseCompliance.of(frames.columns[own][..., kept], sizes[:, own].astype(Extended), k)
+        self.root, self._inverse = found.root, found.inverse
+        self.sure = np.broadcast_to(found.least > 0.0, own.shape)
+
+    def balanced(self, load: Real, which: Index) -> tuple[Real, Real]:
+        """Unknowns (..., n) that balance loads (..., n) of matrices (...), those held zero; and what is left of these
+        loads, which is what holds them."""
+        own, k, kept = self.own[which], self.k[which], self.kept
+        root, inverse = self.root[which], self._inverse[which]
+        columns = self.frames.columns[own]
+        left, out = load, extended(np.zeros(load.shape))
+        for _ in range(self.steps):
+            scaled = root * left[..., kept].astype(root.dtype)
+            out[..., kept] += root * np.einsum("...ij,...j->...i", inverse, scaled)
+            left = load - _back(columns, k * _forth(columns, out))
+        return out, left
+
+    def refined(self, motions: Array, take: Index) -> Real:
+        """Free motions (r, g, n) of all geometries, from rough ones (r, m, n) of those to `take`; the largest
+        displacement is one, rotations counting as what they move at the end of the longest piece."""
+        known, first = np.unique(self.own, return_index=True)
+        first = first[np.searchsorted(known, take)]
+        columns, rough, frames = self.frames.columns[take], extended(motions), self.frames
+        left = -_back(columns, self.k[first] * _forth(columns, rough))
+        out = extended(np.zeros((len(rough), frames.count, rough.shape[-1])))
+        out[:, take] = rough + self.balanced(left, first)[0]
+        moved = np.abs(frames.displaced(out))
+        moved[..., 3:] *= frames.length_scale[:, None, None]
+        largest = np.max(moved, axis=(-1, -2))
+        return out / np.where(largest > 0.0, largest, 1.0)[..., None]
+
+
+class _Loading:
+    """Loads and imposed displacements of some entries.
+
+    Attributes
+    ----------
+    load
+        On the unknowns, without what is imposed, (l, n).
+    forces, error_bound
+        On the nodes, (l, nodes, 6).
+    deformations, sizes
+        By what is imposed alone, (l, e), and the sizes of their parts.
+    displacements
+        Of the nodes by what is imposed alone, (l, nodes, 6).
+    """
+
+    def __init__(self, statics: Statics, index: Indices, unknowns: list[int]) -> None:
+        change, kinematics = Entries(index), statics.kinematics.mapped(Entries(index))
+        springs, loads = [each.mapped(change) for each in statics.springs], statics.loads.mapped(change)
+        imposed = [None if each is None else change(each, 1) for each in statics.imposed]
+        self.forces, self.error_bound = loads.forces, loads.error_bound
+        none: list[Real | None] = [None] * len(kinematics.links)
+        self.load = kinematics.reduced(unknowns, kinematics.generalised(loads.forces, none))
+        coordinates = kinematics.coordinates(unknowns, extended(np.zeros((1, len(unknowns)))), imposed)
+        self.displacements = kinematics.displacements(coordinates)
+        spread = kinematics.sizes(coordinates)
+        relative = kinematics.relative_displacements(coordinates, self.displacements)
+        opened = kinematics.displacement_sizes(coordinates, spread)
+        given = [np.zeros((1, 6)) if each is None else each for each in imposed]
+        idle = [extended(np.zeros((1, len(kinematics.idle))))]
+        members = [merged(each.of(self.displacements, coordinates), -2, -1) for each in springs]
+        self.deformations = together([*members, *map(np.subtract, relative, given), *idle])
+        members = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
+        self.sizes = together([*members, *(a + np.abs(b) for a, b in zip(opened, given, strict=True)), *idle])
+
+    @staticmethod
+    def shape(statics: Statics) -> Shape:
+        """Batch over which these vary, with all axes of the batch."""
+        imposed = [each.shape[:-1] for each in statics.imposed if each is not None]
+        loads = statics.loads
+        return np.broadcast_shapes(
+            geometry_shape(statics), loads.forces.shape[:-2], loads.error_bound.shape[:-2], *imposed
+        )
+
+
+def _solved(statics: Statics, index: Indices, group: _Group, which: Index, motions: Real) -> ConstrainedSolution:
+    """Entries at these indices, of matrices (m,) of a group, with the free motions (r, g, n) of its geometries."""
+    frames, own = group.frames, group.own[which]
+    first, like = distinct(index, _Loading.shape(statics))
+    loading = _Loading(statics, first, frames.unknowns)
+    load = _some(loading.load, like) - _back(frames.columns[own], group.k[which] * _some(loading.deformations, like))
+    values, left = group.balanced(load, which)
+    whole = frames.absolute(values, own, _some(loading.displacements, like))
+    moving = frames.absolute(motions, np.arange(frames.count), extended(np.zeros(loading.displacements.shape[1:])))
+    work = np.abs(np.einsum("rmn,mn->rm", motions[:, own], left))
+    driven = ~(work <= _least_work(loading, like, group, which, motions, values)).all(axis=0)
+    return ConstrainedSolution(index, whole, moving[:, own], frames.length_scale[own], ~driven & group.sure[which])
+
+
+def _least_work(loading: _Loading, like: Index, group: _Group, which: Index, motions: Real, values: Real) -> Array:
+    """Work of loads on free motions (r, g, n) that is but rounding, of what is described and what is computed, (r, m),
+    for the values (m, n) of the unknowns."""
+    frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine
+    none: list[Real | None] = [None] * len(frames.kinematics.links)
+    spread = frames.kinematics.sizes(frames.kinematics.coordinates(frames.unknowns, motions, none))
+    moved = np.abs(frames.displaced(motions)).astype(np.float64)
+    # a rounded position is off by a rotation's share of the distance from the origin
+    off = np.max(moved[..., 3:], axis=-1) * frames.extent[:, None]
+    moved[..., :3] += off[..., None]
+    forces = np.abs(_some(loading.forces, like)).astype(np.float64)
+    uncertain = _some(loading.error_bound, like) + fine * forces
+    could = np.einsum("rmuk,muk->rm", moved[:, own], np.broadcast_to(forces, (len(own), *forces.shape[1:])))
+    noise = np.sum(spread.astype(np.float64)[:, own] * uncertain, axis=(-1, -2))
+    size = np.einsum("mn,nme->me", np.abs(values).astype(np.float64), frames.sizes[:, own])
+    size = np.abs(group.k[which]) * (size + _some(loading.sizes, like).astype(np.float64))
+    sizes = np.einsum("rgn,nge->rge", np.abs(motions).astype(np.float64), frames.sizes)
+    noise = noise + fine * np.sum(sizes[:, own] * size, axis=-1)
+    least: Array = GIVEN * could + COMPUTED * noise
+    return least
+
+
+def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
+    """Geometries of which the same unknowns can be held: their numbers, free motions (m, r, n), and those unknowns."""
+    left = np.flatnonzero(ranks)
+    while left.size:
+        rank = int(ranks[left[0]])
+        same = left[ranks[left] == rank]
+        motions = bases[same, -rank:]
+        constrained = np.sort(constrained_unknowns(motions[0]))
+        independence = np.linalg.svd(motions[..., constrained], compute_uv=False)[..., -1]
+        good = independence >= _ALIKE * independence[0]
+        yield same[good], motions[good], constrained
+        left = np.setdiff1d(left, same[good])
+
+
+def _stiffness(statics: Statics, index: Indices) -> Array:
+    """Stiffness against deformations at entries, (m or 1, e)."""
+    change = Entries(index)
+    kinematics, springs = statics.kinematics.mapped(change), [each.mapped(change) for each in statics.springs]
+    stiffness = [change(each, 1) for each in statics.stiffness]
+    return resistances(kinematics, springs, stiffness, 1).astype(np.float64)
+
+
+def _forth(columns: Real, values: Real) -> Real:
+    """Deformations (..., e) by unknowns (..., n)."""
+    found: Real = np.einsum("...en,...n->...e", columns, values)
+    return found
+
+
+def _back(columns: Real, forces: Real) -> Real:
+    """Forces on the unknowns (..., n) for forces on the deformations (..., e)."""
+    found: Real = np.einsum("...en,...e->...n", columns, forces)
+    return found
+
+
+def _some(array: Real, like: Index) -> Real:
+    """What some entries (m,) are like, of an array (l, ...); as it is where all are like one."""
+    return array if len(array) == 1 else array[like]
