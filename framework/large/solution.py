@@ -38,9 +38,10 @@ class LargeSolution(TurnedDirections, SavedResults):
     beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. Of its two sides
     that is the one to which the first little share of the loads moves the frame; where that is neither, as where the
     two are mirror images, the one at which the first of the largest displacements of the nodes, in the order of their
-    description, is positive. So is a mechanism at rest whose loads do no work on its free motion. A frame in a
-    coordinate plane under loads in it is kept to the plane; `stable` looks out of it. Journals whose contact stiffness
-    is inf lie on their circles to rounding; screws advance through any number of turns.
+    description, is positive. So is a mechanism at rest whose loads do no work on its free motion. An entry in a
+    coordinate plane under loads in it is kept to the plane, whatever its neighbours are; `stable` looks out of it.
+    Journals whose contact stiffness is inf lie on their circles to rounding; screws advance through any number of
+    turns.
 
     Rotations are rotation vectors (axis times angle, up to pi).
 
