@@ -15,11 +15,10 @@ from .state import DisplacedState
 
 
 def definite_in_space(continuation: LoadStepping, state: DisplacedState, planar_model: Model) -> Mask:
-    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,)."""
+    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,); not of those left out."""
     newton = Newton(Model(planar_model.plan, in_plane=False, clearance=planar_model.clearance))
-    out = np.empty(continuation.count, dtype=bool)
-    for begin in range(0, continuation.count, continuation.chunk):
-        index = np.arange(begin, min(begin + continuation.chunk, continuation.count))
+    out = np.zeros(continuation.count, dtype=bool)
+    for index in continuation.pieces():
         where = continuation.where(index)
         inside = EquilibriumEquations(planar_model, where, len(index))
         there = in_space(newton.model, inside, state.taken(index))
