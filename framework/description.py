@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .described.loads import DescribedLoads
 from .dofs import DISPLACEMENTS, FORCES
@@ -65,6 +65,13 @@ class Description(DescribedLoads):
             *([name, "load", " ".join(sorted({FORCES[k] for k, _ in given}))] for name, given in self.loads.items()),
         ]
         return html_table(repr(self).strip("<>"), ["name", "what", "where"], rows)
+
+
+def excluding(frame: Description, where: NDArray[np.bool_]) -> Description:
+    """A copy of a description without the batch entries `where` (...)."""
+    clone = frame.copy()
+    clone.exclude(where)
+    return clone
 
 
 def alone(frame: Description) -> Description:

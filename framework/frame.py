@@ -149,9 +149,9 @@ class Frame(InBulk):
         if not large and steps != 1:
             raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:
-            from .large.solution import LargeSolution
+            from .large.by_planes import solved
 
-            return LargeSolution.of(self, method, clearance, steps)
+            return solved(self, method, clearance, steps)
         return Solution.of(self, method, clearance=clearance)
 
     def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> EquilibriumPath:

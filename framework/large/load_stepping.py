@@ -60,7 +60,7 @@ class LoadStepping:
         factors = np.arange(1, self.steps + 1) / self.steps
         whole = FoundEquilibria.nothing(DisplacedState.start(self.model, self.count), copied=False)
         history = self._history()
-        for index in self._pieces():
+        for index in self.pieces():
             self.search.before = int(index[0])
             found = FoundEquilibria.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
             before = 0.0
@@ -78,7 +78,7 @@ class LoadStepping:
     def single(self, state: DisplacedState) -> History:
         """What happened on the way in one load step that has ended at `state`."""
         history = self._history()
-        for index in self._pieces():
+        for index in self.pieces():
             begin = self.newton.space(start(self.newton, self.where(index), len(index), 1.0))
             self._record(history, index, 0, (begin, state.taken(index)), (0.0, 1.0))
         return history
@@ -87,7 +87,7 @@ class LoadStepping:
         shape = self.steps, self.count
         return History(np.arange(1, self.steps + 1) / self.steps, np.full(shape, np.nan), np.full(shape, np.nan))
 
-    def _pieces(self) -> Iterator[NDArray[np.int64]]:
+    def pieces(self) -> Iterator[NDArray[np.int64]]:
         """Entries that were not left out, a piece of the batch at a time."""
         absent = self.model.frame.absent
         wanted = np.arange(self.count)

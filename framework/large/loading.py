@@ -109,7 +109,7 @@ class Loads:
     nodal
         Forces and moments (6, nodes, ...), loads on members shared between the ends of pieces.
     largest
-        Largest magnitude of what was summed up, by component (6,).
+        Largest magnitude of what was summed up, by component (..., 6).
     offset_forces
         Weights that are not at their node.
     """
@@ -122,10 +122,11 @@ class Loads:
     def of(cls, topology: Topology) -> Loads:
         """The loads of a frame."""
         at: dict[int, Array] = {}
-        largest = np.zeros(6)
+        largest: Array = np.zeros(6)
 
         def put(node: int, force: Array) -> None:
-            np.maximum(largest, np.abs(force).reshape(-1, 6).max(axis=0, initial=0.0), out=largest)
+            nonlocal largest
+            largest = np.maximum(largest, np.abs(force))
             at[node] = at[node] + force if node in at else force
 
         for node, k, value in component_loads(topology):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property, reduce
 
 import numpy as np
@@ -21,7 +22,7 @@ from ..structure.tree import strongest_first
 from .joints import TreeJoint, offsets
 from .loading import Loads, Stack
 from .numbers import Numbers, Where
-from .plane import WHOLE, plane
+from .plane import EntryPlanes
 
 CONSTRAINED = -1
 
@@ -44,8 +45,10 @@ class Model:
 
     Attributes
     ----------
+    planes
+        To which plane each entry keeps, also alone.
     components
-        Global displacement components in which nodes move.
+        Global displacement components in which nodes move: those of the plane of all entries, or all six.
     columns
         Number of each coordinate (6, nodes), `CONSTRAINED` where it stays zero.
     plain
@@ -68,7 +71,8 @@ class Model:
         _check(plan)
         self.loads = Loads.of(plan.topology)
         self.stacks = [Stack.of(plan.topology, group) for group in plan.topology.groups]
-        self.components = plane(plan.topology, plan.tree.edges, self.loads) if in_plane else WHOLE
+        self.planes = EntryPlanes.of(plan.topology, plan.tree.edges, self.loads, in_plane=in_plane)
+        self.components = self.planes.components
         edges = [edge for edge in plan.tree.edges if self._matters(edge)]
         # of equals the first is in the tree, where a turn has no end
         chosen, closing = spanning(strongest_first(sorted(edges, key=lambda edge: is_zero(edge.pitch))))
@@ -122,6 +126,13 @@ class Model:
             order[6 * node + k] = self.free + number
         self.columns = order.reshape(self.count, 6).T.copy()
         self.size = self.free + len(self.prescribed)
+
+    @cached_property
+    def present(self) -> int:
+        """Number of entries that were not left out."""
+        shape, absent = self.frame.shape, self.frame.absent
+        left = 0 if absent is None else int(np.broadcast_to(absent, shape).sum())
+        return math.prod(shape) - left
 
     @cached_property
     def length(self) -> float:

@@ -82,7 +82,7 @@ class NewtonProgram:
         recorded: RecordedNewton = KERNELS.found(
             key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
         )
-        found = _way(costs, recorded.program.weight, math.prod(space.frame.shape))
+        found = _way(costs, recorded.program.weight, space.present)
         return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
 
     def solve(self, where: Where, state: State, factor: float) -> FoundEquilibria:
@@ -133,7 +133,7 @@ def choice(model: Model | PlanarModel) -> NewtonChoice:
         return NewtonChoice(False, False, f"by arrays, as all is where there are {what}")
     if not 0 < steps <= MOST or space.free > LARGE:
         return NewtonChoice(False, False, "by arrays; with so many pieces writing it down would take too long")
-    return _way(costs, steps, math.prod(space.frame.shape))
+    return _way(costs, steps, space.present)
 
 
 def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:

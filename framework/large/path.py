@@ -19,7 +19,7 @@ from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
 from ..continuation import Index, PathBatch, turning_values
-from ..description import Description
+from ..description import Description, excluding
 from ..dofs import component
 from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
@@ -120,6 +120,23 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
         raise FrameError(f"path of {node!r} in steps = {steps!r}: give a whole number above zero")
     if isinstance(first, bool) or not 0.0 < first < np.inf:
         raise FrameError(f"path of {node!r} with first = {first!r}: give a load factor above zero, such as 0.05")
+    goal = node, component(name), to
+    model = _model(frame, node)
+    parts = model.planes.split()
+    if len(parts) < 2:
+        path = _traced(model, goal, steps, first)
+    else:
+        masks = [np.broadcast_to(part, frame.shape) for part in parts]
+        models = [_model(excluding(frame, ~mask), node) for mask in masks]
+        path = _together(model, masks, [_traced(each, goal, steps, first) for each in models])
+    lost = ~path.reached & np.isfinite(path.factor[0])
+    if lost.any():
+        warnings.warn(_message(path, lost, node, name, to), PathWarning, stacklevel=3)
+    return path
+
+
+def _model(frame: Description, node: str) -> Model:
+    """The frame compiled, where it has a path."""
     model = Model(Plan(frame.copy(), cut=True))
     if not model.size:
         raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
@@ -128,17 +145,34 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
             f"joint {model.edges[number].edge.name!r} is ideal (inf) where it has clearance: for a path give it a "
             "contact stiffness, such as 2e11, or no clearance"
         )
-    tracer = _Tracer(model, (node, component(name), to), first)
+    return model
+
+
+def _traced(model: Model, goal: tuple[str, int, float], steps: int, first: float) -> EquilibriumPath:
+    """Paths of all entries, in the coordinates of a model."""
+    tracer = _Tracer(model, goal, first)
     for _ in range(steps):
         if not tracer.point():
             break
-    factor = np.stack(tracer.factors).reshape(len(tracer.factors), *frame.shape)
-    stable = np.stack(tracer.stables).reshape(len(tracer.stables), *frame.shape)
-    path = EquilibriumPath(tracer.model.frame, factor, stable, tracer.reached, tracer.model, tracer.states)
-    lost = ~path.reached & np.isfinite(path.factor[0])
-    if lost.any():
-        warnings.warn(_message(path, lost, node, name, to), PathWarning, stacklevel=3)
-    return path
+    factor = np.stack(tracer.factors).reshape(len(tracer.factors), *model.frame.shape)
+    stable = np.stack(tracer.stables).reshape(len(tracer.stables), *model.frame.shape)
+    return EquilibriumPath(model.frame, factor, stable, tracer.reached, model, tracer.states)
+
+
+def _together(model: Model, masks: list[Mask], paths: list[EquilibriumPath]) -> EquilibriumPath:
+    """Paths of a batch from those of its parts, the entries of which have kept to planes of their own."""
+    shape, points = model.frame.shape, max(len(path.factor) for path in paths)
+    factor, stable = np.full((points, *shape), np.nan), np.zeros((points, *shape), dtype=bool)
+    reached = np.zeros(shape, dtype=bool)
+    states = [DisplacedState.start(model, masks[0].size) for _ in range(points)]
+    for mask, path in zip(masks, paths, strict=True):
+        index = np.flatnonzero(mask)
+        factor[: len(path.factor), mask], stable[: len(path.stable), mask] = path.factor[:, mask], path.stable[:, mask]
+        reached[mask] = path.reached[mask]
+        for whole, part in zip(states, path._states, strict=False):
+            whole.displacements[..., index] = part.displacements[..., index]
+            whole.rotations[..., index] = part.rotations[..., index]
+    return EquilibriumPath(model.frame, factor, stable, reached, model, states)
 
 
 def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
@@ -257,7 +291,8 @@ class _Tracer(PathBatch[_Corrected]):
         """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
         at, load = self._linear(self.state, None, self.factor)
         ahead = self._solved(at, self.newton.factor(at), load, self._prescribed())
-        slope = 1.0 / np.sqrt(self._norm(ahead, ahead))
+        size = np.sqrt(self._norm(ahead, ahead))
+        slope = 1.0 / np.where(size > 0.0, size, np.nan)  # without a load there is no path
         return ahead * slope, slope
 
     def _norm(self, a: Array, b: Array) -> Array:

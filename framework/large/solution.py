@@ -10,10 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from .. import rotation
 from ..batch import Array
 from ..batched.plan import Plan
-from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
 from ..description import Description
-from ..errors import FrameError
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
@@ -40,9 +38,10 @@ class LargeSolution(TurnedDirections, SavedResults):
     beyond its buckling load, the free mode is followed to a stable equilibrium, and `status` says so. Of its two sides
     that is the one to which the first little share of the loads moves the frame; where that is neither, as where the
     two are mirror images, the one at which the first of the largest displacements of the nodes, in the order of their
-    description, is positive. So is a mechanism at rest whose loads do no work on its free motion. A frame in a
-    coordinate plane under loads in it is kept to the plane; `stable` looks out of it. Journals whose contact stiffness
-    is inf lie on their circles to rounding; screws advance through any number of turns.
+    description, is positive. So is a mechanism at rest whose loads do no work on its free motion. An entry in a
+    coordinate plane under loads in it is kept to the plane, whatever its neighbours are; `stable` looks out of it.
+    Journals whose contact stiffness is inf lie on their circles to rounding; screws advance through any number of
+    turns.
 
     Rotations are rotation vectors (axis times angle, up to pi).
 
@@ -60,44 +59,6 @@ class LargeSolution(TurnedDirections, SavedResults):
         self.frame = frame
         self.model = Model(Plan(frame, cut=True), clearance=clearance)
         self._steps = steps
-
-    @classmethod
-    def of(cls, frame: Description, method: str | None, clearance: bool, steps: int) -> LargeSolution:
-        """Solution of a frame; later changes of the frame do not reach it.
-
-        Parameters
-        ----------
-        frame
-            The description.
-        method
-            None: the ways of linear solutions do not apply.
-        clearance
-            Whether the joints' clearances are taken into account.
-        steps
-            Number of load steps.
-
-        Returns
-        -------
-        LargeSolution
-            Nothing is solved yet: each result is computed when it is first read.
-
-        Raises
-        ------
-        FrameError
-            If a method is named, or `steps` is not a whole number above zero.
-        """
-        if method is not None:
-            raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
-        if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-            raise FrameError(f"steps is {steps!r}: give a whole number above zero")
-        by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
-        if by_own_law and not clearance:
-            raise FrameError(
-                f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out "
-                "clearance=False, "
-                "or give it a clearance of 0"
-            )
-        return cls(frame.copy(), int(steps), clearance)
 
     # -- displacements ----------------------------------------------------------------------------------------------
 

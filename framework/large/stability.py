@@ -15,14 +15,13 @@ from .state import DisplacedState
 
 
 def definite_in_space(continuation: LoadStepping, state: DisplacedState, planar_model: Model) -> Mask:
-    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,)."""
+    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,); not of those left out."""
     newton = Newton(Model(planar_model.plan, in_plane=False, clearance=planar_model.clearance))
-    out = np.empty(continuation.count, dtype=bool)
-    for begin in range(0, continuation.count, continuation.chunk):
-        index = np.arange(begin, min(begin + continuation.chunk, continuation.count))
+    out = np.zeros(continuation.count, dtype=bool)
+    for index in continuation.pieces():
         where = continuation.where(index)
         inside = EquilibriumEquations(planar_model, where, len(index))
-        there = _state(newton.model, inside, state.taken(index))
+        there = in_space(newton.model, inside, state.taken(index))
         at = EquilibriumEquations(newton.model, where, len(index)).linearised(there)
         out[index] = newton.clear(at.values)
         unclear = np.flatnonzero(~out[index])
@@ -35,8 +34,8 @@ def definite_in_space(continuation: LoadStepping, state: DisplacedState, planar_
     return out
 
 
-def _state(model: Model, inside: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
-    """The state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
+def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
+    """A state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
     planar_model = inside.model
     place = {joint.edge: number for number, joint in enumerate(planar_model.edges)}
     forces = inside.linearised(state).own
