@@ -85,6 +85,8 @@ class _Geometries:
         self.springs = [each.mapped(change) for each in statics.springs]
         self.extent = np.broadcast_to(change(extent(statics), 0), (self.count,)).astype(np.float64)
         rows, sizes = by_units(self.kinematics, self.springs, unknowns, Extended)
+        if rows.ndim == 2:  # frames without members have no axis for their places
+            rows, sizes = rows[:, None], sizes[:, None]
         whole = (len(unknowns), self.count, rows.shape[-1])
         self.columns = np.moveaxis(np.broadcast_to(rows, whole), 0, -1)
         self.sizes = np.broadcast_to(sizes, whole).astype(np.float64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDA
         count = 1 if index is None else len(index[0])
         deformed = ((columns != 0.0) & (stiffness != 0.0)[..., None]).astype(np.float32)
         loaded = np.broadcast_to((state.balance != 0.0).reshape(-1, len(unknowns)) | asked, (count, len(unknowns)))
-        found.append(_coupled(deformed.reshape(-1, *deformed.shape[-2:]), loaded))
+        found.append(_coupled(deformed.reshape(prod(deformed.shape[:-2]), *deformed.shape[-2:]), loaded))
     return np.concatenate([np.zeros((0, len(unknowns)), dtype=bool), *found])
 
 
