@@ -183,7 +183,7 @@ class Deformations:
             found = _first(self._plan).of_group(group).element.spring_stiffness(length)
             found = found.reshape(-1, found.shape[-1])
             stiffness.append(np.broadcast_to(found, (len(length), found.shape[-1])).T.reshape(-1))
-        whole = stiffness[0] if len(stiffness) == 1 else np.concatenate(stiffness)
+        whole = stiffness[0] if len(stiffness) == 1 else np.concatenate([np.zeros(0), *stiffness])
         springs: Array = whole[self.acting]
         return springs
 

@@ -122,7 +122,7 @@ def ask(rng: Rng, frame: Frame, asked: int) -> object:
     return questions[asked % len(questions)]()
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(64))
 def test_frames(seed: int) -> None:
     """Random edits, of which some are refused, then every fourth question."""
     rng, frame = np.random.default_rng(seed), Frame()
