@@ -237,7 +237,8 @@ class BlockFactor:
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
         if self._least is None:
             self._least = np.asarray(found[len(rows)] if watched else rest.pivot_ratio)
-        self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
+        if rows:  # whether something is singular may be asked before anything else
+            self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
         return found[: len(rows)]
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
