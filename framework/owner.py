@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import platform
 import re
-import time
 from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
@@ -22,14 +21,6 @@ def owner() -> str:
     """Name of this process, which no other has: ``machine-process-start``."""
     stat = _stat(os.getpid())
     return f"{_machine()}-{os.getpid()}-{stat[START] if stat else 0}"
-
-
-def age() -> float:
-    """Seconds since this process began; where the system does not tell when, those that it has computed."""
-    stat = _stat(os.getpid())
-    if stat is None or not int(stat[START]) or not hasattr(time, "CLOCK_BOOTTIME"):
-        return time.process_time()
-    return time.clock_gettime(time.CLOCK_BOOTTIME) - int(stat[START]) / os.sysconf("SC_CLK_TCK")
 
 
 def is_gone(name: str) -> bool:

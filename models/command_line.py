@@ -9,11 +9,10 @@ import sys
 from argparse import Action, ArgumentParser
 from collections.abc import Sequence
 from io import TextIOWrapper
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 from ..framework.errors import FrameError
-from ..framework.owner import age
 from .job.signals import Signals
 from .linkage.job import command as linkage
 from .linkage.job import convert_command, new_command, page_command
@@ -66,7 +65,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 when the job is done, 2 for bad input; 130 when interrupted, 143 when asked to end, 141 when
         nobody reads what it prints.
     """
-    begun = perf_counter() - (age() if arguments is None else 0.0)
+    # by what it has computed: a shell that waited before it became this process is not part of the job
+    begun = perf_counter() - (process_time() if arguments is None else 0.0)
     for stream in (sys.stdout, sys.stderr):
         # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
         if isinstance(stream, TextIOWrapper):

@@ -8,6 +8,7 @@ time that extended precision does, which no vector unit has. Needs the extra ``f
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
@@ -136,7 +137,7 @@ def _addition() -> Callable[..., None]:
     return compiled_kernel(_Addition().whole())
 
 
-class _EntryLoops(LoopText):
+class _EntryLoops(LoopText, ABC):
     """A function of arrays in a table as the text that LLVM reads: some entries, and then others."""
 
     arrays: tuple[str, ...] = ()
@@ -162,9 +163,9 @@ class _EntryLoops(LoopText):
         beyond = self._value("b", f"icmp slt i64 %most, {first}")
         self._entries(self._value("n", f"select i1 {beyond}, i64 %most, i64 {first}"))
 
+    @abstractmethod
     def _entries(self, first: str) -> None:
         """What is done for the entries from the `first` on that a vector holds."""
-        raise NotImplementedError
 
     # -- how it is written --------------------------------------------------------------------------------------------
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -41,3 +45,18 @@ def test_the_mean_inputs_go_to_large_displacement_where_it_is_shown() -> None:
     found = begin(Inputs(poses=(0.0, 90.0, 30.0))).large_mean_inputs
     np.testing.assert_array_equal(np.isfinite(found).all(axis=-1), [True, False, False, False])
     assert np.isnan(begin(Inputs(poses=(30.0, 90.0, 30.0))).large_mean_inputs).all()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell that becomes the program it starts")
+def test_what_a_shell_did_before_it_became_the_program_does_not_count(tmp_path: Path) -> None:
+    """As in ``python -m venv .venv && pip install . && linkframe four-bar``, of which the last takes the place."""
+    program = [sys.executable, "-m", "linkframe", *FEW, "--out", str(tmp_path)]
+    start = time.perf_counter()
+    found = subprocess.run(
+        ["sh", "-c", 'sleep 1; exec "$@"', "sh", *program], check=True, capture_output=True, text=True
+    )
+    taken = time.perf_counter() - start
+    told = re.search(r"([\d.]+) s: start ([\d.]+), ", found.stdout)
+    assert told is not None
+    assert float(told[1]) < taken - 0.95
+    assert float(told[2]) > 0.05
