@@ -95,7 +95,7 @@ class Sharing:
         FrameError
             If a sample cannot be computed, or a part cannot be stored.
         """
-        from ..propagation.ordered import StoredChunks, gather
+        from ..propagation.ordered import StoredChunks, covered, gather
         from ..propagation.packed import packed_arrays, unpacked_arrays
         from ..propagation.workers import computed
         from .parts import sparing_what_is_there
@@ -107,7 +107,7 @@ class Sharing:
         )
         pieces = [piece for turn in turns for piece in turn if piece is not None]
         checkpoint = self._opened()
-        stored = set() if checkpoint is None else _stored(checkpoint) & set(pieces)
+        stored = {} if checkpoint is None else covered(pieces, _stored(checkpoint))
         # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
         # this process does, tells that soon.
         with sparing_what_is_there(any(part.several for part in task.tasks.values())):

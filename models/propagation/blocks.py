@@ -32,16 +32,17 @@ class BlockStatistics:
 
     Parameters
     ----------
-    moments
-        Of each of the b blocks of samples, (b, ...).
+    numbers
+        Number of samples, mean, and sums of the second, third and fourth powers of the deviations from it, of each of
+        the b blocks of samples, (5, b, ...).
     replicated
-        Of each block by replicate, (b, r, ...); None where there is one replicate.
+        The same of each block by replicate, (5, b, r, ...); None where there is one replicate.
     least, greatest
         Extremes of all samples, (...).
     """
 
-    moments: Moments
-    replicated: Moments | None
+    numbers: Array
+    replicated: Array | None
     least: Array
     greatest: Array
 
@@ -72,8 +73,13 @@ class BlockStatistics:
             apart = array.reshape((*array.shape[:-1], *shape))
             return apart.transpose((*range(lead), *(lead + place for place in places)))
 
-        replicated = _moments(back(by_replicate)) if replicates > 1 else None
-        return cls(_moments(back(found[2:])), replicated, back(least)[()], back(greatest)[()])
+        replicated = back(by_replicate) if replicates > 1 else None
+        return cls(back(found[2:]), replicated, back(least)[()], back(greatest)[()])
+
+    @property
+    def moments(self) -> Moments:
+        """Of each block, (b, ...)."""
+        return _moments(self.numbers)
 
 
 def _extremes(nan_policy: str) -> tuple[np.ufunc, np.ufunc]:
@@ -169,9 +175,9 @@ class PooledMoments:
 
     _levels: list[list[Array]] = field(default_factory=list)
 
-    def add(self, blocks: Moments) -> None:
-        """Add the next blocks, (b, ...)."""
-        self._push(0, _numbers(blocks))
+    def add(self, blocks: Array) -> None:
+        """Add the numbers of the next blocks, (5, b, ...)."""
+        self._push(0, blocks)
 
     def _push(self, level: int, parts: Array) -> None:
         """Add the next parts of a level, (5, k, ...)."""

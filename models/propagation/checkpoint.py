@@ -22,7 +22,7 @@ from ...framework.owner import is_gone, owner
 
 Array = NDArray[np.float64]
 
-FORMAT = 5
+FORMAT = 6
 ABOUT = "run.json"
 FUNCTION = "what the function returns for the first samples"
 # The first sample of a chunk, the one behind its last, and where there are samples of several kinds their name.

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
-from ..moments import Moments
 from ..sampling import BLOCK, Points, Sampler, points_of, samples_first
 from .blocks import BlockStatistics
 from .comoments import Comoments
@@ -155,7 +154,7 @@ class ChunkTask:
     def gathered(self, start: int, results: Array, status: NDArray[np.str_] | None) -> ChunkResult:
         """What was asked for, from the results of samples from `start` on, and their status."""
         statistics = BlockStatistics.of(results, self.nan_policy, self.replicates)
-        missing, failed = _lost(results, statistics.moments, status)
+        missing, failed = _lost(results, statistics, status)
         comoments = None
         if "covariance" in self.also:
             parts = (results[first : first + BLOCK] for first in range(0, len(results), BLOCK))
@@ -178,9 +177,12 @@ class ChunkTask:
         )
 
 
-def _lost(results: Array, moments: Moments, status: NDArray[np.str_] | None) -> tuple[NDArray[np.int64], FailedRows]:
-    """How many samples (m, ...) are NaN, (...), and which; the moments of their blocks tell whether to look."""
-    if np.sum(moments.n) != results.size or np.isnan(moments.mean).any():
+def _lost(
+    results: Array, found: BlockStatistics, status: NDArray[np.str_] | None
+) -> tuple[NDArray[np.int64], FailedRows]:
+    """How many samples (m, ...) are NaN, (...), and which; the numbers of their blocks tell whether to look."""
+    count, mean = found.numbers[:2]
+    if count.sum() != results.size or np.isnan(mean).any():
         lost = np.isnan(results)
         return np.asarray(np.count_nonzero(lost, axis=0)), FailedRows.of(lost.reshape(len(lost), -1), status)
     return np.zeros(results.shape[1:], dtype=np.int64), FailedRows.none(status)

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..moments import Moments
-from .blocks import PooledMoments
+from .blocks import BlockStatistics, PooledMoments
 from .chunk import ChunkResult, ChunkTask
 from .comoments import Comoments
 from .failures import FailureCount
 from .histogram import BinnedSamples, Bins, Counts
 
 Array = NDArray[np.float64]
+Cut = tuple[Any, ...]
 
 
 @dataclass(eq=False)
@@ -43,7 +46,7 @@ class Gathered:
     def add(self, found: ChunkResult) -> None:
         """Add the next chunk."""
         own = found.statistics
-        self._blocks.add(own.moments)
+        self._blocks.add(own.numbers)
         if own.replicated is not None:
             self._replicated.add(own.replicated)
         lower, upper = (np.fmin, np.fmax) if self.task.nan_policy == "omit" else (np.minimum, np.maximum)
@@ -83,3 +86,42 @@ class Gathered:
         if self.bins is None or isinstance(self.counts, int):
             return None
         return BinnedSamples(self.bins, self.counts, np.ravel(self.least), np.ravel(self.greatest))
+
+
+def joined(waiting: Sequence[tuple[Cut, ChunkResult]]) -> list[tuple[Sequence[Cut], ChunkResult]]:
+    """Results of neighbouring chunks of the same length as one, where none holds samples and no sample failed."""
+    groups: list[list[tuple[Cut, ChunkResult]]] = []
+    for cut, found in waiting:
+        before = groups[-1][-1] if groups else None
+        follows = before is not None and before[0][1] == cut[0] and before[1].count == found.count
+        if before is not None and follows and _without_samples(before[1]) and _without_samples(found):
+            groups[-1].append((cut, found))
+        else:
+            groups.append([(cut, found)])
+    return [([cut for cut, _ in group], _as_one([found for _, found in group])) for group in groups]
+
+
+def _without_samples(found: ChunkResult) -> bool:
+    return found.samples is None and found.failed.whole is None and not len(found.failed.rows)
+
+
+def _as_one(parts: Sequence[ChunkResult]) -> ChunkResult:
+    """Of chunks without a failure, one behind the other."""
+    if len(parts) == 1:
+        return parts[0]
+    own = [part.statistics for part in parts]
+    replicated = [each.replicated for each in own if each.replicated is not None]
+    comoments = [each for part in parts for each in part.comoments or ()]
+    counts = [part.counts for part in parts if part.counts is not None]
+    return replace(
+        parts[0],
+        count=sum(part.count for part in parts),
+        statistics=BlockStatistics(
+            np.concatenate([each.numbers for each in own], axis=1),
+            np.concatenate(replicated, axis=1) if replicated else None,
+            np.min([each.least for each in own], axis=0),
+            np.max([each.greatest for each in own], axis=0),
+        ),
+        comoments=comoments or None,
+        counts=np.sum(counts, axis=0) if counts else None,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from time import monotonic
 from typing import Any, Generic, Protocol, TypeVar
@@ -19,7 +19,12 @@ R = TypeVar("R")
 CT = TypeVar("CT", bound=Cut, contravariant=True)
 RT = TypeVar("RT", contravariant=True)
 # Seconds of work on short chunks that may be lost if a run is killed, as they are stored several at a time.
-PAUSE = 0.1
+PAUSE = 0.25
+
+
+def one_by_one(waiting: Sequence[tuple[Cut, R]]) -> list[tuple[Sequence[Cut], R]]:
+    """Chunks of which each is to have a file of its own."""
+    return [([cut], found) for cut, found in waiting]
 
 
 class StoredChunks(Generic[R]):
@@ -31,9 +36,12 @@ class StoredChunks(Generic[R]):
         Their folder.
     packed, unpacked
         What makes pieces of bytes of the results of a chunk, and results of all these bytes.
+    joined
+        What makes one result of those of neighbouring chunks that wait, to be stored in one file, where it can: a file
+        costs as much as the statistics of a short chunk.
     pause
-        Seconds for which chunks that are done may wait for others, to be written one right after the other: each for
-        itself, behind a short calculation that has emptied the processor's caches, takes three times as long.
+        Seconds for which chunks that are done may wait for others: to write each for itself, behind a short calculation
+        that has emptied the processor's caches, takes three times as long.
 
     Attributes
     ----------
@@ -46,9 +54,11 @@ class StoredChunks(Generic[R]):
         checkpoint: Checkpoint,
         packed: Callable[[R], Sequence[bytes | memoryview]],
         unpacked: Callable[[bytes], R],
+        joined: Callable[[Sequence[tuple[Cut, R]]], list[tuple[Sequence[Cut], R]]] = one_by_one,
         pause: float = PAUSE,
     ) -> None:
-        self.checkpoint, self.packed, self.unpacked, self.pause = checkpoint, packed, unpacked, pause
+        self.checkpoint, self.packed, self.unpacked, self.joined = checkpoint, packed, unpacked, joined
+        self.pause = pause
         self.written = 0
         self._waiting: list[tuple[Cut, R]] = []
         self._last = monotonic()
@@ -65,12 +75,40 @@ class StoredChunks(Generic[R]):
 
     def flush(self) -> None:
         """Write what waits."""
-        while self._waiting:
-            cut, found = self._waiting[0]
-            self.checkpoint.store(cut, self.packed(found))
-            del self._waiting[0]
-            self.written += 1
+        for cuts, found in self.joined(self._waiting):
+            self.checkpoint.store((cuts[0][0], *cuts[-1][1:]), self.packed(found))
+            del self._waiting[: len(cuts)]
+            self.written += len(cuts)
         self._last = monotonic()
+
+
+def covered(ranges: Sequence[C], stored: Collection[Cut]) -> dict[C, Cut | None]:
+    """Which chunks are stored, alone or several in one file.
+
+    Parameters
+    ----------
+    ranges
+        All chunks, in their order.
+    stored
+        Ranges of the files that are there.
+
+    Returns
+    -------
+    dict
+        By chunk, the file that begins with it; None for the others in a file.
+    """
+    first = {(cut[0], *cut[2:]): k for k, cut in enumerate(ranges)}
+    last = {cut[1:]: k for k, cut in enumerate(ranges)}
+    found: dict[C, Cut | None] = {}
+    for file in sorted(stored, key=lambda file: (file[0], -file[1])):
+        begin, end = first.get((file[0], *file[2:])), last.get(file[1:])
+        if begin is None or end is None:
+            continue
+        cuts = [cut for cut in ranges[begin : end + 1] if cut[2:] == file[2:]]
+        if found.keys().isdisjoint(cuts):
+            found |= dict.fromkeys(cuts)
+            found[cuts[0]] = file
+    return found
 
 
 class Receiver(Protocol[CT, RT]):
@@ -91,7 +129,7 @@ def gather(
     compute: Callable[[list[C]], Generator[tuple[C, R], None, None]],
     receiver: Receiver[C, R],
     folder: StoredChunks[R] | None,
-    stored: set[Cut],
+    stored: Mapping[C, Cut | None],
 ) -> None:
     """Have chunks computed, store those that are done, and hand them on in their order.
 
@@ -106,7 +144,7 @@ def gather(
     folder
         Where chunks are stored; None where they are not.
     stored
-        Which of them are there.
+        Which of them are there, see `covered`.
 
     Raises
     ------
@@ -121,8 +159,10 @@ def gather(
         try:
             for cut in ranges:
                 if cut not in missing:
-                    assert folder is not None
-                    receiver.add(cut, folder.load(cut))
+                    file = stored[cut]
+                    if file is not None:
+                        assert folder is not None
+                        receiver.add(cut, folder.load(file))
                     continue
                 receiver.expect(cut)
                 while cut not in ahead:

@@ -22,14 +22,9 @@ Arrays = dict[str, NDArray[np.generic]]
 
 def packed(found: ChunkResult) -> list[bytes | memoryview]:
     """A chunk as bytes, in pieces."""
-    arrays: Arrays = {"range": np.array([found.start, found.count])}
     own = found.statistics
-    arrays |= _moments("blocks", own.moments)
-    arrays |= {"missing": found.missing, "least": own.least, "greatest": own.greatest}
-    failed = found.failed
-    arrays |= {"failed.rows": failed.rows} | _reasons("failed.reasons", failed.reasons)
-    if failed.whole is not None and failed.otherwise is not None:
-        arrays |= {"failed.whole": failed.whole} | _reasons("failed.otherwise", failed.otherwise)
+    arrays: Arrays = {"range": np.array([found.start, found.count]), "blocks": own.numbers}
+    arrays |= {"least": own.least, "greatest": own.greatest} | _failed(found)
     if found.comoments is not None:
         parts = found.comoments
         arrays |= {
@@ -37,7 +32,7 @@ def packed(found: ChunkResult) -> list[bytes | memoryview]:
         }
         arrays |= _moments("scatter", Moments.stacked([part.scatter for part in parts]))
     if own.replicated is not None:
-        arrays |= _moments("replicated", own.replicated)
+        arrays["replicated"] = own.replicated
     if found.bins is not None and found.counts is not None:
         arrays |= {"bins.center": found.bins.center, "bins.scale": found.bins.scale, "counts": found.counts}
     if found.samples is not None:
@@ -84,9 +79,6 @@ def unpacked(content: bytes) -> ChunkResult:
     arrays = unpacked_arrays(content)
     start, count = (int(each) for each in arrays["range"])
     comoments = bins = None
-    whole = otherwise = None
-    if "failed.whole" in arrays:
-        whole, otherwise = arrays["failed.whole"], _reasons_of("failed.otherwise", arrays)
     if "comoments.n" in arrays:
         sums = (arrays[f"comoments.{key}"] for key in ("n", "mean", "second"))
         scatter = _moments_of("scatter", arrays).parts()
@@ -97,18 +89,38 @@ def unpacked(content: bytes) -> ChunkResult:
         start,
         count,
         BlockStatistics(
-            _moments_of("blocks", arrays),
-            _moments_of("replicated", arrays) if "replicated.n" in arrays else None,
+            arrays["blocks"],
+            arrays.get("replicated"),
             arrays["least"][()],
             arrays["greatest"][()],
         ),
-        arrays["missing"],
-        FailedRows(arrays["failed.rows"], _reasons_of("failed.reasons", arrays), whole, otherwise),
+        *_failed_of(arrays),
         comoments,
         bins,
         arrays.get("counts"),
         arrays.get("samples"),
     )
+
+
+def _failed(found: ChunkResult) -> Arrays:
+    """Samples that are NaN somewhere; nothing where there are none."""
+    failed = found.failed
+    if not len(failed.rows) and failed.whole is None:
+        return {}
+    arrays: Arrays = {"missing": found.missing, "failed.rows": failed.rows}
+    arrays |= _reasons("failed.reasons", failed.reasons)
+    if failed.whole is not None and failed.otherwise is not None:
+        arrays |= {"failed.whole": failed.whole} | _reasons("failed.otherwise", failed.otherwise)
+    return arrays
+
+
+def _failed_of(arrays: Mapping[str, NDArray[Any]]) -> tuple[NDArray[np.int64], FailedRows]:
+    if "missing" not in arrays:
+        return np.zeros(arrays["least"].shape, np.int64), FailedRows.none(None)
+    reasons, whole, otherwise = _reasons_of("failed.reasons", arrays), None, None
+    if "failed.whole" in arrays:
+        whole, otherwise = arrays["failed.whole"], _reasons_of("failed.otherwise", arrays)
+    return arrays["missing"], FailedRows(arrays["failed.rows"], reasons, whole, otherwise)
 
 
 def _moments(name: str, parts: Moments) -> Arrays:

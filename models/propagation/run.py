@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -21,9 +21,9 @@ from .checkpoint import FUNCTION, Checkpoint, first_results, same_results
 from .chunk import ALSO, ChunkResult, ChunkTask, Function, cuts
 from .correlation import GaussianCopula, Pairs
 from .failures import in_words
-from .gathered import Gathered
+from .gathered import Gathered, joined
 from .inputs import JointInputs, check_sum
-from .ordered import StoredChunks, gather
+from .ordered import StoredChunks, covered, gather
 from .packed import packed, unpacked
 from .progress import SampleBar, sample_bar
 from .result import Propagation
@@ -98,9 +98,9 @@ def propagate(
         Who calls `fn`, as in SciPy: this process (1), so many processes, as many as there are processors (−1), a
         callable like ``map``, a `concurrent.futures.Executor`, or a dask ``Client``.
     checkpoint
-        Folder in which each chunk is stored when it is done, short ones a tenth of a second of work at a time. The same
-        call goes on from there if the run was ended, by whatever means, and gives the same bits; with a larger `n` it
-        extends the run (whole chunks of it, so that `n` best is a multiple of `chunk`). Chunks that were damaged are
+        Folder in which each chunk is stored when it is done, short ones a quarter of a second of work at a time. The
+        same call goes on from there if the run was ended, by whatever means, and gives the same bits; with a larger `n`
+        it extends the run (whole chunks of it, so that `n` best is a multiple of `chunk`). Chunks that were damaged are
         done again.
 
     Returns
@@ -215,10 +215,12 @@ def _gather(
     begun: dict[Cut, ChunkResult],
     progress: bool,
 ) -> Gathered:
-    stored = (folder.stored() if folder is not None else set()) & set(ranges)
-    chunks = None if folder is None else StoredChunks(folder, packed, unpacked)
+    stored = {} if folder is None else covered(ranges, folder.stored())
+    chunks = None if folder is None else StoredChunks(folder, packed, unpacked, joined)
+    first = stored.get(ranges[0])
+    laid_out = None if chunks is None or first is None else partial(chunks.load, first)
     gathered = Gathered(task)
-    compute = partial(_in_any_order, task, ranges, workers, chunks, begun)
+    compute = partial(_in_any_order, task, ranges, workers, laid_out, begun)
     with sample_bar(task.n, progress) as bar:
         gather(ranges, compute, _Gathering(gathered, bar, folder), chunks, stored)
     return gathered
@@ -228,7 +230,7 @@ def _in_any_order(
     task: ChunkTask,
     ranges: Sequence[Cut],
     workers: Workers,
-    folder: StoredChunks[ChunkResult] | None,
+    laid_out: Callable[[], ChunkResult] | None,
     begun: dict[Cut, ChunkResult],
     left: list[Cut],
 ) -> Generator[tuple[Cut, ChunkResult], None, None]:
@@ -238,8 +240,8 @@ def _in_any_order(
         if left[0] == ranges[0]:
             first = first or task(left[0])
         else:
-            assert folder is not None
-            first = folder.load(ranges[0])
+            assert laid_out is not None
+            first = laid_out()
         task = replace(task, bins=first.bins)
     if first is not None and left[0] == ranges[0]:
         yield left[0], first

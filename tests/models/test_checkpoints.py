@@ -145,8 +145,9 @@ def test_the_number_of_a_latin_hypercube_belongs_to_it(tmp_path):
 @pytest.mark.parametrize(
     "harm", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-9] + bytes([b[-9] ^ 1]) + b[-8:]]
 )
-def test_a_damaged_chunk_is_found_and_done_again(tmp_path, harm):
+def test_a_damaged_chunk_is_found_and_done_again(tmp_path, harm, monkeypatch):
     """Cut off, empty, or with one bit turned."""
+    monkeypatch.setattr(run, "StoredChunks", partial(StoredChunks, pause=0.0))  # each chunk as soon as it is done
     wanted = go(tmp_path)
     chunk = sorted(tmp_path.glob("chunk-*"))[2]
     chunk.write_bytes(harm(chunk.read_bytes()))
