@@ -11,7 +11,7 @@ import numpy as np
 from ..framework.protocol import Array, proven
 from .beam_section_law import BeamSectionLaw
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
-from .direction import BARS, DIRECTIONS, BendingPlane, stamp_rows
+from .direction import BARS, DIRECTIONS, BendingPlane, deformations, stamp_rows
 from .flexibility import Part, UniformPart, tapered_part
 from .parameters import Real, as_real, shape_of
 from .prismatic import bar_mass, plane_geometric, plane_mass
@@ -137,19 +137,17 @@ class Beam(BeamSectionLaw):
         varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
         # Each number lies in one piece: that is how batches are read and written.
         rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
-        for i in BARS:
-            rows[i, i], rows[i, i + 6] = -1.0, 1.0
-        for direction, plane in zip(DIRECTIONS, planes, strict=True):
-            v1, r1, v2, r2 = direction.dofs
-            rows[direction.deflection, v1], rows[direction.deflection, v2] = 1.0, -1.0
-            # the parts add up to the length in its precision, so that a rigid turn costs no energy
-            before = plane.fraction * arm
-            rows[direction.deflection, r1], rows[direction.deflection, r2] = (
-                direction.sign * before,
-                direction.sign * (arm - before),
-            )
-            rows[direction.rotation, r1], rows[direction.rotation, r2] = -direction.sign, direction.sign
+        for at, number in deformations(planes, arm).items():
+            rows[at] = number
         return self._springs(planes, length, shape), rows.transpose(*range(2, rows.ndim), 0, 1)
+
+    def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Array]]:
+        """The numbers of `springs` one by one, see `LineElement.spring_numbers`."""
+        arm, length = np.asarray(length), as_real(length)
+        planes = [self._plane(direction, length) for direction in DIRECTIONS]
+        shape = shape_of(arm.shape, self.sections_shape)
+        stiffness = [np.broadcast_to(number, shape) for number in self._spring_stiffnesses(planes, length)]
+        return stiffness, deformations(planes, arm)
 
     def spring_stiffness(self, length: Array | float) -> Array:
         """Stiffness of the springs alone.
@@ -169,12 +167,18 @@ class Beam(BeamSectionLaw):
         return self._springs(planes, length, shape_of(np.shape(length), self.sections_shape))
 
     def _springs(self, planes: list[Plane], length: Real, shape: tuple[int, ...]) -> Array:
-        stiffness = np.zeros((6, *shape))
-        for i in BARS:
-            stiffness[i] = self._bar(i, length)
-        for direction, plane in zip(DIRECTIONS, planes, strict=True):
-            stiffness[direction.deflection], stiffness[direction.rotation] = plane.shear, plane.bend
+        stiffness = np.empty((6, *shape))
+        for i, number in enumerate(self._spring_stiffnesses(planes, length)):
+            stiffness[i] = number
         return stiffness.transpose(*range(1, stiffness.ndim), 0)
+
+    def _spring_stiffnesses(self, planes: list[Plane], length: Real) -> list[Real]:
+        found: list[Real] = [0.0] * 6
+        for i in BARS:
+            found[i] = self._bar(i, length)
+        for direction, plane in zip(DIRECTIONS, planes, strict=True):
+            found[direction.deflection], found[direction.rotation] = plane.shear, plane.bend
+        return found
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
         """Force and moment on each end of the member, by way of its deformations.

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from ..framework.errors import FrameError
-from ..framework.orientation import axes_towards, default_axes
+from ..framework.orientation import axes_towards, default_axes, default_axis_numbers
 from ..framework.protocol import Array, LineElement
 from .cross_section import CrossSection
 from .flexibility import Six, spread_points
@@ -156,6 +156,10 @@ class BeamSectionLaw(LineElement):
             If `up` is parallel to the member.
         """
         return default_axes(chord) if self.up is None else axes_towards(chord, self.up)
+
+    def axis_numbers(self, chord: Array) -> list[Array]:
+        """The numbers of `axes` one by one, see `LineElement.axis_numbers`."""
+        return default_axis_numbers(chord) if self.up is None else super().axis_numbers(chord)
 
     # -- at a point of the length -----------------------------------------------------------------------------------
 

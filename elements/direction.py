@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from ..framework.protocol import Array
-from .bending import Row
+from .bending import Plane, Row
 
 BARS = (0, 3)
 
@@ -47,3 +50,18 @@ def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
     for dof, sign, m, t in zip(plane.dofs, plane.signs, deflection, rotation, strict=True):
         rows[..., plane.deflection, dof] = sign * m
         rows[..., plane.rotation, dof] = plane.sign * sign * t
+
+
+def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], Array]:
+    """By spring and end displacement, how much it deforms; what is left out is zero."""
+    one = np.ones((), np.result_type(arm, np.float64))
+    found = {(i, i): -one for i in BARS} | {(i, i + 6): one for i in BARS}
+    for direction, plane in zip(DIRECTIONS, planes, strict=True):
+        _, r1, _, r2 = direction.dofs
+        # the parts add up to the length in its precision, so that a rigid turn costs no energy
+        before = plane.fraction * arm
+        arms = direction.sign * before, direction.sign * (arm - before)
+        for dof, number in zip(direction.dofs, (one, arms[0], -one, arms[1]), strict=True):
+            found[direction.deflection, dof] = number
+        found[direction.rotation, r1], found[direction.rotation, r2] = -direction.sign * one, direction.sign * one
+    return found

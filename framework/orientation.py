@@ -16,6 +16,15 @@ def default_axes(chord: Array) -> Array:
     A member along global z has its local y along global y. Local y is always level, so that a
     member in a plane of constant global z has exact zeros out of that plane.
     """
+    numbers = default_axis_numbers(chord)
+    axes = np.zeros((*np.shape(numbers[0]), 3, 3), numbers[0].dtype)
+    for k, number in enumerate(numbers):
+        axes[..., k // 3, k % 3] = number
+    return axes
+
+
+def default_axis_numbers(chord: Array) -> list[Array]:
+    """The nine numbers of `default_axes`, row by row, each (...); that which is zero for every member is a scalar."""
     chord = np.asarray(chord)
     if chord.dtype != np.float64:
         chord = chord.astype(np.result_type(chord, np.float64), copy=False)
@@ -24,17 +33,14 @@ def default_axes(chord: Array) -> Array:
     length = np.hypot(horizontal, z)
     upright = None if horizontal.all() else horizontal == 0.0
     across = horizontal if upright is None else np.where(upright, 1.0, horizontal)
-    axes = np.zeros((*x.shape, 3, 3), chord.dtype)
-    axes[..., 0, :] = chord / length[..., None]
-    axes[..., 1, 0] = -y / across
-    axes[..., 1, 1] = x / across
-    axes[..., 2, 0] = -axes[..., 0, 2] * axes[..., 1, 1]
+    climb = z / length
+    sideways, forwards = -y / across, x / across
+    back = -climb * forwards
     if upright is not None:
-        axes[..., 1, 1] = np.where(upright, 1.0, axes[..., 1, 1])
-        axes[..., 2, 0] = np.where(upright, -np.sign(z), axes[..., 2, 0])
-    axes[..., 2, 1] = axes[..., 0, 2] * axes[..., 1, 0]
-    axes[..., 2, 2] = horizontal / length
-    return axes
+        forwards, back = np.where(upright, 1.0, forwards), np.where(upright, -np.sign(z), back)
+    level = np.zeros((), chord.dtype)
+    rows = (x / length, y / length, climb), (sideways, forwards, level), (back, climb * sideways, horizontal / length)
+    return [number for row in rows for number in row]
 
 
 def axes_towards(chord: Array, up: Array) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .entries import Change
-from .orientation import default_axes
+from .orientation import default_axes, default_axis_numbers
 from .section_law import SectionLaw
 from .shape_rules import summed
 from .stacking import changed
@@ -217,6 +217,24 @@ class LineElement(SectionLaw):
         """
         return default_axes(chord)
 
+    def axis_numbers(self, chord: Array) -> list[Array]:
+        """The numbers of `axes` one by one, row by row.
+
+        Parameters
+        ----------
+        chord
+            From the first node to the second, (..., 3).
+
+        Returns
+        -------
+        list of ndarray
+            Nine, each (...) or, where it is the same for every member, a scalar.
+        """
+        if type(self).axes is LineElement.axes:
+            return default_axis_numbers(chord)
+        axes = self.axes(chord)
+        return [axes[..., row, column] for row in range(3) for column in range(3)]
+
     # -- matrices and forces ----------------------------------------------------------------------------------------
 
     def stiffness_matrix(self, length: Array) -> Array:
@@ -252,6 +270,25 @@ class LineElement(SectionLaw):
             The first of `springs`, (..., springs).
         """
         return self.springs(length)[0]
+
+    def spring_numbers(self, length: Array) -> tuple[list[Array], dict[tuple[int, int], Array]]:
+        """The numbers of `springs` one by one.
+
+        Parameters
+        ----------
+        length
+            Length of the member, (...).
+
+        Returns
+        -------
+        tuple
+            Stiffness of each spring, and by spring and end displacement (0 to 11) how much it deforms; each (...) or,
+            where it is the same for every member, a scalar. What is left out is zero for every member.
+        """
+        stiffness, rows = self.springs(length)
+        count = rows.shape[-2]
+        deformed = {(spring, dof): rows[..., spring, dof] for spring in range(count) for dof in range(12)}
+        return [stiffness[..., spring] for spring in range(count)], deformed
 
     def mass_matrix(self, length: Array) -> Array:
         """Consistent mass in local axes, by the scikit-fem form of `section_inertia`.

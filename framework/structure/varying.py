@@ -21,6 +21,7 @@ from .parts import Grid, Value, combine, mask_of, product
 
 # Entries looked at together in the first pass.
 _CHUNK = 2**14
+_NOTHING = np.zeros(())
 Pair = tuple[int, int]
 # Stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
@@ -139,8 +140,8 @@ class Varying:
             given = _given(group.cut(axis, indices))
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
-                    used = [k for k, code in enumerate(codes) if code]
-                    found += [self.grid.value(array[k][number]) for k in used]
+                    used = [array[k] for k, code in enumerate(codes) if code]
+                    found += [self.grid.value(each[number] if each.ndim else each) for each in used]
         return found
 
     def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
@@ -164,14 +165,15 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
 
 
 def _given(group: Group) -> list[list[Array]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...)."""
-    stiffness, rows = group.element.springs(group.length)
+    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...), or
+    a scalar where it is the same for all."""
+    stiffness, deformed = group.element.spring_numbers(group.length)
+    local = [deformed.get((spring, dof), _NOTHING) for spring in range(len(stiffness)) for dof in range(12)]
+    if group.axes == (None, None):
+        return [stiffness, local, group.element.axis_numbers(group.chord)]
     start, end = group.end_axes
-    matrices = [rows, start] if end is start else [rows, start, end]
-    return [
-        [stiffness[..., i] for i in range(stiffness.shape[-1])],
-        *([each[..., i, k] for i in range(each.shape[-2]) for k in range(each.shape[-1])] for each in matrices),
-    ]
+    turns = [start] if end is start else [start, end]
+    return [stiffness, local, *([turn[..., i, k] for i in range(3) for k in range(3)] for turn in turns)]
 
 
 def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
@@ -196,21 +198,29 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     for indices in slices:
         given = _given(group.cut(axis, indices))
         if not found:
-            found = [[_codes(number, grid) for number in numbers] for numbers in given]
+            found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
             continue
         # What does not vary, and what is known not to be zero, is not looked at again.
-        for numbers, codes in zip(given, found, strict=True):
-            for k, number in enumerate(numbers):
-                if number[0].size > 1 and not codes[k].all():
-                    codes[k] |= _codes(number, grid)
+        open_ones = [
+            (codes, k, number)
+            for numbers, codes in zip(given, found, strict=True)
+            for k, number in enumerate(numbers)
+            if number.ndim and number[0].size > 1 and not codes[k].all()
+        ]
+        if not open_ones:
+            break
+        for codes, k, number in open_ones:
+            codes[k] |= _codes(number, len(group.pieces), grid)
     each = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
     return [
         VaryingMember(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)
     ]
 
 
-def _codes(number: Array, grid: Grid) -> NDArray[np.int64]:
-    """Code of a number (n, ...) for each of n pieces, (n,)."""
+def _codes(number: Array, pieces: int, grid: Grid) -> NDArray[np.int64]:
+    """Code of a number, (n, ...) or a scalar, for each of n pieces, (n,)."""
+    if not number.ndim:
+        return np.full(pieces, int(number != 0.0))
     mask = mask_of(aligned(number[0], len(grid.shape)))
     # Most are not zero from the first entry on, or all over.
     used = [bool(each.flat[0] != 0.0 or each.any()) for each in number]
