@@ -141,7 +141,7 @@ class Beam(BeamSectionLaw):
             rows[at] = number
         return self._springs(planes, length, shape), rows.transpose(*range(2, rows.ndim), 0, 1)
 
-    def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Array]]:
+    def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Real]]:
         """The numbers of `springs` one by one, see `LineElement.spring_numbers`."""
         arm, length = np.asarray(length), as_real(length)
         planes = [self._plane(direction, length) for direction in DIRECTIONS]

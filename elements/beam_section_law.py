@@ -157,7 +157,7 @@ class BeamSectionLaw(LineElement):
         """
         return default_axes(chord) if self.up is None else axes_towards(chord, self.up)
 
-    def axis_numbers(self, chord: Array) -> list[Array]:
+    def axis_numbers(self, chord: Array) -> list[Real]:
         """The numbers of `axes` one by one, see `LineElement.axis_numbers`."""
         return default_axis_numbers(chord) if self.up is None else super().axis_numbers(chord)
 

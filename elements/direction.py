@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from ..framework.protocol import Array
 from .bending import Plane, Row
+from .parameters import Real
 
 BARS = (0, 3)
 
@@ -52,16 +51,15 @@ def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
         rows[..., plane.rotation, dof] = plane.sign * sign * t
 
 
-def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], Array]:
+def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], Real]:
     """By spring and end displacement, how much it deforms; what is left out is zero."""
-    one = np.ones((), np.result_type(arm, np.float64))
-    found = {(i, i): -one for i in BARS} | {(i, i + 6): one for i in BARS}
-    for direction, plane in zip(DIRECTIONS, planes, strict=True):
-        _, r1, _, r2 = direction.dofs
+    found: dict[tuple[int, int], Real] = {}
+    for bar in BARS:
+        found[bar, bar], found[bar, bar + 6] = -1.0, 1.0
+    for (deflection, rotation, sign), plane in zip(DIRECTIONS, planes, strict=True):
         # the parts add up to the length in its precision, so that a rigid turn costs no energy
         before = plane.fraction * arm
-        arms = direction.sign * before, direction.sign * (arm - before)
-        for dof, number in zip(direction.dofs, (one, arms[0], -one, arms[1]), strict=True):
-            found[direction.deflection, dof] = number
-        found[direction.rotation, r1], found[direction.rotation, r2] = -direction.sign * one, direction.sign * one
+        found[deflection, deflection], found[deflection, deflection + 6] = 1.0, -1.0
+        found[deflection, rotation], found[deflection, rotation + 6] = sign * before, sign * (arm - before)
+        found[rotation, rotation], found[rotation, rotation + 6] = -sign, sign
     return found

@@ -17,14 +17,14 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     numbers = default_axis_numbers(chord)
-    axes = np.zeros((*np.shape(numbers[0]), 3, 3), numbers[0].dtype)
+    axes = np.empty((*np.shape(numbers[0]), 3, 3), np.result_type(chord, np.float64))
     for k, number in enumerate(numbers):
         axes[..., k // 3, k % 3] = number
     return axes
 
 
-def default_axis_numbers(chord: Array) -> list[Array]:
-    """The nine numbers of `default_axes`, row by row, each (...); that which is zero for every member is a scalar."""
+def default_axis_numbers(chord: Array) -> list[Array | float]:
+    """The nine numbers of `default_axes`, row by row, each (...); that which is zero for every member is a float."""
     chord = np.asarray(chord)
     if chord.dtype != np.float64:
         chord = chord.astype(np.result_type(chord, np.float64), copy=False)
@@ -38,9 +38,8 @@ def default_axis_numbers(chord: Array) -> list[Array]:
     back = -climb * forwards
     if upright is not None:
         forwards, back = np.where(upright, 1.0, forwards), np.where(upright, -np.sign(z), back)
-    level = np.zeros((), chord.dtype)
-    rows = (x / length, y / length, climb), (sideways, forwards, level), (back, climb * sideways, horizontal / length)
-    return [number for row in rows for number in row]
+    along = [x / length, y / length, climb]
+    return [*along, sideways, forwards, 0.0, back, climb * sideways, horizontal / length]
 
 
 def axes_towards(chord: Array, up: Array) -> Array:

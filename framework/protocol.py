@@ -217,7 +217,7 @@ class LineElement(SectionLaw):
         """
         return default_axes(chord)
 
-    def axis_numbers(self, chord: Array) -> list[Array]:
+    def axis_numbers(self, chord: Array) -> list[Array | float]:
         """The numbers of `axes` one by one, row by row.
 
         Parameters
@@ -227,8 +227,8 @@ class LineElement(SectionLaw):
 
         Returns
         -------
-        list of ndarray
-            Nine, each (...) or, where it is the same for every member, a scalar.
+        list of ndarray or float
+            Nine, each (...); a float where it is the same for every member.
         """
         if type(self).axes is LineElement.axes:
             return default_axis_numbers(chord)
@@ -271,7 +271,7 @@ class LineElement(SectionLaw):
         """
         return self.springs(length)[0]
 
-    def spring_numbers(self, length: Array) -> tuple[list[Array], dict[tuple[int, int], Array]]:
+    def spring_numbers(self, length: Array) -> tuple[list[Array], dict[tuple[int, int], Array | float]]:
         """The numbers of `springs` one by one.
 
         Parameters
@@ -282,12 +282,14 @@ class LineElement(SectionLaw):
         Returns
         -------
         tuple
-            Stiffness of each spring, and by spring and end displacement (0 to 11) how much it deforms; each (...) or,
-            where it is the same for every member, a scalar. What is left out is zero for every member.
+            Stiffness of each spring, (...), and by spring and end displacement (0 to 11) how much it deforms: (...), or
+            a float where that is the same for every member. What is left out is zero for every member.
         """
         stiffness, rows = self.springs(length)
         count = rows.shape[-2]
-        deformed = {(spring, dof): rows[..., spring, dof] for spring in range(count) for dof in range(12)}
+        deformed: dict[tuple[int, int], Array | float] = {
+            (spring, dof): rows[..., spring, dof] for spring in range(count) for dof in range(12)
+        }
         return [stiffness[..., spring] for spring in range(count)], deformed
 
     def mass_matrix(self, length: Array) -> Array:

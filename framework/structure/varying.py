@@ -21,7 +21,8 @@ from .parts import Grid, Value, combine, mask_of, product
 
 # Entries looked at together in the first pass.
 _CHUNK = 2**14
-_NOTHING = np.zeros(())
+# A number (n, ...) of n pieces, or a float that is the same for all.
+Number = Array | float
 Pair = tuple[int, int]
 # Stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
@@ -141,7 +142,7 @@ class Varying:
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
                     used = [array[k] for k, code in enumerate(codes) if code]
-                    found += [self.grid.value(each[number] if each.ndim else each) for each in used]
+                    found += [self.grid.value(each[number]) if isinstance(each, np.ndarray) else each for each in used]
         return found
 
     def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
@@ -164,11 +165,10 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 
-def _given(group: Group) -> list[list[Array]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end: each (n, ...), or
-    a scalar where it is the same for all."""
+def _given(group: Group) -> list[Sequence[Number]]:
+    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end."""
     stiffness, deformed = group.element.spring_numbers(group.length)
-    local = [deformed.get((spring, dof), _NOTHING) for spring in range(len(stiffness)) for dof in range(12)]
+    local = [deformed.get((spring, dof), 0.0) for spring in range(len(stiffness)) for dof in range(12)]
     if group.axes == (None, None):
         return [stiffness, local, group.element.axis_numbers(group.chord)]
     start, end = group.end_axes
@@ -205,7 +205,7 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
             (codes, k, number)
             for numbers, codes in zip(given, found, strict=True)
             for k, number in enumerate(numbers)
-            if number.ndim and number[0].size > 1 and not codes[k].all()
+            if isinstance(number, np.ndarray) and number[0].size > 1 and not codes[k].all()
         ]
         if not open_ones:
             break
@@ -217,9 +217,9 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     ]
 
 
-def _codes(number: Array, pieces: int, grid: Grid) -> NDArray[np.int64]:
-    """Code of a number, (n, ...) or a scalar, for each of n pieces, (n,)."""
-    if not number.ndim:
+def _codes(number: Number, pieces: int, grid: Grid) -> NDArray[np.int64]:
+    """Code of a number for each of n pieces, (n,)."""
+    if not isinstance(number, np.ndarray):
         return np.full(pieces, int(number != 0.0))
     mask = mask_of(aligned(number[0], len(grid.shape)))
     # Most are not zero from the first entry on, or all over.

@@ -55,11 +55,11 @@ def test_numbers_are_those_of_the_arrays(name, kind):
     for spring, number in enumerate(each):
         np.testing.assert_array_equal(*np.broadcast_arrays(number, stiffness[..., spring]))
         for dof in range(12):
-            given = deformed.get((spring, dof), np.zeros(()))
+            given = deformed.get((spring, dof), 0.0)
             np.testing.assert_array_equal(*np.broadcast_arrays(given, rows[..., spring, dof]))
     axes = element.axes(chord).reshape(N, 5, 9)
     for k, number in enumerate(element.axis_numbers(chord)):
-        assert number.dtype == kind
+        assert np.result_type(number, kind) == kind
         np.testing.assert_array_equal(*np.broadcast_arrays(number, axes[..., k]))
 
 
