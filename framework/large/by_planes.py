@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array
+from ..checked import whole_number
 from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
 from ..description import Description, excluding
@@ -52,8 +53,7 @@ def solved(frame: Description, method: str | None, clearance: bool, steps: int) 
     """
     if method is not None:
         raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise FrameError(f"steps is {steps!r}: give a whole number above zero")
+    whole_number(steps, "steps", 1)
     by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
     if by_own_law and not clearance:
         raise FrameError(
