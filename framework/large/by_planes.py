@@ -28,29 +28,7 @@ _T = TypeVar("_T", bound=np.generic)
 
 
 def solved(frame: Description, method: str | None, clearance: bool, steps: int) -> LargeSolution:
-    """Solution of a frame; later changes of the frame do not reach it.
-
-    Parameters
-    ----------
-    frame
-        The description.
-    method
-        None: the ways of linear solutions do not apply.
-    clearance
-        Whether the joints' clearances are taken into account.
-    steps
-        Number of load steps.
-
-    Returns
-    -------
-    LargeSolution
-        Nothing is solved yet: each result is computed when it is first read.
-
-    Raises
-    ------
-    FrameError
-        If a method is named, or `steps` is not a whole number above zero.
-    """
+    """Solution of a frame; later changes of the frame do not reach it."""
     if method is not None:
         raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
     whole_number(steps, "steps", 1)

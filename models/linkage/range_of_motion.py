@@ -74,7 +74,7 @@ class RangeOfMotion(LinkageDescription):
             The joint that drives: one of the drives, the others standing still, or any joint in place of a single
             drive.
         coordinate
-            Which of its coordinates, where there are several.
+            Which of its coordinates, such as ``"rz"``, where there are several.
         tolerance
             As for `move`.
         entry
@@ -84,6 +84,12 @@ class RangeOfMotion(LinkageDescription):
         -------
         tuple of DeadPoint
             In the order of the drive's coordinate.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
+            linkage is overconstrained and described with too few digits to go on.
 
         Examples
         --------
@@ -121,6 +127,11 @@ class RangeOfMotion(LinkageDescription):
         -------
         DriveRange
             Least and greatest coordinate, and the joints that stop the drive there.
+
+        Raises
+        ------
+        FrameError
+            As for `dead_points`.
 
         Examples
         --------
