@@ -1,9 +1,11 @@
-"""Arguments that are whole numbers or switches, checked."""
+"""Arguments that are numbers within limits or switches, checked."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from .batch import Array, finite
 from .errors import FrameError
 
 
@@ -19,3 +21,19 @@ def switch(value: object, what: str) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise FrameError(f"{what} is {value!r}: give True or False")
     return bool(value)
+
+
+def above_zero(value: ArrayLike, what: str) -> Array:
+    """Finite numbers above zero, checked."""
+    given = finite(value, what)
+    if np.any(given <= 0.0):
+        raise FrameError(f"{what} is {given[given <= 0.0].flat[0]:g}: give a number above zero")
+    return given
+
+
+def not_negative(value: ArrayLike, what: str) -> Array:
+    """Finite numbers from zero on, checked."""
+    given = finite(value, what)
+    if np.any(given < 0.0):
+        raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or above")
+    return given

@@ -18,8 +18,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache checked errors optional clock garbage owner states batch entries arm rotation names renamed dofs "
-        "provenance continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
+        "cache checked errors interrupts optional clock garbage owner states batch entries arm rotation names renamed "
+        "dofs provenance continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",
