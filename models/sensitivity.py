@@ -127,7 +127,7 @@ class SobolIndices:
         if not np.isfinite(shares["total"]).all():
             raise FrameError("the Sobol indices are NaN, as samples failed: there is nothing to plot")
         errors = {"total": self.total_standard_error, "first order": self.first_standard_error}
-        found = new_axes(5.2, height_of_shares(len(self.inputs), 2, most)) if ax is None else ax
+        found = new_axes(5.2, height_of_shares(len(self.inputs), most)) if ax is None else ax
         draw_shares(found, self.inputs, shares, most, {kind: 100.0 * each[at] for kind, each in errors.items()})
         set_title(found, "shares of the variance, with standard errors")
         return found
