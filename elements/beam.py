@@ -45,7 +45,8 @@ class Beam(BeamSectionLaw):
     end : CrossSection, optional
         Section at the end, of the same type; sizes vary linearly in between.
     up : array_like, optional
-        Direction (..., 3), global (of a member on one body, in its axes), to which local z is nearest.
+        Direction (..., 3), global (of a member on one body, in its axes), to which local z is nearest; not along the
+        member.
     shear : bool
         Timoshenko's shear deformation (True) or none (False).
     segments : int
@@ -117,19 +118,7 @@ class Beam(BeamSectionLaw):
         return matrix
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
-        """The stiffness as springs on deformations, ``K = sum_i k_i b_i b_i^T``.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...); deformations come in its precision.
-
-        Returns
-        -------
-        tuple of ndarray
-            Stiffnesses (..., 6) and deformations by the end displacements, (..., 6, 12), each at the batch shape
-            that it varies over.
-        """
+        # deformations come in the precision of the length
         arm, length = np.asarray(length), as_real(length)
         shape = shape_of(arm.shape, self.sections_shape)
         planes = [self._plane(direction, length) for direction in DIRECTIONS]
@@ -150,18 +139,6 @@ class Beam(BeamSectionLaw):
         return stiffness, deformations(planes, arm)
 
     def spring_stiffness(self, length: Array | float) -> Array:
-        """Stiffness of the springs alone.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-
-        Returns
-        -------
-        ndarray
-            The first of `springs`, (..., 6).
-        """
         length = as_real(length)
         planes = [self._plane(direction, length) for direction in DIRECTIONS]
         return self._springs(planes, length, shape_of(np.shape(length), self.sections_shape))
@@ -181,22 +158,7 @@ class Beam(BeamSectionLaw):
         return found
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
-        """Force and moment on each end of the member, by way of its deformations.
-
-        Differences of displacements come first, so that a large motion of the whole costs no digits.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-        displacement
-            End displacements in local axes, (..., 12).
-
-        Returns
-        -------
-        ndarray
-            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in local axes.
-        """
+        # differences of displacements come first, so that a large motion of the whole costs no digits
         length = as_real(length)
         u = np.moveaxis(np.asarray(displacement, dtype=np.float64), -1, 0)
         shape = np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape)
@@ -235,36 +197,10 @@ class Beam(BeamSectionLaw):
         return self._shapes(length, x / length)[0]
 
     def shape_gradients(self, length: Array | float, x: Array | float) -> Array:
-        """Derivative of `shape_functions` along the member.
-
-        Parameters
-        ----------
-        length, x
-            Length of the member and distance from its start, (...).
-
-        Returns
-        -------
-        ndarray
-            ``ux' .. rz'`` there by the twelve end displacements, (..., 6, 12), per length.
-        """
         length, x = as_real(length), as_real(x)
         return self.shape_rows(length, x / length)[1]
 
     def shape_rows(self, length: Real, fraction: Real) -> tuple[Array, Array]:
-        """Both `shape_functions` and `shape_gradients`, at a fraction of the length.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-        fraction
-            Distance from the start over the length, 0 to 1, (...).
-
-        Returns
-        -------
-        tuple of ndarray
-            Values and derivatives, (..., 6, 12) each.
-        """
         values, planes = self._shapes(length, fraction)
         slopes, flexibility, x = np.zeros_like(values), self._flexibility(fraction), fraction * length
         for i in BARS:

@@ -91,7 +91,6 @@ class BeamSectionLaw(LineElement):
 
     @property
     def quadrature(self) -> int:
-        """Gauss points that integrate a linear load times the shape functions to rounding."""
         return 3 if self.end is None else 40
 
     @property
@@ -122,39 +121,10 @@ class BeamSectionLaw(LineElement):
         return replace(self, section=section, end=end, segments=1, release=release)
 
     def check(self, chord: Array) -> None:
-        """Whether the member can lie along a chord.
-
-        Parameters
-        ----------
-        chord
-            From the first node to the second, global, (..., 3).
-
-        Raises
-        ------
-        FrameError
-            If `up` is parallel to the member.
-        """
         if self.up is not None:
             self.axes(chord)
 
     def axes(self, chord: Array) -> Array:
-        """Local axes as rows x, y, z.
-
-        Parameters
-        ----------
-        chord
-            From the first node to the second, global, (..., 3).
-
-        Returns
-        -------
-        ndarray
-            Unit vectors in global components, (..., 3, 3).
-
-        Raises
-        ------
-        FrameError
-            If `up` is parallel to the member.
-        """
         return default_axes(chord) if self.up is None else axes_towards(chord, self.up)
 
     def axis_numbers(self, chord: Array) -> list[Real]:
@@ -210,40 +180,9 @@ class BeamSectionLaw(LineElement):
         return self._stacked(fraction, (0.0, 1.0, 1.0, (section.Iy + section.Iz) / section.A, 0.0, 0.0))
 
     def mass_per_length(self, fraction: Array | float) -> Array:
-        """Density times area of the section.
-
-        Parameters
-        ----------
-        fraction
-            Distance from the start over the length, 0 to 1, (...).
-
-        Returns
-        -------
-        ndarray
-            Mass per length there, (...).
-        """
         return self.section_inertia(fraction)[..., 0]
 
     def stress(self, fraction: Array | float, forces: Array) -> Array:
-        """Extreme stresses over the section at a fraction of the length.
-
-        Parameters
-        ----------
-        fraction
-            Distance from the start over the length, 0 to 1, (...).
-        forces
-            Internal forces ``N Vy Vz`` and moments ``T My Mz`` there, (..., 6).
-
-        Returns
-        -------
-        ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., 3), force per area.
-
-        Raises
-        ------
-        FrameError
-            If the section does not know what stress needs, see `Section`.
-        """
         return self._section(as_real(fraction)).stress(forces)
 
     def _section(self, fraction: Real) -> CrossSection:

@@ -13,34 +13,35 @@ BARS = (0, 3)
 
 
 class BendingPlane(NamedTuple):
-    """A plane of bending in the twelve end components and six section forces."""
+    """A plane of bending in the twelve end components and six section forces.
+
+    Attributes
+    ----------
+    deflection, rotation
+        Components of an end that lie in it.
+    sign
+        Sense of the rotation in the plane: in xz a positive one lowers uz along x.
+    shearing, bending
+        Section forces that shear and that bend.
+    dofs
+        End components (v1, r1, v2, r2).
+    signs
+        Sense of these four in the plane.
+    """
 
     deflection: int
     rotation: int
     sign: float
-
-    @property
-    def dofs(self) -> tuple[int, int, int, int]:
-        """End components (v1, r1, v2, r2)."""
-        return self.deflection, self.rotation, self.deflection + 6, self.rotation + 6
-
-    @property
-    def signs(self) -> tuple[float, float, float, float]:
-        """Sense of the four in the plane: in xz a positive rotation lowers uz along x."""
-        return 1.0, self.sign, 1.0, self.sign
-
-    @property
-    def shearing(self) -> int:
-        """Section force that shears."""
-        return self.deflection
-
-    @property
-    def bending(self) -> int:
-        """Section force that bends."""
-        return self.rotation
+    shearing: int
+    bending: int
+    dofs: tuple[int, int, int, int]
+    signs: tuple[float, float, float, float]
 
 
-DIRECTIONS = (BendingPlane(1, 5, 1.0), BendingPlane(2, 4, -1.0))
+DIRECTIONS = (
+    BendingPlane(1, 5, 1.0, 1, 5, (1, 5, 7, 11), (1.0, 1.0, 1.0, 1.0)),
+    BendingPlane(2, 4, -1.0, 2, 4, (2, 4, 8, 10), (1.0, -1.0, 1.0, -1.0)),
+)
 
 
 def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:

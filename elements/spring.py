@@ -75,7 +75,6 @@ class Spring(LineElement):
 
     @property
     def exact(self) -> bool:
-        """One piece is exact."""
         return True
 
     @property
@@ -85,7 +84,6 @@ class Spring(LineElement):
 
     @property
     def tension(self) -> Array:
-        """Force at rest with which the frame is loaded, (...)."""
         return np.asarray(self.force if self.applied else 0.0)
 
     @property
@@ -94,20 +92,6 @@ class Spring(LineElement):
         return 2
 
     def part(self, index: int, count: int) -> Spring:
-        """One of `count` equal parts in a row.
-
-        Parameters
-        ----------
-        index
-            Which part, from 0.
-        count
-            Number of parts.
-
-        Returns
-        -------
-        Spring
-            Of `count` times the stiffness, with the same force.
-        """
         return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force, applied=self.applied)
 
     def stiffness_matrix(self, length: Array | float) -> Array:
@@ -126,18 +110,6 @@ class Spring(LineElement):
         return self._stamped(self.stiffness, self._across(length))
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
-        """The stiffness as springs on differences of displacements.
-
-        Parameters
-        ----------
-        length
-            Length of the spring, (...).
-
-        Returns
-        -------
-        tuple of ndarray
-            Stiffnesses, (..., 6), and deformations by the end displacements, (..., 6, 12).
-        """
         across = self._across(length)
         shape = np.broadcast_shapes(np.shape(across), np.shape(self.stiffness))
         stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
@@ -146,18 +118,6 @@ class Spring(LineElement):
         return stiffness, rows
 
     def mass_matrix(self, length: Array | float) -> Array:
-        """Zero, as a spring has no mass.
-
-        Parameters
-        ----------
-        length
-            Length of the spring, (...).
-
-        Returns
-        -------
-        ndarray
-            Zeros, (..., 12, 12).
-        """
         return np.zeros((*np.shape(length), 12, 12))
 
     def geometric_matrix(self, length: Array | float, axial: Array | float) -> Array:
@@ -178,38 +138,12 @@ class Spring(LineElement):
         return self._stamped(0.0, as_real(axial) / as_real(length))
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
-        """Force on each end by the displacement of both.
-
-        Parameters
-        ----------
-        length
-            Length of the spring, (...).
-        displacement
-            End displacements in local axes, (..., 12).
-
-        Returns
-        -------
-        ndarray
-            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in local axes; moments are zero.
-        """
         stiffness, _ = self.springs(length)
         moved = np.asarray(displacement, dtype=np.float64)
         force = stiffness * (moved[..., 6:] - moved[..., :6])
         return np.concatenate([-force, force], axis=-1)
 
     def shape_functions(self, length: Array | float, x: Array | float) -> Array:
-        """Displacement of a straight line between the ends, turned as it is.
-
-        Parameters
-        ----------
-        length, x
-            Length of the spring and distance from its start, (...).
-
-        Returns
-        -------
-        ndarray
-            ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
-        """
         return straight_shapes(np.asarray(length), np.asarray(x))
 
     def _across(self, length: Array | float) -> Real:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .batch import Array
+from .checked import switch, whole_number
 from .dofs import DISPLACEMENTS
 from .entries import Change, Stretch, flattened
 from .errors import FrameError
@@ -84,10 +85,8 @@ def _description(own: Examined) -> None:
     if not isinstance(shape, tuple) or not all(isinstance(n, (int, np.integer)) and n >= 0 for n in shape):
         raise FrameError(f"{what}: shape is {shape!r}: give the batch shape, a tuple of whole numbers")
     for number, text in ((element.segments, "segments"), (element.quadrature, "quadrature")):
-        if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
-            raise FrameError(f"{what}: {text} is {number!r}: give a whole number above zero")
-    if not isinstance(element.exact, (bool, np.bool_)):
-        raise FrameError(f"{what}: exact is {element.exact!r}: give True or False")
+        whole_number(number, f"{what}: {text}", 1)
+    switch(element.exact, f"{what}: exact")
     if not 0.0 <= element.roundings < np.inf:
         raise FrameError(f"{what}: roundings is {element.roundings!r}: give a number from 0 on")
     pairs = element.releases

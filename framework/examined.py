@@ -66,7 +66,6 @@ class Examined(OfAnother):
 
     @property
     def tension(self) -> Array:
-        """Axial force at rest with which the frame is loaded, (...)."""
         found = finite(self.own.tension, f"{self.what}: tension")
         if np.broadcast_shapes(found.shape, self.own.shape) != self.own.shape:
             raise FrameError(f"{self.what}: tension has shape {found.shape}, and the element {self.own.shape}")
@@ -74,18 +73,15 @@ class Examined(OfAnother):
 
     @property
     def has_springs(self) -> bool:
-        """Whether the springs are the element's own and not those of its section law."""
         return self.own.has_springs
 
     def part(self, index: int, count: int) -> LineElement:
-        """One of `count` equal parts."""
         found = self.own.part(index, count)
         if not isinstance(found, LineElement):
             raise FrameError(f"{self.what}: part({index}, {count}) returned {found!r}: give a LineElement")
         return examined(found, self.name)
 
     def cut(self, change: Change) -> Self:
-        """The element at some entries of its batch."""
         shape = self.own.shape
         if math.prod(shape) == 1:
             return self
@@ -120,23 +116,18 @@ class Examined(OfAnother):
     # -- answers ----------------------------------------------------------------------------------------------------
 
     def check(self, chord: Array) -> None:
-        """Whether the member can lie along a chord."""
         self.own.check(chord)
 
     def axes(self, chord: Array) -> Array:
-        """Local axes as rows, (..., 3, 3)."""
         return self._asked("axes", chord.shape[:-1], (3, 3), chord)
 
     def stiffness_matrix(self, length: Array) -> Array:
-        """Stiffness, (..., 12, 12)."""
         return self._square("stiffness_matrix", length, length)
 
     def mass_matrix(self, length: Array) -> Array:
-        """Consistent mass, (..., 12, 12)."""
         return self._square("mass_matrix", length, length)
 
     def geometric_matrix(self, length: Array, axial: Array) -> Array:
-        """Geometric stiffness under an axial force, (..., 12, 12)."""
         shape = np.broadcast_shapes(np.shape(length), np.shape(axial))
         return self._square("geometric_matrix", np.broadcast_to(length, shape), length, axial)
 
@@ -158,12 +149,10 @@ class Examined(OfAnother):
         return _whole(stiffness, length, 1), _whole(deformations, length, 2)
 
     def end_forces(self, length: Array, displacement: Array) -> Array:
-        """Forces on the ends, (..., 12)."""
         batch = np.broadcast_shapes(np.shape(length), np.shape(displacement)[:-1])
         return self._asked("end_forces", batch, (12,), length, displacement)
 
     def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
-        """Energy (m,), force (m, 7) and tangent (m, 7, 7) of its own law."""
         found = self._answer("resistance", length, deformation, pick)
         count = len(deformation)
         wanted = ((count,), (count, 7), (count, 7, 7))
@@ -175,51 +164,40 @@ class Examined(OfAnother):
 
     @property
     def has_law(self) -> bool:
-        """Whether the element has a law of its own."""
         return self.own.has_law
 
     def shape_functions(self, length: Array, x: Array) -> Array:
-        """Displacement between the ends, (..., 6, 12)."""
         return self._asked("shape_functions", np.broadcast_shapes(np.shape(length), np.shape(x)), (6, 12), length, x)
 
     def shape_gradients(self, length: Array, x: Array) -> Array:
-        """Derivative of the shape functions, (..., 6, 12)."""
         return self._asked("shape_gradients", np.broadcast_shapes(np.shape(length), np.shape(x)), (6, 12), length, x)
 
     def shape_rows(self, length: Array, fraction: Array) -> tuple[Array, Array]:
-        """Shape functions and their derivatives, (..., 6, 12) each."""
         return self.own.shape_rows(length, fraction)
 
     def section_flexibility(self, fraction: Array) -> Array:
-        """Strain and curvature per unit force, (..., 6)."""
         return self._asked("section_flexibility", np.shape(fraction), (6,), fraction)
 
     def section_inertia(self, fraction: Array) -> Array:
-        """Inertia per length, (..., 6)."""
         return self._asked("section_inertia", np.shape(fraction), (6,), fraction)
 
     def section_sway(self, fraction: Array) -> Array:
-        """Weights of the work of a unit axial force, (..., 6)."""
         return self._asked("section_sway", np.shape(fraction), (6,), fraction)
 
     def free_strain(self, fraction: Array) -> Array | None:
-        """Strain and curvature without forces, (..., 6); None for none."""
         if self.own.free_strain(fraction) is None:
             return None
         return self._asked("free_strain", np.shape(fraction), (6,), fraction)
 
     def restrained_forces(self, fraction: Array) -> Array | None:
-        """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
         if self.own.free_strain(fraction) is None:
             return None
         return self._asked("restrained_forces", np.shape(fraction), (6,), fraction)
 
     def mass_per_length(self, fraction: Array) -> Array:
-        """Mass per length, (...)."""
         return self._asked("mass_per_length", np.shape(fraction), (), fraction)
 
     def stress(self, fraction: Array, forces: Array) -> Array:
-        """Extreme stresses, (..., 3)."""
         batch = np.broadcast_shapes(np.shape(fraction), np.shape(forces)[:-1])
         # where a solution is none, its forces are NaN
         return self._asked("stress", batch, (3,), fraction, forces, finite=bool(np.isfinite(forces).all()))

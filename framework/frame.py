@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-import numpy as np
-
 from .bulk import InBulk
+from .checked import switch
 from .errors import FrameError
 
-# What solves is loaded where it is first asked for: it, and SciPy's sparse solvers with it, take longer to load than
-# all that describes a frame.
+# What solves takes longer to load than all that describes a frame: it is loaded where it is first asked for.
 if TYPE_CHECKING:
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
@@ -143,9 +141,8 @@ class Frame(InBulk):
         """
         from .solution import Solution
 
-        for name, given in (("clearance", clearance), ("large", large)):
-            if not isinstance(given, (bool, np.bool_)):
-                raise FrameError(f"solve was given {name}={given!r}: give True or False")
+        switch(clearance, "clearance in solve")
+        switch(large, "large in solve")
         if not large and steps != 1:
             raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:

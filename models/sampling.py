@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.batch import as_numbers
+from ..framework.checked import whole_number
 from ..framework.errors import FrameError
 from .distributions import Distribution as Distribution  # taken from here, too
 from .distributions import Normal as Normal
-from .distributions import Uncertain, distributions_of, quantiles
+from .distributions import Uncertain, distributions_of
+from .quantiles import quantiles
 
 if TYPE_CHECKING:
     from scipy.stats import qmc
@@ -84,13 +86,6 @@ def draw(distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sam
     """Draw `n` samples of every input at once, (n,) each; see `sample_blocks`."""
     blocks = list(sample_blocks(distributions, n, rng, sampler))
     return {name: np.concatenate([block[name] for block in blocks]) for name in distributions}
-
-
-def whole(value: object, what: str, least: int) -> int:
-    """A whole number not below `least`, checked."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise FrameError(f"{what} is {value!r}: give a whole number of {least} or more")
-    return int(value)
 
 
 def samples_first(result: ArrayLike, size: int, axis: int, *, copy: bool = True) -> Array:
@@ -311,7 +306,7 @@ def points_of(
     FrameError
         If there is no such sampler, it has no such replicates, or an engine has another dimension.
     """
-    whole(n, "number of samples n", 2)
+    whole_number(n, "number of samples n", 2)
     if isinstance(sampler, str):
         if sampler not in SAMPLERS:
             raise FrameError(
@@ -336,7 +331,7 @@ def points_of(
 
 def _checked_replicates(replicates: object, n: int) -> int:
     """Number of replicates, checked."""
-    count = whole(replicates, "replicates", 1)
+    count = whole_number(replicates, "replicates", 1)
     if count not in REPLICATES:
         raise FrameError(f"replicates is {count}: choose one of {', '.join(map(str, REPLICATES))}")
     if n % count or n < 2 * count:

@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..framework.batch import one_entry
+from ..framework.checked import whole_number
 from ..framework.errors import FrameError, SampleWarning
 from ..framework.graphics.shares import draw_shares, height_of_shares
 from ..framework.graphics.style import new_axes, set_title, styled
 from ..framework.listing import MOST, text_table
 from .distributions import Distribution, Uncertain, distributions_of
 from .intervals import ConfidenceInterval, by_error
-from .sampling import LEAST, Seed, root_seed, samples_first, stream, whole
+from .sampling import LEAST, Seed, root_seed, samples_first, stream
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +127,7 @@ class SobolIndices:
         if not np.isfinite(shares["total"]).all():
             raise FrameError("the Sobol indices are NaN, as samples failed: there is nothing to plot")
         errors = {"total": self.total_standard_error, "first order": self.first_standard_error}
-        found = new_axes(5.2, height_of_shares(len(self.inputs), 2, most)) if ax is None else ax
+        found = new_axes(5.2, height_of_shares(len(self.inputs), most)) if ax is None else ax
         draw_shares(found, self.inputs, shares, most, {kind: 100.0 * each[at] for kind, each in errors.items()})
         set_title(found, "shares of the variance, with standard errors")
         return found
@@ -202,14 +203,14 @@ def sobol_indices(
     >>> bool(abs(shares.first - [0.2, 0.8]).max() < 0.02)
     True
     """
-    if whole(replicates, "replicates", 1) > 1:
+    if whole_number(replicates, "replicates", 1) > 1:
         return _replicated(fn, distributions, n, root_seed(rng), axis, chunk, replicates)
-    if whole(n, "number of samples n", 2) & (n - 1):
+    if whole_number(n, "number of samples n", 2) & (n - 1):
         raise FrameError(f"number of samples n is {n!r}: Sobol indices need a power of two")
     if not distributions:
         raise FrameError("sobol_indices was given no input: name an argument of the function and its distribution")
     given = distributions_of(distributions)
-    whole(chunk, "chunk", 1)
+    whole_number(chunk, "chunk", 1)
     from scipy import stats
 
     names = tuple(given)
@@ -269,7 +270,7 @@ def _replicated(
     replicates: int,
 ) -> SobolIndices:
     """Means of the indices of independent randomisations, and how far they scatter."""
-    if whole(n, "number of samples n", 2) % replicates or n < 2 * replicates:
+    if whole_number(n, "number of samples n", 2) % replicates or n < 2 * replicates:
         raise FrameError(
             f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
         )

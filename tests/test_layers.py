@@ -18,8 +18,8 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 # it is named; the others of its folder stand where the folder is.
 LAYERS = {
     "numbers, names, errors": (
-        "cache errors optional clock garbage owner states batch entries arm rotation names renamed dofs provenance "
-        "continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
+        "cache checked errors interrupts optional clock garbage owner states batch entries arm rotation names renamed "
+        "dofs provenance continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",
@@ -62,7 +62,7 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar intervals histograms convergence distributions moments normality sampling spread "
+        "clearance planar intervals histograms convergence distributions quantiles moments normality sampling spread "
         "propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",

@@ -63,19 +63,22 @@ class BroadcastSolver:
 
     def values(self, rows: Sequence[Row], places: Sequence[Array] = ()) -> list[Value]:
         """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
-        if self.plan.entry is not None:
-            return self.plan.entry.values(rows)
-        rows = [retained(row, self.plan.condensed, self.plan.tree.rows) for row in rows]
+        plan = self.plan
+        if plan.entry is not None:
+            return plan.entry.values(rows)
+        condensed, of_nodes = plan.condensed, plan.tree.rows
+        rows = [retained(row, condensed, of_nodes) for row in rows]
+        component, excited = plan.component, plan.excited
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
             for k in unknowns(row):
-                name = self.plan.component[k]
-                if name in self.plan.excited:
+                name = component[k]
+                if name in excited:
                     split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
         factors = {name: self.factor(name) for name in split}
-        rhs_parameters = self.plan.rhs_parameters.values
+        rhs_parameters = plan.rhs_parameters.values
         terms = [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
-        with timed(self.plan.times, "solution"):
+        with timed(plan.times, "solution"):
             for name, parts in split.items():
                 # What several components have a part in is a sum.
                 alone = [bool(places) and len(terms[k]) + sum(k in each for each in split.values()) == 1 for k in parts]

@@ -25,7 +25,7 @@ from ..structure.topology import Group, Topology
 Head = tuple[Hashable, tuple[int, float]]
 
 # Numbers of each joint, tie and support: six springs, the pitch, and six offsets.
-SPRINGS, PITCH, OFFSETS, EACH = 0, 6, 7, 13
+PITCH, OFFSETS, EACH = 6, 7, 13
 _ALL_OF_THEM = (0.0,) * EACH
 # Numbers that rows are made of and that are one in all frames, if they are in one.
 _UNITS = (0.0, 1.0, -1.0)

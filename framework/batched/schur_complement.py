@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..program.direct import Arithmetic
+from ..program.direct import Arithmetic, double
 from ..structure.parts import Grid, Parts, Row, Value, entry, is_zero, total
 from .order import Order
 from .stage import Stage, backward
@@ -66,10 +66,10 @@ class TrailingSchurComplement:
         negligible = coupled - sum(len(row) - 1 for row in matrix)
         _fill(matrix)
         forces = [stage.forces.get(k, {}) for k in pivots]
-        loads = [{-1 - s: _double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
-        scale = [{mask: _double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
+        loads = [{-1 - s: double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
+        scale = [{mask: double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
         pivot_ratio = _pivot_ratio(stage, pivots, done)
-        return cls(grid, pivots, matrix, scale, pivot_ratio, loads, [_double(v) for v in rhs_parameters], negligible)
+        return cls(grid, pivots, matrix, scale, pivot_ratio, loads, [double(v) for v in rhs_parameters], negligible)
 
     def recorded(self, recording: Arithmetic) -> Recorded:
         """Elimination and substitution, all of it over the whole batch."""
@@ -115,10 +115,6 @@ def _whole(recording: Arithmetic, every: int, parts: Parts) -> Parts:
     return {every: total({mask: recording.take(value) for mask, value in parts.items()})[1]} if parts else {}
 
 
-def _double(value: Value) -> Value:
-    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
-
-
 def _upper(stage: Stage, pivots: list[int]) -> list[dict[int, Parts]]:
     """Rows of the matrix from the diagonal on, without the couplings that are nothing."""
     place = {k: a for a, k in enumerate(pivots)}
@@ -129,7 +125,7 @@ def _upper(stage: Stage, pivots: list[int]) -> list[dict[int, Parts]]:
         for j, parts in stage.matrix.get(k, {}).items():
             if place[j] < place[k] or (j != k and _negligible(parts, least[k], least[j])):
                 continue
-            row[place[j]] = {mask: _double(value) for mask, value in parts.items()}
+            row[place[j]] = {mask: double(value) for mask, value in parts.items()}
         out.append(row)
     return out
 

@@ -15,7 +15,7 @@ from .deformations import Springs
 from .energy import CAREFUL, CARRIED, energy_of_error
 from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
-from .kinematic_edge import Real, extended
+from .kinematic_edge import Real, extended, norm
 from .kinematics import FrameKinematics
 from .requested import RequestedResults
 from .sharing import shared
@@ -178,7 +178,7 @@ class Adjoint:
     def _enough(self) -> Array:
         """Share of each scaled unit load that may be left unbalanced, as its work is then a part of a rounding of the
         result, (m, ...)."""
-        size = _norm(self.compliance.root * self.right)
+        size = norm(self.compliance.root * self.right)
         result = np.abs(np.moveaxis(self.result.value, -1, 0))
         least_stiffness = np.sqrt(self.compliance.least)
         # a result that is zero, or almost, is as uncertain as its fellows make it
@@ -207,7 +207,7 @@ class Adjoint:
             opened = zip(state.stiffness, double.displacement_sizes(self.rough, spread), strict=True)
             joints = sum((np.sum(k * size * size, axis=-1) for k, size in opened), np.zeros(()))
             rounded = state.fine * np.sqrt((members + joints) * compliance.amplification)
-            fine: Real = (_norm(extended(root) * left) + _norm(root * noise)) / least_stiffness + rounded
+            fine: Real = (norm(extended(root) * left) + norm(root * noise)) / least_stiffness + rounded
             return fine
         left = self.right - compliance.apply(self.answer)
         sizes = self._load_sizes([], [])
@@ -216,8 +216,8 @@ class Adjoint:
             imposed = [each.sizes(spread, self._fixed) for each in kinds]
             sizes = self._load_sizes(imposed, double.displacement_sizes(self._fixed, spread))
         careful = CAREFUL + CARRIED * len(state.kinematics.links)
-        noise = compliance.backward_error * _norm(self.answer / root) + careful * state.rounding * _norm(root * sizes)
-        rough: Real = (_norm(root * left) + noise) / least_stiffness
+        noise = compliance.backward_error * norm(self.answer / root) + careful * state.rounding * norm(root * sizes)
+        rough: Real = (norm(root * left) + noise) / least_stiffness
         return rough
 
     def _load_sizes(self, stretches: list[Array], relative_displacements: list[Array]) -> Real:
@@ -296,8 +296,3 @@ def _forces(
 def _dot(sizes: Real, weights: Real) -> Any:
     """Sum of products over the last two axes."""
     return np.einsum("...nk,...nk->...", sizes, weights)
-
-
-def _norm(array: Real) -> Real:
-    norm: Real = np.sqrt(np.sum(array * array, axis=-1))
-    return norm

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, merged
 from .deformations import Springs
-from .kinematic_edge import Real, extended
+from .kinematic_edge import Real, extended, norm
 from .kinematics import FrameKinematics
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
@@ -83,7 +83,7 @@ class Compliance(ABC):
             By how much each may be off, with either sign, (..., n).
         """
         root = extended(self.root)
-        out: Real = (_norm(root * load) + _norm(root * sizes)) / np.sqrt(self.least)
+        out: Real = (norm(root * load) + norm(root * sizes)) / np.sqrt(self.least)
         return out
 
     @property
@@ -284,11 +284,6 @@ def _inverse(matrix: Real) -> Real:
         work[..., :, k] = -column * pivot[..., None]
         work[..., k, k] = pivot
     return work
-
-
-def _norm(array: Real) -> Real:
-    norm: Real = np.sqrt(np.sum(array * array, axis=-1))
-    return norm
 
 
 def _any(values: Real) -> NDArray[np.bool_]:

@@ -20,7 +20,7 @@ from ..protocol import LineElement
 from ..structure.group import resists_rigid
 from ..structure.parts import Extended
 from ..structure.topology import Group, Index
-from .kinematic_edge import Real, extended
+from .kinematic_edge import Real, extended, norm
 from .kinematics import position
 
 # Roundings of extended precision in a deformation, for the size of what it is made of.
@@ -190,7 +190,7 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
         Stands for them at one entry of the batch.
     """
     chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
-    length = (_length(chord) / extended(group.counts.reshape(-1)))[:, None]
+    length = (norm(chord) / extended(group.counts.reshape(-1)))[:, None]
     stiffness, rows = element.springs(length)
     turned = _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
     return length, np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), turned.shape[:2]), turned
@@ -206,7 +206,7 @@ def _turned(rows: Real, local_axes: Real) -> Real:
 def _of(plan: Plan, group: Group) -> Springs:
     topology = plan.topology
     chord, local_axes = _geometry(plan, group)
-    length = _length(chord) / extended(group.counts)
+    length = norm(chord) / extended(group.counts)
     stiffness, rows = group.element.springs(length)
     mixed, balanced = _mixed(rows), group.element.balanced
     if balanced is None:
@@ -257,15 +257,10 @@ def _geometry(plan: Plan | Unloaded, group: Group) -> tuple[Real, Real]:
 
 def _orthonormal(rows: Real) -> Real:
     """Axes that are orthonormal to rounding of double precision made so in extended, x as it is."""
-    x, y = rows[..., 0, :] / _length(rows[..., 0, :])[..., None], rows[..., 1, :]
+    x, y = rows[..., 0, :] / norm(rows[..., 0, :])[..., None], rows[..., 1, :]
     y = y - np.sum(x * y, axis=-1, keepdims=True) * x
-    y = y / _length(y)[..., None]
+    y = y / norm(y)[..., None]
     return np.stack([x, y, np.cross(x, y)], axis=-2)
-
-
-def _length(vector: Real) -> Real:
-    length: Real = np.sqrt(np.sum(vector * vector, axis=-1))
-    return length
 
 
 def _applied(rows: Real, ends: Real) -> Real:

@@ -72,14 +72,14 @@ def _on_coordinates(kinematics: FrameKinematics, forces: Real, generalised_force
             if generalised_force is not None:
                 own = own + _into(link, _out(link, _exerted(link, generalised_force)))
             own = _worked(link, own)
-            out[..., link.child, :] = own + _of_held(link, own)
+            out[..., link.child, :] = own + _of_constrained(link, own)
     for nodes, axes in kinematics.bodies:
         out[..., nodes, :] = rotated(np.swapaxes(sizes_of(axes), -1, -2), out[..., nodes, :])
     return out
 
 
-def _of_held(link: KinematicEdge, own: Real) -> Real:
-    """What the force on held components comes to on the others, as the axes are orthonormal to rounding only."""
+def _of_constrained(link: KinematicEdge, own: Real) -> Real:
+    """What the force on constrained components comes to on the others, as the axes are orthonormal to rounding only."""
     if link.axes is None or not link.edge.ideal:
         return np.zeros(6)
     constrained = np.where(np.isin(np.arange(6), link.edge.ideal), own, 0.0)

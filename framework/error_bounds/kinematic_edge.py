@@ -104,6 +104,12 @@ def extended(array: Any) -> Real:
     return np.asarray(array, dtype=Extended)
 
 
+def norm(vector: Real) -> Real:
+    """Length of vectors along the last axis, in their precision."""
+    length: Real = np.sqrt(np.sum(vector * vector, axis=-1))
+    return length
+
+
 def sheared(vector: Real, into: int, by: int, factor: Real) -> Real:
     """Vectors (..., 6) to one component of which `factor` (...) times another is added."""
     shape = (*np.broadcast_shapes(vector.shape[:-1], factor.shape), 6)

@@ -132,19 +132,7 @@ NAMED = ("loads", "joints", "offsets", "supports", "members")
 
 
 def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Sensitivity:
-    """Derivatives of one component of a result.
-
-    Parameters
-    ----------
-    solution
-        A linear solution.
-    name
-        Node or joint.
-    what
-        Component, such as ``uy``, or ``fy`` where the result is a force.
-    kind
-        ``displacement``, ``reaction``, ``joint_displacement`` or ``joint_force``.
-    """
+    """Derivatives of one component of a result."""
     if checked(kind) == "end_forces":
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)

@@ -46,7 +46,11 @@ COLOURED = ("link", "outline", "zone")
 FILLS = {"link": 0.13, "diagram": 0.18, "zone": 0.3}
 
 
-def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:
+# Width of a new figure, inches.
+_WIDTH = 6.4
+
+
+def axes_for(scene: Scene, axes: Axes | None) -> Any:
     """Axes to draw a scene on: those given, or new ones of a figure that pyplot shows.
 
     Parameters
@@ -55,8 +59,6 @@ def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:
         What will be drawn.
     axes
         Of matplotlib; None for new ones.
-    width
-        Width of a new figure, inches.
 
     Returns
     -------
@@ -76,9 +78,9 @@ def axes_for(scene: Scene, axes: Axes | None, width: float = 6.4) -> Any:
 
     with plt.rc_context(STYLE):
         if scene.flat is None:
-            return plt.figure(figsize=(width, 0.82 * width), layout="constrained").add_subplot(projection="3d")
-        height = fitting_height(width, scene.extent)
-        return plt.figure(figsize=(width, height), layout="constrained").add_subplot()
+            return plt.figure(figsize=(_WIDTH, 0.82 * _WIDTH), layout="constrained").add_subplot(projection="3d")
+        height = fitting_height(_WIDTH, scene.extent)
+        return plt.figure(figsize=(_WIDTH, height), layout="constrained").add_subplot()
 
 
 def draw(scene: Scene, axes: Any, size: float | None = None) -> list[Any]:

@@ -145,7 +145,11 @@ class Scene:
         return min(0.013 * size, max(0.006 * size, 0.09 * float(np.median(joined)) if joined else np.inf))
 
 
-def coil(start: Array, end: Array, radius: float, turns: int = 8) -> Array:
+# Turns of a spring as it is drawn.
+_TURNS = 8
+
+
+def coil(start: Array, end: Array, radius: float) -> Array:
     """A helical spring between two points, (k, 3), with a straight piece at each end; from the side it is a wave."""
     along = end - start
     length = float(np.linalg.norm(along))
@@ -156,7 +160,7 @@ def coil(start: Array, end: Array, radius: float, turns: int = 8) -> Array:
     first = np.cross(across, along)
     first /= np.linalg.norm(first)
     second = np.cross(along, first) / length
-    turn = np.linspace(0.0, 2.0 * np.pi * turns, 16 * turns + 1)
+    turn = np.linspace(0.0, 2.0 * np.pi * _TURNS, 16 * _TURNS + 1)
     reach = radius * np.minimum(1.0, np.minimum(turn, turn[-1] - turn))[:, None]
     share = 0.15 + 0.7 * turn[:, None] / turn[-1]
     body = start + share * along + reach * (np.sin(turn)[:, None] * first + np.cos(turn)[:, None] * second)

@@ -66,6 +66,6 @@ def draw_shares(
         axes.legend(fontsize=7.5, frameon=False, loc="best")
 
 
-def height_of_shares(count: int, kinds: int, most: int) -> float:
-    """Height of a figure of ranked bars, inches: that of its bars and what stands about them."""
-    return 1.0 + 0.17 * max(2, kinds) * min(count, most + 1)
+def height_of_shares(count: int, most: int) -> float:
+    """Height of a figure of ranked pairs of bars, inches: that of its bars and what stands about them."""
+    return 1.0 + 0.34 * min(count, most + 1)

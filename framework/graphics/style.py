@@ -115,9 +115,9 @@ def set_title(axes: Any, text: str, share: float = 1.0) -> None:
     axes.set_title("\n".join(lines).replace("\u00a0", " "), loc="left", fontsize=_title_size())
 
 
-def letters_across(axes: Any, share: float = 1.0) -> int:
-    """About how many letters of a title find room in this share of the room to the right of the left side of axes."""
-    return max(16, int(_title_room(axes, share) / (0.5 * _title_size())))
+def letters_across(axes: Any) -> int:
+    """About how many letters of a title find room to the right of the left side of axes."""
+    return max(16, int(_title_room(axes, 1.0) / (0.5 * _title_size())))
 
 
 def _title_room(axes: Any, share: float) -> float:

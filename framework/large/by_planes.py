@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array
+from ..checked import whole_number
 from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
 from ..description import Description, excluding
@@ -27,33 +28,10 @@ _T = TypeVar("_T", bound=np.generic)
 
 
 def solved(frame: Description, method: str | None, clearance: bool, steps: int) -> LargeSolution:
-    """Solution of a frame; later changes of the frame do not reach it.
-
-    Parameters
-    ----------
-    frame
-        The description.
-    method
-        None: the ways of linear solutions do not apply.
-    clearance
-        Whether the joints' clearances are taken into account.
-    steps
-        Number of load steps.
-
-    Returns
-    -------
-    LargeSolution
-        Nothing is solved yet: each result is computed when it is first read.
-
-    Raises
-    ------
-    FrameError
-        If a method is named, or `steps` is not a whole number above zero.
-    """
+    """Solution of a frame; later changes of the frame do not reach it."""
     if method is not None:
         raise FrameError(f"method {method!r} is for linear solutions: leave it out where large=True")
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise FrameError(f"steps is {steps!r}: give a whole number above zero")
+    whole_number(steps, "steps", 1)
     by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
     if by_own_law and not clearance:
         raise FrameError(

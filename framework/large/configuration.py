@@ -21,7 +21,31 @@ from .numbers import Numbers, Where
 from .state import DisplacedState
 
 
-class Configuration:
+class LoadedEntries:
+    """Some batch entries of a model under a share of its loads, in space or in the plane."""
+
+    model: Model
+    where: Where
+    count: int
+    factor: float
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Length that displacements are compared with (m,) or (1,)."""
+        return self.model.lengths.at(self.where)
+
+    @cached_property
+    def scale(self) -> Array:
+        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1)."""
+        return self.model.scale(self.where)
+
+    @cached_property
+    def prescribed_values(self) -> Array:
+        """Values that the prescribed coordinates are to have (prescribed, m)."""
+        return self.model.driven_values(self.where, self.count, self.factor)
+
+
+class Configuration(LoadedEntries):
     """A model at some entries.
 
     Parameters
@@ -51,24 +75,9 @@ class Configuration:
         return [joint.at(self.where) for joint in self.model.joints]
 
     @cached_property
-    def lengths(self) -> Array:
-        """Length that displacements are compared with (m,) or (1,)."""
-        return self.model.lengths.at(self.where)
-
-    @cached_property
-    def scale(self) -> Array:
-        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1)."""
-        return self.model.scale(self.where)
-
-    @cached_property
     def loads(self) -> Array:
         """Forces and moments on nodes (6, nodes, m or 1)."""
         return self.factor * self.model.loads.nodal.at(self.where)
-
-    @cached_property
-    def prescribed_values(self) -> Array:
-        """Values that the prescribed coordinates are to have (prescribed, m)."""
-        return self.model.driven_values(self.where, self.count, self.factor)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 

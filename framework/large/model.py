@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from functools import cached_property, reduce
 
 import numpy as np
@@ -186,11 +187,7 @@ class Model:
     @cached_property
     def chains(self) -> list[list[int]]:
         """For every node the column of each coordinate that moves it: its parent's, then its own."""
-        out: list[list[int]] = self.columns.T.tolist()
-        for joint in self.joints:
-            above = [] if joint.parent == GROUND else out[joint.parent]
-            out[joint.child] = above + out[joint.child]
-        return out
+        return chained(self.columns, self.joints)
 
     @cached_property
     def symmetric(self) -> bool:
@@ -277,3 +274,12 @@ def _check(plan: Plan) -> None:
                 f"member {name!r} carries a force at rest, which would turn with it: for large displacement give it no "
                 "force at rest, and load the frame instead"
             )
+
+
+def chained(columns: Index, joints: Iterable[TreeJoint]) -> list[list[int]]:
+    """For every node which of the columns (k, nodes) move it, by way of the joints in the order of their tree."""
+    out: list[list[int]] = columns.T.tolist()
+    for joint in joints:
+        above = [] if joint.parent == GROUND else out[joint.parent]
+        out[joint.child] = above + out[joint.child]
+    return out

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from .. import rotation
 from ..batch import Array, Shape
 from ..batched.plan import Plan
+from ..checked import whole_number
 from ..continuation import Index, PathBatch, turning_values
 from ..description import Description, excluding
 from ..dofs import component
@@ -116,8 +117,7 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
     node = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
-    if isinstance(steps, bool) or not isinstance(steps, (int, np.integer)) or steps < 1:
-        raise FrameError(f"path of {node!r} in steps = {steps!r}: give a whole number above zero")
+    whole_number(steps, f"steps of the path of {node!r}", 1)
     if isinstance(first, bool) or not 0.0 < first < np.inf:
         raise FrameError(f"path of {node!r} with first = {first!r}: give a load factor above zero, such as 0.05")
     goal = node, component(name), to

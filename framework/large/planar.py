@@ -15,6 +15,7 @@ from ..batch import Array, merged
 from ..elementwise import contracted, zeros
 from ..structure.edge import GROUND
 from . import planar_pieces
+from .configuration import LoadedEntries
 from .joint_law import ContactMultipliers
 from .model import Model
 from .numbers import Where, summed
@@ -23,7 +24,7 @@ from .planar_model import PlanarModel
 from .planar_state import PlanarLinearisation, PlanarState
 
 
-class PlanarEquations:
+class PlanarEquations(LoadedEntries):
     """A model in the plane at some entries; see `Equations`.
 
     Parameters
@@ -57,22 +58,7 @@ class PlanarEquations:
         )
         return PlanarState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contact_multipliers)
 
-    @cached_property
-    def lengths(self) -> Array:
-        """Length that displacements are compared with (m,) or (1,)."""
-        return self.model.lengths.at(self.where)
-
-    @cached_property
-    def scale(self) -> Array:
-        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1)."""
-        return self.model.scale(self.where)
-
     # -- motion -----------------------------------------------------------------------------------------------------
-
-    @cached_property
-    def prescribed_values(self) -> Array:
-        """Values that the prescribed coordinates are to have (prescribed, m)."""
-        return self.model.driven_values(self.where, self.count, self.factor)
 
     def prescribed_residual(self, state: PlanarState) -> Array:
         """Difference of the prescribed coordinates from their values (prescribed, m)."""

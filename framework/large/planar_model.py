@@ -9,8 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
-from ..structure.edge import GROUND
-from .model import CONSTRAINED, Model
+from .model import CONSTRAINED, Model, chained
 from .numbers import Numbers
 from .planar_links import PlanarJoint
 from .planar_pieces import AXES, ENDS, TERMS, PlanarStack
@@ -80,12 +79,7 @@ class PlanarModel:
     @cached_property
     def chains(self) -> list[list[int]]:
         """Columns of the coordinates that move each node; see `Model.chains`."""
-        out: list[list[int]] = self.columns.T.tolist()
-        for planar_joint in self.joints:
-            joint = planar_joint.joint
-            above = [] if joint.parent == GROUND else out[joint.parent]
-            out[joint.child] = above + out[joint.child]
-        return out
+        return chained(self.columns, (planar_joint.joint for planar_joint in self.joints))
 
     @cached_property
     def gather(self) -> list[scipy.sparse.csr_matrix]:

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
 from ..clearances.contact import Contact
-from ..results.directions import member_axes
 from ..results.parts import of_joint, of_member, of_node, of_part
 from ..results.saved import SavedResults
 from ..results.stacked_results import StackedResults
+from ..structure.topology import Topology
 from .states import FrameStates
 
 
@@ -309,7 +309,7 @@ class NamedResults(FrameStates):
         ndarray
             The axes as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need.
         """
-        return member_axes(self.plan.topology)
+        return _member_axes(self.plan.topology)
 
     @property
     def _stacked_results(self) -> StackedResults | None:
@@ -324,3 +324,19 @@ class NamedResults(FrameStates):
         if entry is not None:
             return np.array(entry.displacements[number])
         return self._settled(self.plan.tree.global_rows(number))
+
+
+def _member_axes(topology: Topology) -> Array:
+    """Axes of all members as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need."""
+    first = [topology.pieces_of[name][0] for name in topology.frame.members]
+    member = np.full(sum(len(group.pieces) for group in topology.groups), -1)
+    member[first] = np.arange(len(first))
+    found = []
+    for group in topology.groups:
+        own = member[group.pieces]
+        found.append((own[own >= 0], np.moveaxis(group.local_axes[own >= 0], 0, -3)))
+    batch = np.broadcast_shapes(*(rows.shape[:-3] for _, rows in found))
+    out = np.zeros((*batch, len(first), 1, 3, 3))
+    for own, rows in found:
+        out[..., own, 0, :, :] = rows
+    return out

@@ -27,33 +27,12 @@ def save(
     times: ArrayLike | None = None,
     stations: int = 8,
 ) -> None:
-    """Write a solution for ParaView, whole or not at all.
+    """Write a solution for ParaView, whole or not at all, see `SavedResults.save`.
 
-    Parameters
-    ----------
-    solution
-        What `Frame.solve` returned.
-    path
-        ``name.vtu``: one batch entry, beams as line cells and joints as vertex cells of one grid, told apart
-        by the cell array ``part``. ``name.pvd``: the poses along a batch axis as a time series, each with the
-        named blocks ``beams`` and ``joints``, in files of their own in the folder ``name`` beside it. There README.txt
-        tells what each array is, and open_in_paraview.py opens the series in ParaView.
-    entry
-        Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
-    axis
-        For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
-    times
-        For a .pvd, increasing times (or angles) of the poses, (n,); their numbers 0, 1, ... by default.
-    stations
-        Cells of a member, so that its curved shape shows.
+    A .vtu has beams as line cells and joints as vertex cells of one grid, told apart by the cell array ``part``. A .pvd
+    has for each pose the named blocks ``beams`` and ``joints``, in files of their own in the folder of its name, where
+    README.txt tells what each array is, and open_in_paraview.py opens the series in ParaView.
 
-    Raises
-    ------
-    FrameError
-        If the name ends otherwise, the batch does not fit, or the folder cannot be written.
-
-    Notes
-    -----
     The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
     beams ``N V T M`` (global) and ``stress_min stress_max von_mises`` on points, ``V_local M_local`` and
     ``member link solved`` on cells; for joints ``gap gap_rotation force moment`` (global) and, where there is
@@ -63,23 +42,6 @@ def save(
     strings ``member_names``, ``link_names`` and ``joint_names`` of its field data.
 
     In ParaView: Warp By Vector (displacement), Extract Surface, Tube.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from linkframe.elements import Beam, Material, Rectangle
-    >>> from linkframe.framework import Frame
-    >>> frame = Frame()
-    >>> frame.node("A", (0.0, 0.0, 0.0))
-    >>> frame.node("B", (1.0, 0.0, 0.0))
-    >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
-    >>> frame.fix("A")
-    >>> frame.load("B", fy=[-10.0, -20.0])
-    >>> with TemporaryDirectory() as folder:
-    ...     frame.solve().save(f"{folder}/loads.pvd", times=[10.0, 20.0])
-    ...     sorted(path.name for path in Path(folder).rglob("*.vt*"))
-    ['beams_000.vtu', 'beams_001.vtu', 'pose_000.vtm', 'pose_001.vtm']
     """
     path = Path(path)
     if stations not in range(1, 1001):

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from ..errors import FrameError
+from ..interrupts import put_off
 from ..owner import is_gone, owner
 
 # Folders that are written in; behind it their owner, and what tells several of one owner apart.
@@ -39,7 +39,7 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
             stage = Path(name)
             yield stage
             written = [file for file in stage.rglob("*") if file.is_file()]
-            with _undisturbed():
+            with put_off("SIGINT", "SIGTERM"):
                 for file in sorted(written, key=lambda file: (-len(file.parts), file)):
                     target = directory / file.relative_to(stage)
                     target.parent.mkdir(exist_ok=True)
@@ -57,19 +57,6 @@ def _remove_abandoned(directory: Path) -> None:
     for path in directory.glob(f"{STAGE}*"):
         if is_gone(path.name.removeprefix(STAGE).rpartition("-")[0]):
             shutil.rmtree(path, ignore_errors=True)
-
-
-@contextmanager
-def _undisturbed() -> Iterator[None]:
-    """Put off interrupts and requests to end, where the system can, until the body is done."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -42,7 +42,7 @@ class Drawing:
     joints
         Joints and their displacements, two arrays (T, j, 3).
     supports, constrained
-        Supported nodes (T, s, 3) and which of their components are held (s, 6).
+        Supported nodes (T, s, 3) and which of their components are constrained (s, 6).
     members_at
         Sum of the unit vectors along the members that leave each supported node, (T, s, 3).
     loaded, forces

@@ -24,6 +24,11 @@ class Arithmetic(Protocol):
         ...
 
 
+def double(value: Value) -> Value:
+    """A number in double precision."""
+    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+
+
 class Direct:
     """Numbers stand for themselves.
 
@@ -38,7 +43,7 @@ class Direct:
 
     def take(self, value: Value) -> Value:
         """A number in double precision."""
-        return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else float(value)
+        return double(value)
 
     def products(self, rows: Sequence[Mapping[int, Value]], numbers: Mapping[int, Value]) -> list[Value]:
         """Sums of products of the factors `rows` with `numbers`, as one matrix product."""

@@ -264,10 +264,7 @@ class Results(ABC):
         ndarray
             ``ux uy uz rx ry rz``, (..., members, k, 6).
         """
-        at = checked_fractions(fractions)
-        if (whole := self._stacked_results) is not None:
-            return self._masked(whole.displacements_at(at))
-        return self._each(self.displacement_along, at, 6)
+        return self._along_all("displacements_at", self.displacement_along, fractions, 6)
 
     def forces_at(self, fractions: ArrayLike) -> Array:
         """Internal forces along all members in their local axes, in the order of ``frame.members``.
@@ -282,10 +279,7 @@ class Results(ABC):
         ndarray
             ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members that do not tell, see `forces`.
         """
-        at = checked_fractions(fractions)
-        if (whole := self._stacked_results) is not None:
-            return self._masked(whole.forces_at(at))
-        return self._each(self.forces, at, 6)
+        return self._along_all("forces_at", self.forces, fractions, 6)
 
     def stresses_at(self, fractions: ArrayLike) -> Array:
         """Extreme stresses along all members, in the order of ``frame.members``.
@@ -301,10 +295,7 @@ class Results(ABC):
             Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for members
             that do not tell, such as those of a section that is known by its properties only.
         """
-        at = checked_fractions(fractions)
-        if (whole := self._stacked_results) is not None:
-            return self._masked(whole.stresses_at(at))
-        return self._each(self.stress, at, 3)
+        return self._along_all("stresses_at", self.stress, fractions, 3)
 
     @property
     @abstractmethod
@@ -341,6 +332,13 @@ class Results(ABC):
     def _stacked_results(self) -> HasStackedResults | None:
         """What has the results of all nodes and members by stacks; None where they are taken one by one."""
         return None
+
+    def _along_all(self, name: str, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
+        """A result along all members, by stacks under its name or else member by member, (..., members, k, size)."""
+        at = checked_fractions(fractions)
+        if (whole := self._stacked_results) is not None:
+            return self._masked(getattr(whole, name)(at))
+        return self._each(result, at, size)
 
     def _each(self, result: Callable[[str, Array], Array], at: Array, size: int) -> Array:
         """A result along each member at the same shares of its length, (..., members, k, size)."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
-from ..entries import WHOLE, Entries, Stretch, picked
+from ..entries import Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.link_forces import link_forces, link_roundings
@@ -72,26 +72,11 @@ def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     Parameters
     ----------
     plan
-        The frame whose unknowns they are: that of the solution, or one that is held in another way.
+        The frame whose unknowns they are: that of the solution, or one that is supported in another way.
     state
         The solution of the whole batch in its equations of equilibrium.
     """
-    return summed_stacks(plan, geometric_stacks(state))
-
-
-def summed_stacks(plan: Plan, stacks: list[Stack], entries: Entries = WHOLE) -> Array:
-    """Sum of matrices between nodes over the unknowns, (..., n, n).
-
-    Parameters
-    ----------
-    plan
-        The frame.
-    stacks
-        Node numbers (n, k) and matrices (n, ..., 6 k, 6 k).
-    entries
-        Those of the batch that the matrices are for.
-    """
-    return dense.reduced(plan, over_dofs(plan, stacks), entries)
+    return dense.reduced(plan, over_dofs(plan, geometric_stacks(state)))
 
 
 def over_dofs(plan: Plan, stacks: list[Stack]) -> Array:

@@ -106,12 +106,6 @@ def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matri
     return _by_rows(np.ones(len(order)), first[order], second[order], (count, count))
 
 
-def by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
-    """A matrix by its entries, which keep their order in each row; what stands at one place several times adds up."""
-    order, found = kept("by rows", (row, column, np.array(shape)), lambda: pattern_by_rows(row, column, shape))
-    return filled(found, data[order])
-
-
 def pattern_by_rows(row: Index, column: Index, shape: tuple[int, int]) -> tuple[Index, scipy.sparse.csr_matrix]:
     """Order of entries row by row, each row's as they come, and a matrix of their pattern."""
     order = np.argsort(row, kind="stable")

@@ -47,5 +47,5 @@ def of_supports(topology: Topology) -> tuple[object, ...] | None:
         return None
     if any(value is not ZERO and value.any() for given in frame.supports.values() for value in given.values()):
         return None
-    held = tuple((node, number[node], *given) for node, given in frame.supports.items())
-    return len(number), topology.ends.tobytes(), held
+    supports = tuple((node, number[node], *given) for node, given in frame.supports.items())
+    return len(number), topology.ends.tobytes(), supports

@@ -1,4 +1,4 @@
-"""What joints, rigid links, ties and supports are alike: springs and held components between two nodes."""
+"""What joints, rigid links, ties and supports are alike: springs and constrained components between two nodes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Edge:
     first, second
         Node numbers, GROUND for the ground.
     ideal
-        Components that are held.
+        Components that are constrained.
     stiffness
         By component, 0.0 where there is no spring.
     axes

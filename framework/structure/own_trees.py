@@ -88,9 +88,9 @@ def _spanning_at(entry: tuple[int, ...], chosen: list[Edge], closing: list[Edge]
         at = tuple(min(k, n - 1) for k, n in zip(entry, stiffness.shape, strict=False))
         return len(edge.ideal), float(stiffness[at])
 
-    held = [edge for edge in chosen if edge.ideal]
+    constraints = [edge for edge in chosen if edge.ideal]
     springs = [edge for edge in (*chosen, *closing) if not edge.ideal]
-    found, left = spanning([*held, *sorted(springs, key=strength, reverse=True)])
+    found, left = spanning([*constraints, *sorted(springs, key=strength, reverse=True)])
     return found, [*(edge for edge in closing if edge.ideal), *left]
 
 
@@ -188,21 +188,21 @@ def _names(batch: JointTree, own: JointTree) -> tuple[dict[int, int], dict[Edge,
 def _merged(tree: JointTree, rows: list[_Rows]) -> JointTree:
     """The tree of the batch, its unknowns at each entry those of the entry's own."""
     own = JointTree(tree.topology, tree.grid, tree.rhs_parameters, tree.edges, branches=tree.branches)
-    held = tree.elimination
-    own.elimination = replace(held, rows=dict(held.rows), sources=dict(held.sources))
+    whole = tree.elimination
+    own.elimination = replace(whole, rows=dict(whole.rows), sources=dict(whole.sources))
     own.rows = {n: [_sum((each.of_node(n, k), each.where) for each in rows) for k in _SIX] for n in tree.rows}
     elastic = {edge: _summed(rows, [each.elastic(edge) for each in rows]) for edge in tree.edges}
     for branch in tree.branches:
         edge, keys = branch.edge, [6 * branch.child + k for k in _SIX]
         if not all(edge in each.branches for each in rows):
             own.elimination.rows |= dict(zip(keys, elastic[edge], strict=True))
-            own.elimination.sources |= dict(zip(keys, _sources(held, rows, edge), strict=True))
+            own.elimination.sources |= dict(zip(keys, _sources(whole, rows, edge), strict=True))
             own.given_up |= dict(zip(keys, _given_up(rows, edge), strict=True))
     for edge, _ in tree.closing:
         own.closing.append((edge, _summed(rows, [each.between(edge) for each in rows])))
         where = [each.where for each in rows if edge in each.branches]
         if where:
-            own.exchanged[edge] = Exchanged(reduce(add, where), elastic[edge], _sources(held, rows, edge))
+            own.exchanged[edge] = Exchanged(reduce(add, where), elastic[edge], _sources(whole, rows, edge))
     for edge in (*(branch.edge for branch in tree.branches), *(edge for edge, _ in tree.closing)):
         own.stiffen(edge, elastic[edge])
     own.springs += tree.springs[len(own.springs) :]  # what holds unknowns that stand for nothing
@@ -231,13 +231,13 @@ def _equal(value: Value, other: Value) -> bool:
     return not isinstance(value, np.ndarray) and not isinstance(other, np.ndarray) and bool(value == other)
 
 
-def _sources(held: Elimination, rows: list[_Rows], edge: Edge) -> list[Row]:
+def _sources(elimination: Elimination, rows: list[_Rows], edge: Edge) -> list[Row]:
     """Combinations of constraints by which the dependent unknowns in an edge's displacement are determined."""
     out: list[Row] = [{} for _ in _SIX]
     for each in rows:
         for combination, row in zip(out, each.raw(edge), strict=True):
             for key, value in row.items():
-                add_row(combination, held.sources.get(key, {}), product(each.where, value))
+                add_row(combination, elimination.sources.get(key, {}), product(each.where, value))
     return out
 
 

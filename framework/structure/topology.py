@@ -1,4 +1,4 @@
-"""Members cut into pieces, numbered on a scikit-fem mesh, and gathered into stacks that are evaluated together."""
+"""Members cut into pieces, gathered into stacks that are evaluated together."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned, distinct
-from ..described.parts import Node
 from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
 from ..protocol import LineElement, is_proven
 from ..stacking import changed, stacked
 from .group import Group, Index
-from .mesh import line_mesh, numbered
+from .numbered_pieces import NumberedPieces, index_in_member
 from .parts import Extended
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
@@ -62,80 +61,29 @@ class FormerStacks(NamedTuple):
 
 
 @dataclass(eq=False)
-class Topology:
-    """Numbered nodes and pieces.
+class Topology(NumberedPieces):
+    """Numbered nodes and pieces, and the stacks in which these are evaluated.
 
     Attributes
     ----------
-    number
-        Node number by name; interior nodes of members are named ``member.1``, ``member.2``, ...
-    bodies
-        Body of each node.
-    counts
-        Number of pieces of each member, (members,); those of one member are numbered in a row.
-    ends
-        Node numbers of all pieces, (pieces, 2).
     gathered
         Stacks of a former frame with these connections, which are those of this one too but for some numbers.
     """
 
-    frame: Description
-    number: dict[str, int]
-    bodies: list[str | None]
-    counts: Index
-    ends: Index
     gathered: FormerStacks | None = None
-
-    @classmethod
-    def of(cls, frame: Description, *, cut: bool) -> Topology:
-        """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
-
-        Statics needs no cut where one piece is exact.
-        """
-        number = {name: index for index, name in enumerate(frame.nodes)}
-        bodies = [node.body for node in frame.nodes.values()]
-        members = frame.members
-        elements = [member.element for member in members.values()]
-        leaders, which = found = distinct(elements)
-        segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
-        counts = np.array(segments, dtype=np.int64)[which]
-        if all(segment == 1 for segment in segments):
-            pairs = [(number[member.start], number[member.end]) for member in members.values()]
-            whole = cls(frame, number, bodies, counts, _pairs(pairs))
-            whole._distinct = found
-            return whole
-        first, last = ([number[node] for node in side] for side in _sides(frame))
-        # Interior nodes come after all others, member by member.
-        inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
-        index = _index(counts)
-        begin, end, inner, count = (np.repeat(part, counts) for part in (first, last, inner, counts))
-        ends = np.stack([np.where(index == 0, begin, inner + index - 1),
-                         np.where(index == count - 1, end, inner + index)], axis=1)  # fmt: skip
-        for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
-            shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
-            for k in range(1, parts):
-                number[f"{name}.{k}"] = len(number)
-                bodies.append(shared)
-        return cls(frame, number, bodies, counts, ends.astype(np.int64))
 
     @cached_property
     def pieces(self) -> list[Piece]:
         """All pieces one by one."""
         names, counts = list(self.frame.members), self.counts.tolist()
-        each = zip(self.members.tolist(), _index(self.counts).tolist(), self._elements, self.ends.tolist(), strict=True)
+        each = zip(
+            self.members.tolist(),
+            index_in_member(self.counts).tolist(),
+            self._elements,
+            self.ends.tolist(),
+            strict=True,
+        )
         return [Piece(names[m], index, counts[m], element, (a, b)) for m, index, element, (a, b) in each]
-
-    @cached_property
-    def pieces_of(self) -> dict[str, range]:
-        """Piece numbers of each member."""
-        last = np.cumsum(self.counts)
-        ranges = map(range, (last - self.counts).tolist(), last.tolist())
-        return dict(zip(self.frame.members, ranges, strict=True))
-
-    @cached_property
-    def members(self) -> Index:
-        """Member number of each piece, (pieces,)."""
-        return np.repeat(np.arange(len(self.counts)), self.counts)
 
     @cached_property
     def _elements(self) -> list[LineElement]:
@@ -147,11 +95,6 @@ class Topology:
             return each * len(which) if len(each) == 1 else [each[k] for k in which.tolist()]
         whole = zip((each[k] for k in which.tolist()), self.counts.tolist(), strict=True)
         return [e for element, n in whole for e in ([element] if n == 1 else [element.part(i, n) for i in range(n)])]
-
-    @cached_property
-    def _distinct(self) -> tuple[list[int], Index]:
-        """Members that come first with each of the different elements, and which of these each member has."""
-        return distinct([member.element for member in self.frame.members.values()])
 
     @cached_property
     def groups(self) -> list[Group]:
@@ -308,14 +251,6 @@ class Topology:
         return any(element.free_strain(np.zeros(())) is not None for element in elements)
 
     @cached_property
-    def plain_positions(self) -> Array | None:
-        """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
-        nodes = self.frame.nodes.values()
-        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
-            return None
-        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
-
-    @cached_property
     def geometry(self) -> tuple[object, ...] | None:
         """What axes and deformations of all members follow from, beside which nodes they connect.
 
@@ -335,16 +270,6 @@ class Topology:
             return plain
         chords = [self.frame.chord(name) for name in self.frame.members]
         return [chords[member] for member in self.members.tolist()]
-
-    def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
-        """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""
-        if self.plain_positions is None:
-            return None
-        plain = self.plain_positions.astype(kind, copy=False)
-        if len(self.ends) == len(self.counts):
-            return plain[self.ends[:, 1]] - plain[self.ends[:, 0]]
-        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
-        return (plain[last] - plain[first])[self.members]
 
     def _elements_of(self, members: Collection[int]) -> list[LineElement]:
         """Elements of members that are not cut."""
@@ -378,57 +303,6 @@ class Topology:
             element, numbers, dofs, chord, counts, (None, None) if shared else (start, end), start if shared else None
         )
 
-    def axes(self, node: int) -> Array | None:
-        """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
-        body = self.bodies[node]
-        return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
-
-    def position(self, node: int) -> Array:
-        """Global position of a described node, (..., 3), with all batch axes."""
-        return aligned(self.frame.position(self.names[node]), len(self.frame.shape), 1)
-
-    @cached_property
-    def names(self) -> list[str]:
-        """Names of all nodes, those of the frame first."""
-        return list(self.number)
-
-    @cached_property
-    def points(self) -> Array:
-        """Positions of all nodes at the first batch entry, (nodes, 3)."""
-        described = self.plain_positions
-        if described is None:
-            described = np.stack([self.frame.position(name).reshape(-1, 3)[0] for name in self.frame.nodes])
-        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
-        index = _index(self.counts)
-        inner = index > 0
-        member, share = self.members[inner], index[inner] / self.counts[self.members[inner]]
-        start, end = described[first][member], described[last][member]
-        return np.concatenate([described, start + (end - start) * share[:, None]])
-
-    @cached_property
-    def mesh(self) -> Any:
-        """The first batch entry as a scikit-fem ``MeshLine1``.
-
-        Pieces of members, joints and, where there are any, rigid links are its subdomains ``beam``, ``joint`` and
-        ``rigid``; so are each member and joint by its name and, where names do not meet, each body with the members on
-        it. Supported nodes are its boundaries.
-        """
-        frame, number = self.frame, self.number
-        joints = [(number[joint.first], number[joint.second]) for joint in frame.joints.values()]
-        rigid = [(number[tie.master], number[tie.slave]) for tie in frame.ties if tie.rigid]
-        kinds = {"beam": self.ends, "joint": _pairs(joints)} | ({"rigid": _pairs(rigid)} if rigid else {})
-        names = {name: np.arange(pieces.start, pieces.stop) for name, pieces in self.pieces_of.items()}
-        names |= {name: np.array([len(self.ends) + k]) for k, name in enumerate(frame.joints)}
-        for body in frame.bodies:
-            on = [self.bodies[a] == body == self.bodies[b] for a, b in self.ends.tolist()]
-            names.setdefault(body, np.flatnonzero(on))
-        return line_mesh(self.points, kinds, names, {node: number[node] for node in frame.supports})
-
-    @cached_property
-    def numbering(self) -> Any:
-        """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
-        return numbered(self.mesh)
-
 
 def _others(one: Description, other: Description) -> set[int]:
     """Members that are other elements in one description than in another with the same members."""
@@ -451,22 +325,3 @@ def _family(element: LineElement) -> Hashable:
 def _alike_in_stack(before: LineElement, new: LineElement) -> bool:
     """Whether an element takes the place of another one in its stack; what a frame examines is stacked by its class."""
     return is_proven(before) and is_proven(new) and _family(before) == _family(new)
-
-
-def _pairs(ends: list[tuple[int, int]]) -> Index:
-    return np.array(ends, dtype=np.int64).reshape(-1, 2)
-
-
-def _shared(start: Node, end: Node) -> str | None:
-    return start.body if start.body == end.body else None
-
-
-def _sides(frame: Description) -> tuple[list[str], list[str]]:
-    """Start and end nodes of the members."""
-    members = frame.members.values()
-    return [member.start for member in members], [member.end for member in members]
-
-
-def _index(counts: Index) -> Index:
-    """Which part of its member each piece is."""
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...framework.graphics.curves import mark_turns
 from ...framework.graphics.log_ticks import log_ticks
-from ...framework.graphics.style import BLUE, SKY, STYLE, styled
+from ...framework.graphics.style import BLUE, SKY, new_axes, styled
 from ..intervals import ConfidenceInterval
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ def plot_probability(
     along: Array, probability: Array, band: ConfidenceInterval | None, label: str, axes: Axes | None
 ) -> Axes:
     """See `Reliability.plot`."""
-    found: Any = _new() if axes is None else axes
+    found: Any = new_axes(4.8, 3.2) if axes is None else axes
     order = np.argsort(along, kind="stable")
     # A probability of nothing has no place on an axis of powers of ten: it leaves a gap.
     shown = np.where(probability > 0.0, probability, np.nan)[order]
@@ -43,10 +43,3 @@ def plot_probability(
     if label.endswith("[°]"):
         mark_turns(found, along)
     return found  # type: ignore[no-any-return]
-
-
-def _new() -> Any:
-    import matplotlib.pyplot as plt
-
-    with plt.rc_context(STYLE):
-        return plt.figure(figsize=(4.8, 3.2), layout="constrained").add_subplot()

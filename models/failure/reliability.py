@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...framework.checked import whole_number
 from ...framework.errors import FrameError
 from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, checked_level
 from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
-from ..sampling import Seed, root_seed, whole
+from ..sampling import Seed, root_seed
 from .design_points import DesignPoints, design_points
 from .limit_state import Function, LimitState, check_called
 from .methods import LimitStateProblems
@@ -249,19 +250,23 @@ def reliability(
         raise FrameError(f"method of reliability is {method!r}: choose one of {', '.join(METHODS)}")
     if not 0.0 < accuracy < 1.0:
         raise FrameError(f"accuracy is {accuracy!r}: give a coefficient of variation between 0 and 1, such as 0.05")
-    count = None if poses is None else whole(poses, "number of poses", 1)
+    count = None if poses is None else whole_number(poses, "number of poses", 1)
     joint = JointInputs.of(distributions, correlation)
     if not joint.names:
         raise FrameError("reliability was given no distributions: nothing is uncertain")
     check_called(limit, joint.names, count is not None)
     state = LimitState(limit, joint, gradient, count)
     run = LimitStateProblems(state, anywhere and count is not None, root_seed(rng))
-    most = whole(1000 if method == "subset" else 200_000, "", 1) if samples is None else whole(samples, "samples", 100)
+    most = (
+        whole_number(1000 if method == "subset" else 200_000, "", 1)
+        if samples is None
+        else whole_number(samples, "samples", 100)
+    )
     points: DesignPoints | None = None
     if method == "random":
         found = run.random(most)
     else:
-        begin = (1 if count and method != "importance" else 9) if starts is None else whole(starts, "starts", 1)
+        begin = (1 if count and method != "importance" else 9) if starts is None else whole_number(starts, "starts", 1)
         points = design_points(state, begin)
         if method == "subset":
             found = run.subset(most, points)

@@ -58,7 +58,8 @@ class FourBarMotion(DrawnMotion, FourBarKinematics):
         Parameters
         ----------
         clearance
-            Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
+            Radial clearance in the plane, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``, whose stiffness is
+            the same along x and y.
 
         Returns
         -------
@@ -103,7 +104,8 @@ class FourBarMotion(DrawnMotion, FourBarKinematics):
         Returns
         -------
         Kinetostatics
-            Eight reaction components and the drive torque, (...).
+            Eight reaction components and the drive torque, (...); NaN where coupler and rocker lie in line, as no
+            finite reactions hold the linkage there.
 
         Examples
         --------

@@ -30,19 +30,6 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     ``D.rocker``, ``E.rocker``, ``E`` (fixed); joints ``B``, ``D``, ``E`` with global axes; members ``crank``,
     ``coupler.1``, ``coupler.2``, ``rocker``. The coupler is the bar B-P-D, bent at P; if P lies on the line of B and D
     beyond one of them, the bar runs through the three in their order; if P is B or D, ``coupler.1`` is all of it.
-
-    Parameters
-    ----------
-    motion
-        Motion of the four-bar, batch shape (...).
-    clearance
-        Radial clearance in the plane, (...), of some of the joints; the stiffness of these must be the same along x
-        and y.
-
-    Returns
-    -------
-    Frame
-        The frame, without loads; batch shape (...) and that of beams, stiffnesses and clearances.
     """
     gaps = clearance or {}
     built, four_bar = Frame(), motion.four_bar

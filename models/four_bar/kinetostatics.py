@@ -203,29 +203,6 @@ def kinetostatics(motion: FourBarKinematics, crank: Link, coupler: Link, rocker:
 
     The right side holds the inertia forces (1) and torques (2) with their signs reversed; the left side is
     [L][F_B] of (4), derived here anew, as the signs and arms printed in (3) are not consistent.
-
-    Parameters
-    ----------
-    motion
-        Motion of the linkage, batch shape (...).
-    crank, coupler, rocker
-        Mass, centre, inertia and external load of each link.
-    gravity
-        Acceleration of gravity (gx, gy).
-
-    Returns
-    -------
-    Kinetostatics
-        Eight reaction components and the drive torque, over the batch; NaN where coupler and rocker lie in line,
-        as no finite reactions hold the linkage there.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from linkframe.models import FourBar, Link
-    >>> found = FourBar().move(np.radians(30.0)).reactions(coupler=Link(force=(0.0, 100.0), at=(0.1, 0.0)))
-    >>> round(float(found.drive_torque), 6)
-    -8.660254
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
     weight = _pair(gravity, "gravity")

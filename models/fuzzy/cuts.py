@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...framework.checked import whole_number
 from ...framework.errors import FrameError
-from ..sampling import samples_first, whole
+from ..sampling import samples_first
 from .number import FuzzyNumber, fuzzy_of, levels_of, membership_within
 from .search import Extremes, corners_only, search
 
@@ -172,7 +173,7 @@ def propagate_fuzzy(
     if method == "corners":
         corners_only(found)
     else:
-        search(found, whole(samples, "samples", 1))
+        search(found, whole_number(samples, "samples", 1))
     least, greatest = np.where(np.isfinite(found.value), found.value, np.nan) * np.array([1.0, -1.0])[:, None, None]
     at_least, at_greatest = (
         {name: function.shaped(points[..., k]) for k, name in enumerate(given)} for points in found.point

@@ -7,10 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from ...framework.batch import Array
 from ...framework.errors import FrameError
 from ..distributions import Uncertain
 from ..propagation.correlation import GaussianCopula, Pairs
@@ -25,7 +23,7 @@ from .graphics.units import SI, Units
 from .motion import Motion, limits_of
 from .page.grid import GridAxis, unfolded
 from .page.page import PageText, write_page
-from .range_of_motion import RangeOfMotion
+from .range_of_motion import RangeOfMotion, whole_range
 from .study.study import AccuracyStudy, driven, study
 
 if TYPE_CHECKING:
@@ -373,7 +371,7 @@ class Linkage(RangeOfMotion):
         >>> with TemporaryDirectory() as folder:
         ...     linkage.page(f"{folder}/arm.html", "B")
         """
-        values = self._whole_range() if drives is None else drives
+        values = whole_range(self) if drives is None else drives
         motion = self.move(values)
         grid: tuple[GridAxis, ...] = ()
         if len(motion.shape) > 1 and not self.shape:
@@ -381,26 +379,6 @@ class Linkage(RangeOfMotion):
             motion = self.move(values)
         worst = limits_of(motion, point, link, deviations)
         write_page(motion, path, point, link, worst, PageText(title, command, units), grid=grid)
-
-    def _whole_range(self) -> dict[str, Array]:
-        """Values of the only drive from end to end."""
-        if self.shape:
-            raise FrameError(
-                f"the linkage has a batch of shape {self.shape}: give a drive value for each in drives, on one axis"
-            )
-        driven = [(name, each) for name, coordinates in self.drives.items() for each in coordinates]
-        if len(driven) != 1:
-            raise FrameError(f"a page of a linkage with {len(driven)} drives: give their values in drives")
-        name, coordinate = driven[0]
-        start = self.joint(name).reference[self.joint(name).kind.coordinates.index(coordinate)]
-        found = self.drive_range(name, coordinate)
-        if np.isinf(found.lower) or np.isinf(found.upper):
-            if coordinate[0] == "u":
-                raise FrameError(f"nothing stops the drive {name!r}: give its values in drives")
-            return {name: start + np.radians(np.arange(0.0, 361.0, 2.0))}
-        # The ends are dead points, at which nothing is known to first order.
-        inside = 1e-3 * (found.upper - found.lower)
-        return {name: np.linspace(found.lower + inside, found.upper - inside, 181)}
 
     def _repr_html_(self) -> str:
         """In a notebook: the drawing."""

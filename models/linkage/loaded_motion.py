@@ -17,6 +17,7 @@ from .statics.accuracy import PointAccuracy, Stress, accuracy, compliance_matrix
 from .statics.actions import kinetic_energy
 from .statics.frame import FramedPoses, frame
 from .statics.free import free_accelerations
+from .statics.loading import loads_of
 from .statics.reactions import Reactions, reactions
 
 
@@ -393,10 +394,3 @@ class LoadedMotion(FramedPoses):
         """
         self._check_frames("stress()")
         return stress(self, link)
-
-
-def loads_of(frame: Frame) -> tuple[object, ...]:
-    """How many loads a frame has at nodes and on members, and which weight."""
-    given = (frame.loads, frame.member_loads)
-    weight = None if frame.weight is None else (frame.weight.shape, frame.weight.tobytes())
-    return *(sum(map(len, loads.values())) for loads in given), weight

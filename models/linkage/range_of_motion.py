@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from ...framework.batch import Array
+from ...framework.errors import FrameError
 from .description.linkage_description import LinkageDescription
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
@@ -71,7 +74,7 @@ class RangeOfMotion(LinkageDescription):
             The joint that drives: one of the drives, the others standing still, or any joint in place of a single
             drive.
         coordinate
-            Which of its coordinates, where there are several.
+            Which of its coordinates, such as ``"rz"``, where there are several.
         tolerance
             As for `move`.
         entry
@@ -81,6 +84,12 @@ class RangeOfMotion(LinkageDescription):
         -------
         tuple of DeadPoint
             In the order of the drive's coordinate.
+
+        Raises
+        ------
+        FrameError
+            If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
+            linkage is overconstrained and described with too few digits to go on.
 
         Examples
         --------
@@ -118,6 +127,11 @@ class RangeOfMotion(LinkageDescription):
         -------
         DriveRange
             Least and greatest coordinate, and the joints that stop the drive there.
+
+        Raises
+        ------
+        FrameError
+            As for `dead_points`.
 
         Examples
         --------
@@ -187,3 +201,24 @@ class RangeOfMotion(LinkageDescription):
         (1.0, 1.0)
         """
         return workspace(self, point, link, {"x": x, "y": y, "z": z})
+
+
+def whole_range(linkage: RangeOfMotion) -> dict[str, Array]:
+    """Values of the only drive of a linkage from end to end."""
+    if linkage.shape:
+        raise FrameError(
+            f"the linkage has a batch of shape {linkage.shape}: give a drive value for each in drives, on one axis"
+        )
+    driven = [(name, each) for name, coordinates in linkage.drives.items() for each in coordinates]
+    if len(driven) != 1:
+        raise FrameError(f"a page of a linkage with {len(driven)} drives: give their values in drives")
+    name, coordinate = driven[0]
+    joint, found = linkage.joint(name), linkage.drive_range(name, coordinate)
+    if np.isinf(found.lower) or np.isinf(found.upper):
+        if coordinate[0] == "u":
+            raise FrameError(f"nothing stops the drive {name!r}: give its values in drives")
+        start = joint.reference[joint.kind.coordinates.index(coordinate)]
+        return {name: start + np.radians(np.arange(0.0, 361.0, 2.0))}
+    # The ends are dead points, at which nothing is known to first order.
+    inside = 1e-3 * (found.upper - found.lower)
+    return {name: np.linspace(found.lower + inside, found.upper - inside, 181)}

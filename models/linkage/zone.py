@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
 from ...framework.errors import FrameError, MechanismWarning
-from ..distributions import Distribution, Uncertain, at_scores, distributions_of
+from ..distributions import Distribution, Uncertain, distributions_of
 from ..failure.reliability import Reliability, reliability
+from ..quantiles import at_scores
 from .derivatives.built import DescribedNumbers, along_inputs
 from .derivatives.position_sensitivity import position_sensitivity
 from .graphics.reaction_plots import over_first_drive

@@ -22,8 +22,9 @@ from ..job.outcome import LargeSpread, Outcome, magnification
 from ..job.parts import Parts
 from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
-from .inputs import DRIVE, Inputs
+from .inputs import Inputs
 from .large import large_parts, large_samples
+from .measured import beside_measured, study_at_measured_poses
 from .study import LARGE_WAY, LINEAR_WAY, check_reach, four_bar, study_of
 
 if TYPE_CHECKING:
@@ -232,35 +233,12 @@ class Result(Outcome):
     @cached_property
     def at_measured_poses(self) -> Study | None:
         """The samples at the measured poses that can be assembled; None where nothing was measured."""
-        inputs, drive = self.inputs, self.inputs.measured_drive
-        if inputs.measured is None or drive is None:
-            return None
-        linkage, theta = self.motion.four_bar, np.radians(drive.values)
-        closes = linkage.assembles(theta)
-        if not closes.any():
-            gap = linkage.gap(theta).min()
-            raise FrameError(
-                f"{inputs.measured.name}: the linkage cannot be assembled at any measured pose, coupler and rocker "
-                f"leave a gap of {gap:.3g} m or more: check the drive angles, column '{DRIVE} [deg]'"
-            )
-        try:
-            return study_of(inputs, linkage, theta[closes])
-        except FrameError as error:
-            raise FrameError(f"{inputs.measured.name}: {error}") from error
+        return study_at_measured_poses(self.inputs, self.motion.four_bar)
 
     @cached_property
     def measured(self) -> MeasuredOutcome | None:
         """Measured positions of P beside those predicted at their poses; None where nothing was measured."""
-        given, drive, study = self.inputs.measured_point, self.inputs.measured_drive, self.at_measured_poses
-        if given is None or drive is None or study is None:
-            return None
-        closes = study.nominal.motion.four_bar.assembles(np.radians(drive.values))
-        place, deviation = (np.full((len(closes), 3), np.nan) for _ in range(2))
-        place[closes], deviation[closes] = study.rigid + study.mean, study.std
-        try:
-            return MeasuredOutcome.of(given, {DRIVE: drive}, place, deviation)
-        except FrameError as error:
-            raise FrameError(f"{given.file.name}: {error}") from error
+        return None if self.at_measured_poses is None else beside_measured(self.inputs, self.at_measured_poses)
 
     @property
     def samples(self) -> Array:

@@ -12,10 +12,11 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...framework.checked import whole_number
 from ...framework.errors import FrameError, SampleWarning
 from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, by_error, checked_level
-from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first, whole
+from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first
 from ..sensitivity import SobolIndices
 from .chunk import Function
 from .correlation import GaussianCopula, Pairs
@@ -267,7 +268,7 @@ def polynomial_chaos(
     """
     if not distributions:
         raise FrameError("polynomial_chaos was given no input: name an argument of the function and its distribution")
-    if whole(degree, "degree", 1) > MOST:
+    if whole_number(degree, "degree", 1) > MOST:
         raise FrameError(f"degree is {degree}: give at most {MOST}")
     if method not in METHODS:
         raise FrameError(f"method is {method!r}: choose one of {', '.join(METHODS)}")
@@ -276,7 +277,7 @@ def polynomial_chaos(
     powers = _powers(len(joint.names), degree)
     if method == "quadrature":
         return _by_quadrature(fn, germ, powers, axis, root_seed(0 if rng is None else rng))
-    count = max(OVERSAMPLED * len(powers), 32) if n is None else whole(n, "number of samples n", 2)
+    count = max(OVERSAMPLED * len(powers), 32) if n is None else whole_number(n, "number of samples n", 2)
     if count <= len(powers):
         raise FrameError(f"{count} samples for {len(powers)} coefficients: give more than that, or a lower degree")
     return _by_regression(fn, germ, powers, axis, _drawn(joint, count, root_seed(rng), sampler))

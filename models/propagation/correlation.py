@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..distributions import Distribution, Interval, Normal, at_scores
+from ..distributions import Distribution, Interval, Normal
+from ..quantiles import at_scores
 
 Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..distributions import Distribution, Normal, normal_scores, probability
+from ..distributions import Distribution, Normal
+from ..quantiles import normal_scores, probability
 from .correlation import is_normal
 from .inputs import JointInputs
 from .orthogonal import Orthonormal

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import Distribution, Uncertain, at_scores, distributions_of, log_density, probability, quantiles
+from ..distributions import Distribution, Uncertain, distributions_of
+from ..quantiles import at_scores, log_density, probability, quantiles
 from .correlation import GaussianCopula, Pairs, correlation_of
 
 Array = NDArray[np.float64]

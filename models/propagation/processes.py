@@ -13,6 +13,8 @@ from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, TypeVar
 
+from ...framework.interrupts import put_off
+
 C = TypeVar("C")
 
 # What this process does with chunks, if it is a worker: sent to it once, however many chunks there are.
@@ -50,21 +52,8 @@ class _Pool(ProcessPoolExecutor):
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         # A process that is started meanwhile begins without interrupts, before it could ignore them by itself.
-        with _without_interrupts():
+        with put_off("SIGINT", "SIGHUP"):
             return super().submit(fn, *args, **kwargs)
-
-
-@contextmanager
-def _without_interrupts() -> Iterator[None]:
-    """What comes meanwhile is answered afterwards."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _begin(task: bytes) -> None:

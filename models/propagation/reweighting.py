@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..distributions import log_density
 from ..intervals import ConfidenceInterval, by_error, checked_level, checked_probability
+from ..quantiles import log_density
 from .inputs import JointInputs
 
 Array = NDArray[np.float64]

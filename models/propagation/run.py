@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...framework.checked import whole_number
 from ...framework.errors import FrameError, SampleWarning
 from ..distributions import Uncertain
 from ..moments import checked_policy
-from ..sampling import BLOCK, Sampler, Seed, goes_on, points_of, root_seed, whole
+from ..sampling import BLOCK, Sampler, Seed, goes_on, points_of, root_seed
 from ..sensitivity import SobolIndices, sobol_indices
 from .checkpoint import FUNCTION, Checkpoint, first_results, same_results
 from .chunk import ALSO, ChunkResult, ChunkTask, Function, cuts
@@ -132,10 +133,10 @@ def propagate(
         raise FrameError("propagate was given no input: name an argument of the function and its distribution")
     checked_policy(nan_policy)
     inputs = JointInputs.of(distributions, correlation)
-    whole(n, "number of samples n", 2)
+    whole_number(n, "number of samples n", 2)
     _check_also(also)
     root = root_seed(rng)
-    size = whole(chunk, "chunk", 1)
+    size = whole_number(chunk, "chunk", 1)
     task = ChunkTask(fn, inputs, n, root, sampler, axis, nan_policy, tuple(also), keep_samples, replicates=replicates)
     points_of(inputs.names, n, root, sampler, replicates)
     ranges = cuts(n, size)

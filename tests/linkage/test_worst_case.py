@@ -249,7 +249,7 @@ def test_what_is_refused() -> None:
         motion.worst_case("P")
     with pytest.raises(FrameError, match=r"length 'coupler' is none: name a link of two points \(crank, rocker\)"):
         motion.worst_case("P", lengths={"coupler": 1e-5})
-    with pytest.raises(FrameError, match="clearance of joint 'B' is -1e-05: give zero or more"):
+    with pytest.raises(FrameError, match="clearance of joint 'B' is -1e-05: give zero or above"):
         motion.worst_case("P", clearances={"B": -1e-5})
     with pytest.raises(FrameError, match="joint 'B' is not driven: the drives are A"):
         motion.worst_case("P", drives={"B": 1e-5})

@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from linkframe.models import propagate
-from linkframe.models.distributions import quantiles
 from linkframe.models.moments import SUMS, Moments
 from linkframe.models.propagation import block_code, blocks
 from linkframe.models.propagation.blocks import BlockStatistics
+from linkframe.models.quantiles import quantiles
 from linkframe.models.sampling import BLOCK
 from scipy import stats
 

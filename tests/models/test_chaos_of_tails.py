@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.models import polynomial_chaos
-from linkframe.models.distributions import normal_scores
+from linkframe.models.quantiles import normal_scores
 from scipy import stats
 
 SHAPE = 0.3

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ....framework.checked import whole_number
 from ....framework.errors import FrameError
 from ...distributions import Uncertain
 from ...propagation.correlation import GaussianCopula, Pairs
 from ...propagation.inputs import JointInputs
-from ...sampling import samples_first, whole
+from ...sampling import samples_first
 from ..limit_state import Function
 from .marginal import Marginal
 
@@ -70,7 +71,7 @@ class InputFunction:
             raise FrameError("no distributions were given: nothing is uncertain")
         if by_keyword and (poses is not None or gradient is not None):
             raise FrameError("by_keyword is for functions of propagate, which know no poses and no gradient: leave out")
-        at = None if poses is None else np.arange(whole(poses, "number of poses", 1))
+        at = None if poses is None else np.arange(whole_number(poses, "number of poses", 1))
         found = cls(function, inputs, gradient, at, anywhere and at is not None, by_keyword)
         return replace(found, outputs=found._count())
 
@@ -96,7 +97,7 @@ class InputFunction:
         """The one result with a number, as a function of its own; what fails is zero or less, and so is NaN."""
         if output is None and self.outputs > 1:
             raise FrameError(f"there are {self.outputs} results: give the number of one, from 0 on")
-        number = 0 if output is None else whole(output, "number of the result", 0)
+        number = 0 if output is None else whole_number(output, "number of the result", 0)
         if number >= self.outputs:
             raise FrameError(f"result number {number} of {self.outputs}: count from 0 on")
         if self.by_keyword:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....framework.errors import FrameError
-from ...distributions import Distribution, Interval, Normal, at_scores, probability
+from ...distributions import Distribution, Interval, Normal
 from ...propagation.correlation import over_scores
+from ...quantiles import at_scores, probability
 
 Array = NDArray[np.float64]
 

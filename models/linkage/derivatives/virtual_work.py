@@ -144,22 +144,22 @@ class VirtualWork:
         """Joints that close loops, their rows, and the unit wrench of each row about the origin, (..., rows, 6)."""
         out, start = [], 0
         for pair in self.mechanism.tree.cuts:
-            held = pair.kind.constrained
-            out.append((pair, slice(start, start + len(held)), self._row_wrenches(pair, held)))
-            start += len(held)
+            constrained = pair.kind.constrained
+            out.append((pair, slice(start, start + len(constrained)), self._row_wrenches(pair, constrained)))
+            start += len(constrained)
         return out
 
-    def _row_wrenches(self, pair: Pair, held: tuple[str, ...]) -> Array:
+    def _row_wrenches(self, pair: Pair, constrained: tuple[str, ...]) -> Array:
         """In the directions in which the mechanism takes its rows, about the origin."""
         place = self.places[pair.name]
         axes = place.axes
         if pair.first in self.mechanism.tree.twins:
             axes = np.where(self.regular[..., None, None], self.motion.axes(pair.second), np.eye(3)) @ pair.axes
         forces = axes
-        if sum(name[0] == "u" for name in held) == 3:
+        if sum(name[0] == "u" for name in constrained) == 3:
             forces = np.broadcast_to(self.mechanism.bodies[GROUND].reference_axes, axes.shape)
-        wrenches = np.zeros((*self.regular.shape, len(held), 6))
-        for row, name in enumerate(held):
+        wrenches = np.zeros((*self.regular.shape, len(constrained), 6))
+        for row, name in enumerate(constrained):
             part, k = divmod(COMPONENTS.index(name), 3)
             direction = (axes if part else forces)[..., k]
             wrenches[..., row, 3 * part : 3 * part + 3] = direction

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, Shape, finite, joined
+from ....framework.checked import not_negative
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from ....framework.renamed import renamed_keywords
@@ -65,7 +66,7 @@ class LoadedSketch(Sketch):
             raise FrameError(f"spring: both ends are {ends[0][1]!r} on {ends[0][0]!r}: give two points")
         between = f"of the spring {ends[0][1]}-{ends[1][1]}"
         numbers = (("stiffness", stiffness), ("length", length), ("damping", damping))
-        new = LinkageSpring(*ends, *(self._not_negative(v, f"{what} {between}") for what, v in numbers))
+        new = LinkageSpring(*ends, *(not_negative(v, f"{what} {between}") for what, v in numbers))
         there = [old for old in self.springs if {old.first, old.second} == set(ends)]
         if replace:
             self.springs = [old for old in self.springs if old not in there]

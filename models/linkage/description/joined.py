@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite, numbers
+from ....framework.checked import not_negative
 from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
@@ -92,7 +93,7 @@ class JoinedSketch(LoadedSketch):
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, kind, stiffness)
-        gap = None if clearance is None else self._not_negative(clearance, f"clearance of {what}")
+        gap = None if clearance is None else not_negative(clearance, f"clearance of {what}")
         touch = None if contact is None else finite(contact, f"contact of {what}")
         if touch is not None and gap is None:
             raise FrameError(f"{what} has a contact angle and no clearance: give its clearance, too")

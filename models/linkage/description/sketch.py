@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, finite, joined
+from ....framework.batch import Array, Shape, joined
+from ....framework.checked import above_zero, not_negative
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
 from .parts import GROUND, LinkageLink, LinkageSpring, Load, Pair, beams_of, in_space, inertia_of
@@ -137,7 +138,7 @@ class Sketch:
             self._point(point, f"link {name!r}")
         if len(set(points)) < len(points):
             raise FrameError(f"link {name!r} has points {', '.join(points)}: name each point once")
-        true = None if length is None else self._above_zero(length, f"length of link {name!r}")
+        true = None if length is None else above_zero(length, f"length of link {name!r}")
         if true is not None:
             if len(points) != 2:
                 raise FrameError(f"link {name!r} has {len(points)} points: length= needs exactly two; move its points")
@@ -147,7 +148,7 @@ class Sketch:
             name,
             points,
             beams_of(name, points, beam, beams, self.points),
-            None if mass is None else self._not_negative(mass, f"mass of link {name!r}"),
+            None if mass is None else not_negative(mass, f"mass of link {name!r}"),
             None if centre is None else in_space(centre, f"centre of link {name!r}"),
             inertia_of(name, inertia),
             true,
@@ -232,20 +233,6 @@ class Sketch:
             whole = joined(what, shape, known)
             known[what] = shape
         self._shape, self._shapes = whole, known
-
-    @staticmethod
-    def _above_zero(value: ArrayLike, what: str) -> Array:
-        given = finite(value, what)
-        if np.any(given <= 0.0):
-            raise FrameError(f"{what} is {given[given <= 0.0].flat[0]:g}: give a number above zero")
-        return given
-
-    @staticmethod
-    def _not_negative(value: ArrayLike, what: str) -> Array:
-        given = finite(value, what)
-        if np.any(given < 0.0):
-            raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or above")
-        return given
 
 
 def _known(names: Iterable[str], kind: str) -> str:

@@ -40,14 +40,31 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 
 
 def _start(options: Namespace) -> None:
-    from ..files.convert import convert
     from ..robot_files.left_out import ConversionWarning
 
     if options.out.suffix.lower() not in WRITTEN:
         raise FrameError(f"{options.out}: choose an ending of {', '.join(WRITTEN)}, which tells the format")
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", ConversionWarning)
-        convert(options.file, options.out)
+        _convert(options.file, options.out)
     print(f"Written: {options.out}")
     for warning in told:
         print(folded(f"Note: {warning.message}", terminal_width()))
+
+
+def _convert(file: Path, out: Path) -> None:
+    """Read one file and write the other; tables of the job of ``linkframe run`` are left out, and told."""
+    from ..files.read import JOB
+    from ..files.read_linkage import read_linkage
+    from ..files.source import Source
+    from ..files.write_linkage import write_linkage
+    from ..robot_files.left_out import ConversionWarning
+
+    if file.resolve() == out.resolve():
+        raise FrameError(f"{file} would be written over itself: give another name")
+    write_linkage(read_linkage(file), out)
+    if file.suffix.lower() != ".xml":
+        tables = [name for name in JOB if name in Source(file).data]
+        if tables:
+            text = f"{out}: what {file} has for linkframe run is left out: {', '.join(tables)}"
+            warnings.warn(text, ConversionWarning, stacklevel=2)

@@ -99,10 +99,11 @@ function drawLinkage() {
     element("path", { class: "spring", d: lines(coil(place(from[pose]), place(to[pose]))) }, marks);
   }
   drawLoads(pose);
+  const withSign = new Set(data.joints.filter((joint) => joint.driven).map((joint) => joint.point));
   for (const [name, places] of Object.entries(data.points)) {
     if (places[pose][0] === null) continue;
-    const [x, y] = place(places[pose]);
-    element("text", { x: x + 9, y: y - 9 }, marks).textContent = name;
+    const [x, y] = place(places[pose]), [right, up] = withSign.has(name) ? [13, 22] : [9, 9]; // clear of a drive's sign
+    element("text", { x: x + right, y: y - up }, marks).textContent = name;
   }
   region.setAttribute("d", zone(pose));
   const found = displaced();

@@ -14,6 +14,7 @@ from ..description.parts import GROUND
 from ..statics.accuracy import accuracy
 from ..statics.frame import FramedPoses
 from ..statics.reactions import reactions
+from ..statics.tangent import is_loaded as is_loaded_at_rest
 
 # By quantity its values at all poses, (poses, 6) each.
 Found = dict[str, Array]
@@ -28,8 +29,7 @@ def moving(motion: FramedPoses) -> bool:
 
 def is_loaded(motion: FramedPoses) -> bool:
     """Whether anything acts on the linkage."""
-    linkage = motion.linkage
-    return bool(linkage.loads or linkage.springs or np.any(linkage.weight) or moving(motion))
+    return is_loaded_at_rest(motion) or moving(motion)
 
 
 def without_loads(motion: FramedPoses) -> FramedPoses | None:

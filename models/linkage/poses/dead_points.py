@@ -74,31 +74,6 @@ def dead_points(
     The motion is followed by its arc length, on which a dead point is a place like any other, both ways from the
     reference configuration until it closes; each place at which the linkage can move with the drive locked is then
     found by Newton's method to about 1e-12. At a change point the smooth branch is followed.
-
-    Parameters
-    ----------
-    linkage
-        The linkage.
-    joint
-        The joint that drives: one of the drives, the others locked at their reference values, or instead of a single
-        drive any other joint.
-    coordinate
-        Which of its coordinates, such as ``"rz"``, where there are several.
-    tolerance
-        Greatest gap, a length, with which a position counts as assembled.
-    entry
-        Which entry is meant where the points carry a batch: one index an axis; the first where None.
-
-    Returns
-    -------
-    tuple of DeadPoint
-        In the order of their coordinate.
-
-    Raises
-    ------
-    FrameError
-        If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
-        linkage is overconstrained and described with too few digits to go on.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
     found: list[DeadPoint] = []
@@ -112,23 +87,7 @@ def dead_points(
 def drive_range(
     linkage: LinkageDescription, joint: str, coordinate: str | None = None, tolerance: float = 0.0, entry: Entry = None
 ) -> DriveRange:
-    """How far a drive can go from the reference configuration in both directions.
-
-    Parameters
-    ----------
-    linkage, joint, coordinate, tolerance, entry
-        As for `dead_points`.
-
-    Returns
-    -------
-    DriveRange
-        Least and greatest coordinate, and the joints that stop the drive there.
-
-    Raises
-    ------
-    FrameError
-        As for `dead_points`.
-    """
+    """How far a drive can go from the reference configuration in both directions."""
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
     high, round_again = _end(curve, 1.0)
     low, _ = (None, True) if round_again else _end(curve, -1.0)

@@ -84,26 +84,6 @@ def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry =
     then back to a closed position by Gauss and Newton. What falls back to the reference configuration is no motion.
     From a position that is reached, which is regular where the reference configuration is not, the directions that can
     be reached in the same way are counted.
-
-    Parameters
-    ----------
-    linkage
-        The linkage.
-    tolerance
-        Greatest gap, a length, with which a position counts as assembled, for an overconstrained linkage whose points
-        have few digits.
-    entry
-        Which entry is meant where the points carry a batch: one index an axis; the first where None.
-
-    Returns
-    -------
-    Mobility
-        Counted and actual degrees of freedom, idle links, redundant constraints.
-
-    Raises
-    ------
-    FrameError
-        If the reference configuration cannot be assembled.
     """
     space = Configurations(linkage, tolerance, entry)
     true, state = generic(space)

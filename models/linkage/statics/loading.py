@@ -124,3 +124,10 @@ def _resultant(rule: Rule, places: tuple[Array, Array], forces: Sequence[Array],
 def _weighted(weights: Sequence[float], forces: Sequence[Array]) -> Array:
     """Sum of forces, (..., 3)."""
     return np.asarray(sum(weight * force for weight, force in zip(weights, forces, strict=True)))
+
+
+def loads_of(frame: Frame) -> tuple[object, ...]:
+    """How many loads a frame has at nodes and on members, and which weight."""
+    given = (frame.loads, frame.member_loads)
+    weight = None if frame.weight is None else (frame.weight.shape, frame.weight.tobytes())
+    return *(sum(map(len, loads.values())) for loads in given), weight

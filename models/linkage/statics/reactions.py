@@ -172,24 +172,9 @@ class Reactions:
 
 
 def reactions(motion: FramedPoses) -> Reactions:
-    """Solve the Newton-Euler equations of all links for joint reactions and drive forces.
-
-    Parameters
-    ----------
-    motion
-        Motion of the linkage, (...), with its rates and accelerations.
+    """Solve the Newton-Euler equations of all links for joint reactions and drive forces, see `Motion.reactions`.
 
     Freedoms that nothing drives, such as the spin of a rod between two balls, accelerate as they please.
-
-    Returns
-    -------
-    Reactions
-        Reactions, drive forces, and by which method they were found.
-
-    Raises
-    ------
-    FrameError
-        If masses, loads, springs or gravity do not broadcast with the motion.
     """
     equations = Equilibrium(motion)
     side = equations.side

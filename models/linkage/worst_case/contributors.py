@@ -96,7 +96,7 @@ class Contributors:
         total = float(np.sum(self.reach[pose]))
         if not np.isfinite(total):
             raise FrameError(f"pose {pose} has no contributors to draw: nothing is known there to first order")
-        found = new_axes(5.2, height_of_shares(len(self.names), 2, most)) if ax is None else ax
+        found = new_axes(5.2, height_of_shares(len(self.names), most)) if ax is None else ax
         shares = {"worst case": self.worst[pose], "variance": self.of_variance[pose]}
         draw_shares(found, self.names, shares, most)
         told = f"worst case {quantity(total, units[0])}, σ = {quantity(float(self.deviation[pose]), units[0])}"

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework.batch import Array, finite
+from ....framework.checked import not_negative
 from ....framework.errors import FrameError
 from ..derivatives.position_sensitivity import PositionSensitivity
 from ..description.joints import COMPONENTS
@@ -85,7 +86,7 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
     for joint, value in given.end_play.items():
         pair = _of_kind(by, joint, WITH_END_PLAY, "end play")
         for axis, own in _each_pin(pair, value, "end play"):
-            play = _not_negative(own, f"end play of joint {joint!r}")
+            play = not_negative(own, f"end play of joint {joint!r}")
             yield Limit(f"joint {pair.name}", _components(by, pair, ("u" + "xyz"[axis],)), play, np.zeros(()))
     for where, value in given.lengths.items():
         name, column = _length(by, where)
@@ -94,7 +95,7 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
         if place not in by.places:
             known = ", ".join(map(str, by.places))
             raise FrameError(f"place {place!r} is no point of a link: give (link, point), one of {known}")
-        radius = _not_negative(value, f"place {place!r}")
+        radius = not_negative(value, f"place {place!r}")
         yield Limit(f"place {'.'.join(place)}", by.places[place], radius, np.zeros(()))
     for joint, value in given.drives.items():
         pair = by.linkage.joint(joint)
@@ -118,13 +119,13 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
             raise FrameError(f"joint {joint!r} has the length of a bearing and no clearance: give its clearance, too")
     for joint, value in (own | dict(given.clearances)).items():
         pair = by.linkage.joint(joint)
-        radius = _not_negative(value, f"clearance of joint {joint!r}")
+        radius = not_negative(value, f"clearance of joint {joint!r}")
         if joint not in given.journals:
             across = _components(by, pair, pair.kind.clearance)
             yield Limit(f"joint {joint}", across, radius, np.zeros(()), joint)
             continue
         for axis, bearing in _each_pin(pair, given.journals[joint], "length of the bearing"):
-            length = _not_negative(bearing, f"length of the bearing of joint {joint!r}")
+            length = not_negative(bearing, f"length of the bearing of joint {joint!r}")
             if np.any(length == 0.0):
                 raise FrameError(
                     f"length of the bearing of joint {joint!r} is 0: leave it out where the joint cannot tilt"
@@ -191,11 +192,4 @@ def _interval(name: str, column: Array, value: ArrayLike) -> Limit:
         if np.any(upper < lower):
             raise FrameError(f"tolerance of {name} is {value!r}: give the lower deviation before the upper one")
         return Limit(name, column, 0.5 * (upper - lower), 0.5 * (upper + lower))
-    return Limit(name, column, _not_negative(value, f"tolerance of {name}"), np.zeros(()))
-
-
-def _not_negative(value: ArrayLike, what: str) -> Array:
-    given = finite(value, what)
-    if np.any(given < 0.0):
-        raise FrameError(f"{what} is {given[given < 0.0].flat[0]:g}: give zero or more")
-    return given
+    return Limit(name, column, not_negative(value, f"tolerance of {name}"), np.zeros(()))

@@ -1,0 +1,175 @@
+"""Nodes and pieces of members numbered, and as a scikit-fem mesh."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from ..batch import Array, aligned, distinct
+from ..described.parts import Node
+from ..description import Description
+from .group import Index
+from .mesh import line_mesh, numbered
+
+
+@dataclass(eq=False)
+class NumberedPieces:
+    """Numbered nodes and pieces.
+
+    Attributes
+    ----------
+    number
+        Node number by name; interior nodes of members are named ``member.1``, ``member.2``, ...
+    bodies
+        Body of each node.
+    counts
+        Number of pieces of each member, (members,); those of one member are numbered in a row.
+    ends
+        Node numbers of all pieces, (pieces, 2).
+    """
+
+    frame: Description
+    number: dict[str, int]
+    bodies: list[str | None]
+    counts: Index
+    ends: Index
+
+    @classmethod
+    def of(cls, frame: Description, *, cut: bool) -> Self:
+        """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
+
+        Statics needs no cut where one piece is exact.
+        """
+        number = {name: index for index, name in enumerate(frame.nodes)}
+        bodies = [node.body for node in frame.nodes.values()]
+        members = frame.members
+        elements = [member.element for member in members.values()]
+        leaders, which = found = distinct(elements)
+        segments = [e.segments if cut or not e.exact else 1 for e in (elements[k] for k in leaders)]
+        counts = np.array(segments, dtype=np.int64)[which]
+        if all(segment == 1 for segment in segments):
+            pairs = [(number[member.start], number[member.end]) for member in members.values()]
+            whole = cls(frame, number, bodies, counts, _pairs(pairs))
+            whole._distinct = found
+            return whole
+        first, last = ([number[node] for node in side] for side in _sides(frame))
+        # Interior nodes come after all others, member by member.
+        inner = np.cumsum(counts - 1) - (counts - 1) + len(number)
+        index = index_in_member(counts)
+        begin, end, inner, count = (np.repeat(part, counts) for part in (first, last, inner, counts))
+        ends = np.stack([np.where(index == 0, begin, inner + index - 1),
+                         np.where(index == count - 1, end, inner + index)], axis=1)  # fmt: skip
+        for (name, member), parts in zip(members.items(), counts.tolist(), strict=True):
+            shared = _shared(frame.nodes[member.start], frame.nodes[member.end])
+            for k in range(1, parts):
+                number[f"{name}.{k}"] = len(number)
+                bodies.append(shared)
+        return cls(frame, number, bodies, counts, ends.astype(np.int64))
+
+    @cached_property
+    def _distinct(self) -> tuple[list[int], Index]:
+        """Members that come first with each of the different elements, and which of these each member has."""
+        return distinct([member.element for member in self.frame.members.values()])
+
+    @cached_property
+    def pieces_of(self) -> dict[str, range]:
+        """Piece numbers of each member."""
+        last = np.cumsum(self.counts)
+        ranges = map(range, (last - self.counts).tolist(), last.tolist())
+        return dict(zip(self.frame.members, ranges, strict=True))
+
+    @cached_property
+    def members(self) -> Index:
+        """Member number of each piece, (pieces,)."""
+        return np.repeat(np.arange(len(self.counts)), self.counts)
+
+    @cached_property
+    def plain_positions(self) -> Array | None:
+        """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
+        nodes = self.frame.nodes.values()
+        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+            return None
+        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
+
+    def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
+        """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""
+        if self.plain_positions is None:
+            return None
+        plain = self.plain_positions.astype(kind, copy=False)
+        if len(self.ends) == len(self.counts):
+            return plain[self.ends[:, 1]] - plain[self.ends[:, 0]]
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        return (plain[last] - plain[first])[self.members]
+
+    def axes(self, node: int) -> Array | None:
+        """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
+        body = self.bodies[node]
+        return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
+
+    def position(self, node: int) -> Array:
+        """Global position of a described node, (..., 3), with all batch axes."""
+        return aligned(self.frame.position(self.names[node]), len(self.frame.shape), 1)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of all nodes, those of the frame first."""
+        return list(self.number)
+
+    @cached_property
+    def points(self) -> Array:
+        """Positions of all nodes at the first batch entry, (nodes, 3)."""
+        described = self.plain_positions
+        if described is None:
+            described = np.stack([self.frame.position(name).reshape(-1, 3)[0] for name in self.frame.nodes])
+        first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
+        index = index_in_member(self.counts)
+        inner = index > 0
+        member, share = self.members[inner], index[inner] / self.counts[self.members[inner]]
+        start, end = described[first][member], described[last][member]
+        return np.concatenate([described, start + (end - start) * share[:, None]])
+
+    @cached_property
+    def mesh(self) -> Any:
+        """The first batch entry as a scikit-fem ``MeshLine1``.
+
+        Pieces of members, joints and, where there are any, rigid links are its subdomains ``beam``, ``joint`` and
+        ``rigid``; so are each member and joint by its name and, where names do not meet, each body with the members on
+        it. Supported nodes are its boundaries.
+        """
+        frame, number = self.frame, self.number
+        joints = [(number[joint.first], number[joint.second]) for joint in frame.joints.values()]
+        rigid = [(number[tie.master], number[tie.slave]) for tie in frame.ties if tie.rigid]
+        kinds = {"beam": self.ends, "joint": _pairs(joints)} | ({"rigid": _pairs(rigid)} if rigid else {})
+        names = {name: np.arange(pieces.start, pieces.stop) for name, pieces in self.pieces_of.items()}
+        names |= {name: np.array([len(self.ends) + k]) for k, name in enumerate(frame.joints)}
+        for body in frame.bodies:
+            on = [self.bodies[a] == body == self.bodies[b] for a, b in self.ends.tolist()]
+            names.setdefault(body, np.flatnonzero(on))
+        return line_mesh(self.points, kinds, names, {node: number[node] for node in frame.supports})
+
+    @cached_property
+    def numbering(self) -> Any:
+        """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
+        return numbered(self.mesh)
+
+
+def _pairs(ends: list[tuple[int, int]]) -> Index:
+    return np.array(ends, dtype=np.int64).reshape(-1, 2)
+
+
+def _shared(start: Node, end: Node) -> str | None:
+    return start.body if start.body == end.body else None
+
+
+def _sides(frame: Description) -> tuple[list[str], list[str]]:
+    """Start and end nodes of the members."""
+    members = frame.members.values()
+    return [member.start for member in members], [member.end for member in members]
+
+
+def index_in_member(counts: Index) -> Index:
+    """Which part of its member each piece is."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
