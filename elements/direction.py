@@ -57,7 +57,8 @@ def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], R
     found: dict[tuple[int, int], Real] = {}
     for bar in BARS:
         found[bar, bar], found[bar, bar + 6] = -1.0, 1.0
-    for (deflection, rotation, sign), plane in zip(DIRECTIONS, planes, strict=True):
+    for direction, plane in zip(DIRECTIONS, planes, strict=True):
+        deflection, rotation, sign = direction[:3]
         # the parts add up to the length in its precision, so that a rigid turn costs no energy
         before = plane.fraction * arm
         found[deflection, deflection], found[deflection, deflection + 6] = 1.0, -1.0
