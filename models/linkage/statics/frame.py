@@ -160,9 +160,10 @@ class Builder:
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
-        if pair.name in self.spins:
-            # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
-            axes = self._along(*self.spins[pair.name])
+        # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
+        spins = pair.name in self.spins
+        if spins and _is_even(stiffness):
+            axes, spins = self._along(*self.spins[pair.name]), False
             stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
         element = Joint(
             stiffness,
@@ -175,7 +176,11 @@ class Builder:
         if pair.kind.slides and pair.first == GROUND:
             there = self.motion.position(pair.point, pair.second)
             self._ground(first, self._there(there, self.linkage.points[pair.point]))
-        self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
+        second = self.nodes.of(pair.second, pair.point)
+        self.frame.add(pair.name, element, first, second)
+        if spins:  # springs of its own along the ball's axes
+            about = Joint(np.where(np.arange(6) == ABOUT, np.inf, 0.0), self._along(*self.spins[pair.name]))
+            self.frame.add(f"{pair.name}.spin", about, first, second)
 
     def _along(self, link: str, start: str, end: str) -> Array:
         """Axes with z along the line between two points of a link, (..., 3, 3)."""
@@ -292,6 +297,11 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
         if len(pairs) == len(balls) == 2 and not any(pair.name in linkage.drives for pair in pairs):
             found[pairs[0].name] = link, pairs[0].point, pairs[1].point
     return found
+
+
+def _is_even(stiffness: Array) -> bool:
+    """Whether a ball is as stiff in all directions, so that its axes do not matter."""
+    return bool(np.all(stiffness[..., :3] == stiffness[..., :1]))
 
 
 def _reached(link: LinkageLink, point: str) -> set[str]:
