@@ -226,7 +226,8 @@ class LoadedMotion(FramedPoses):
             Let the inertia forces of the rigid motion act as well.
         temperature
             Rise of temperature of all links, (...), or by link, the ``"ground"`` among them, K. Links grow evenly and
-            move each other, to first order; the ground grows about its first pivot.
+            move each other, to first order; the ground grows about its first pivot, the thread of a screw with the
+            link that carries its axis, and what a drive holds stays as it is.
         expansion
             Coefficient of thermal expansion of these links, 1/K, or by link.
         **load
