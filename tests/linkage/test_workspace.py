@@ -71,7 +71,7 @@ def test_one_joint_that_slides_and_turns_has_no_one_effort() -> None:
     reel.link("rod", "A", "P")
     reel.planar("A", "ground", "rod", drive=("ux", "uy", "rz"))
     reel.load("P", fy=1.0)
-    with pytest.raises(FrameError, match="drive 'A' slides and turns: read motion.reactions"):
+    with pytest.raises(FrameError, match="drive 'A' slides and turns: read"):
         reel.workspace("P", x=[0.4, 0.5], y=[0.0, 0.1]).effort()
 
 
