@@ -39,11 +39,15 @@ def frame(
 ) -> Frame:
     """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
 
-    With `clamped` all drives hold, also those that have a stiffness of their own, as they do in the rigid motion.
+    With `clamped` all drives hold, also those that have a stiffness of their own, and springs pull as they do in the
+    rigid motion, whatever deflects.
     """
     whole_shape(motion)
     bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
+    if clamped:
+        for name in bare.springs:
+            del built.members[name]
     if loads:
         add_loads(built, motion, bare.nodes)
     else:

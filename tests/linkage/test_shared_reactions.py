@@ -1,4 +1,4 @@
-"""Rods between two balls, which can spin: what they carry, and on what springs they stand."""
+"""Reactions that links and joints share by their stiffness: rods between two balls, and springs beside links."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
+
+from ..reference.audit import in_equilibrium
 
 RODS = range(7)
 ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
@@ -64,3 +66,21 @@ def test_a_platform_on_seven_rods(springs: tuple[float, ...] | None) -> None:
         pushed = -alone.joint_force(f"rod {k}")[0] * along / np.linalg.norm(along)
         for ball in "AB":
             assert_allclose(found.force(f"{ball}{k}")[:3], pushed, atol=1e-8)
+
+
+def test_a_spring_pulls_as_in_the_rigid_motion() -> None:
+    """Across its plane a four-bar shares loads by stiffness; every link is in equilibrium, whatever deflects."""
+    linkage = Linkage(A=(0, 0), B=(0.1, 0.3), C=(0.6, 0.5), D=(0.7, 0), Q=(0.4, 0.8, 0.1), F=(1.3, 0.1))
+    for name, points in {"crank": "AB", "coupler": "BCQ", "rocker": "CD"}.items():
+        inertia = (0.2, 0.3, 0.25, 0.01, 0.02, -0.01)
+        linkage.link(name, *points, beam=ROD, mass=1.5, centre=(0.2, 0.1, 0.1), inertia=inertia)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "coupler", stiffness=(1e7, 1e7, 1e6, 1e4, 1e4, 0.0))
+    linkage.revolute("C", "coupler", "rocker")
+    linkage.revolute("D", "rocker", "ground")
+    linkage.spring(("coupler", "Q"), ("ground", "F"), stiffness=500.0, length=0.3, damping=1.0)
+    linkage.load("Q", **LOAD)
+    linkage.gravity((1.0, -9.81, 2.0))
+    motion = linkage.move(A=[0.0, 0.2], rates={"A": 2.0}, accelerations={"A": 3.0})
+    assert (motion.reactions().method == "compliance").all()
+    in_equilibrium(linkage, motion)
