@@ -13,7 +13,7 @@ from ....framework.error_bounds.sensitivity import Sensitivity
 from ....framework.errors import FrameError
 from ....framework.solution import Solution
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND
+from ..description.parts import GROUND, about_first
 from ..poses.classified import ClassifiedPoses
 from .position_sensitivity import Place, PositionSensitivity
 from .virtual_work import VirtualWork
@@ -123,7 +123,8 @@ def displacement_sensitivity(
 def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Array:
     """By a small rotation of a link, which turns the axes of the joints that it carries, (..., 3).
 
-    Those of a universal joint turn about z of the first link with the second, whose axis x is, and else with the first.
+    The cross of a universal joint turns about z of the first link with the second, whose axis x is, and else with the
+    first.
     """
     total = np.zeros(3)
     for pair in motion.linkage.joints.values():
@@ -133,7 +134,7 @@ def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Ar
         if pair.kind.name != "universal":
             total = total + turned if link == pair.first else total
             continue
-        z = motion.joint_axes(pair.name)[..., 2]
+        turned, z = turned + found.joint_axes[about_first(pair)], motion.joint_axes(pair.name)[..., 2]
         about = np.sum(turned * z, axis=-1, keepdims=True) * z
         total = total + (turned - about if link == pair.first else about)
     return total

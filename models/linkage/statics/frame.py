@@ -19,7 +19,7 @@ from ....framework.frame import Frame
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND, LinkageLink, Pair, joint_axes
+from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_axes
 from ..description.places import place
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
@@ -169,6 +169,9 @@ class Builder:
         if spins and _is_even(stiffness):
             axes, spins = self._along(*self.spins[pair.name]), False
             stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
+        first, second = self._guide(pair), self.nodes.of(pair.second, pair.point)
+        if pair.kind.name == "universal":
+            first, stiffness = self._cross(pair, first, stiffness, axes)
         element = Joint(
             stiffness,
             axes,
@@ -176,15 +179,31 @@ class Builder:
             clearance_directions=pair.kind.clearance if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
-        first = self.nodes.guide(pair)
-        if pair.kind.slides and pair.first == GROUND:
-            there = self.motion.position(pair.point, pair.second)
-            self._ground(first, self._there(there, self.linkage.points[pair.point]))
-        second = self.nodes.of(pair.second, pair.point)
         self.frame.add(pair.name, element, first, second)
         if spins:  # springs of its own along the ball's axes
             about = Joint(np.where(np.arange(6) == ABOUT, np.inf, 0.0), self._along(*self.spins[pair.name]))
             self.frame.add(f"{pair.name}.spin", about, first, second)
+
+    def _guide(self, pair: Pair) -> str:
+        """Node of a joint on its first link; on the ground it is made where the joint slides to."""
+        name = self.nodes.guide(pair)
+        if pair.kind.slides and pair.first == GROUND:
+            there = self.motion.position(pair.point, pair.second)
+            self._ground(name, self._there(there, self.linkage.points[pair.point]))
+        return name
+
+    def _cross(self, pair: Pair, first: str, stiffness: Array, axes: Array) -> tuple[str, Array]:
+        """The cross of a universal joint, which turns about z of the first link and carries x of the second.
+
+        However far both turn, each angle then stays one about its own axis. Its node, and the springs from there on.
+        """
+        about, name = np.arange(6) == ABOUT, about_first(pair)
+        if pair.first == GROUND:
+            self.frame.node(name, self.linkage.points[pair.point])
+        else:
+            self.frame.node(name, place(self.linkage, pair.first, pair.point), body=pair.first)
+        self.frame.add(name, Joint(np.where(about, stiffness, np.inf), axes), first, name)
+        return name, np.where(about, np.inf, stiffness)
 
     def _along(self, link: str, start: str, end: str) -> Array:
         """Axes with z along the line between two points of a link, (..., 3, 3)."""
