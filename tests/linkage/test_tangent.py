@@ -9,6 +9,8 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 INF = np.inf
@@ -154,3 +156,23 @@ def test_a_cross_turns_about_an_axis_of_each_link(looped: bool) -> None:
     wanted = moved @ np.linalg.inv(np.diag(springs) + bent) @ moved.T
     assert np.abs(bent).max() > 2.0
     assert_allclose(here.compliance_matrix("C", "shaft"), wanted, rtol=0.0, atol=3e-5 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("springs", [(60.0, 90.0), (90.0, 60.0)])
+def test_a_cross_at_large_displacement(springs: tuple[float, float]) -> None:
+    """Where the energy of a rod's springs and load is least: about z of the ground first, then about x of the rod."""
+    tip, force = np.array([0.2, 0.1, 0.8]), np.array([40.0, -35.0, 15.0])
+    linkage = Linkage(A=(0, 0, 0), B=tip)
+    linkage.link("rod", "A", "B")
+    hold = (INF, INF, INF, springs[1], INF, springs[0])
+    linkage.universal("A", "ground", "rod", axis=(0, 1, 0), second=(1, 0, 0.1), drive=True, stiffness=hold)
+    linkage.load("B", **dict(zip(("fx", "fy", "fz"), force, strict=True)))
+    axes = linkage.joint("A").axes
+
+    def moved(turn: Array) -> Array:
+        about_z, about_x = (Rotation.from_rotvec(axes[:, k] * angle) for k, angle in zip((2, 0), turn, strict=True))
+        return np.asarray((about_z * about_x).apply(tip)) - tip
+
+    least = minimize(lambda turn: 0.5 * np.dot(springs, turn**2) - force @ moved(turn), np.zeros(2), tol=1e-12).x
+    found = linkage.move().frame().solve(large=True).displacement("B")[:3]
+    assert_allclose(found, moved(least), atol=1e-6)
