@@ -84,6 +84,28 @@ class Sensitivity:
         return {name: self._known(value, 1) for name, value in by_rotations(self._solution.plan, self._work).items()}
 
     @cached_property
+    def pitches(self) -> dict[str, Array]:
+        """By joint with a thread: by its pitch, (...).
+
+        The spring along z acts on ``uz - pitch rz / 2 pi``, in the displacement and in the unit load's.
+
+        Raises
+        ------
+        FrameError
+            If the result is one of a joint, which may depend on the pitch by itself.
+        """
+        if self._kind.startswith("joint"):
+            raise FrameError("sensitivity of a joint's own result to pitches: ask for a displacement")
+        solution, out = self._solution, {}
+        for name, joint in solution.plan.frame.joints.items():
+            if np.any(joint.element.pitch):
+                apart = rotated(np.swapaxes(self._axes(name), -1, -2), self._apart(name))[..., 5]
+                work = solution.joint_force(name)[..., 2] * apart
+                work = work + self.offsets[name][..., 2] * solution.joint_displacement(name)[..., 5]
+                out[name] = self._known(work / (2.0 * np.pi), 0)
+        return out
+
+    @cached_property
     def joint_axes(self) -> dict[str, Array]:
         """By joint: by a small rotation of its axes alone, a vector in global axes, (..., 3).
 
@@ -95,11 +117,8 @@ class Sensitivity:
         if self._kind.startswith("joint"):
             raise FrameError("sensitivity of a joint's own result to the axes of joints: ask for a displacement")
         solution, out = self._solution, {}
-        numbers = solution.plan.topology.number
-        for name, joint in solution.plan.frame.joints.items():
-            axes = np.eye(3) if joint.element.axes is None else np.asarray(joint.element.axes)
-            axes = aligned(axes, len(solution.shape), 2)
-            apart = self._work.adjoint[..., numbers[joint.second], :] - self._work.adjoint[..., numbers[joint.first], :]
+        for name in solution.plan.frame.joints:
+            axes, apart = self._axes(name), self._apart(name)
             moved = rotated(axes, solution.joint_displacement(name))
             forces = rotated(axes, solution.joint_force(name)), rotated(axes, self.offsets[name])
             total = np.zeros((*solution.shape, 3))
@@ -122,6 +141,17 @@ class Sensitivity:
             for name, material in materials.items()
             if material is not None
         }
+
+    def _axes(self, joint: str) -> Array:
+        """Axes of a joint as columns, (..., 3, 3)."""
+        axes = self._solution.plan.frame.joints[joint].element.axes
+        return np.eye(3) if axes is None else aligned(np.asarray(axes), len(self._solution.shape), 2)
+
+    def _apart(self, joint: str) -> Array:
+        """By how much the second node of a joint moves from the first under the unit load, global, (..., 6)."""
+        plan = self._solution.plan
+        first, second = (plan.topology.number[node] for node in plan.frame.joints[joint][1:3])
+        return np.asarray(self._work.adjoint[..., second, :] - self._work.adjoint[..., first, :])
 
     def _known(self, value: Array, trailing: int) -> Array:
         movable = self._solution.movable.reshape((*self._solution.movable.shape, *(1,) * trailing))

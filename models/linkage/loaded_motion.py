@@ -138,7 +138,8 @@ class LoadedMotion(FramedPoses):
         Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all
         poses. A point that only one link has gives the node of its name; where joints part it each link has its own,
         ``point.link``, and the bare name means that of the first link. Members are called as their link, or
-        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ...
+        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A universal joint is two: the
+        cross turns about the axis on the first link in ``joint.rz``, all else is in ``joint``.
 
         A slider loads the link that carries it where it is at each pose: on any of the beams along which its slot
         runs, at a point of the link, or, where it is beyond them all, on a rigid prolongation of the nearest end. A
@@ -227,7 +228,8 @@ class LoadedMotion(FramedPoses):
             Let the inertia forces of the rigid motion act as well.
         temperature
             Rise of temperature of all links, (...), or by link, the ``"ground"`` among them, K. Links grow evenly and
-            move each other, to first order; the ground grows about its first pivot.
+            move each other, to first order; the ground grows about its first pivot, the thread of a screw with the
+            link that carries its axis, and what a drive holds stays as it is.
         expansion
             Coefficient of thermal expansion of these links, 1/K, or by link.
         **load

@@ -74,6 +74,35 @@ def test_a_cantilever_that_turns_under_its_weight() -> None:
     assert_allclose(by.frame["uy"].moduli["arm"], -uy / 200e9, rtol=1e-11)
 
 
+def test_axes_of_a_cross_turn_with_both_links() -> None:
+    """A universal joint that is elastic in its axes, of which x goes with the angle about z."""
+    arm = Linkage(A=(0, 0), B=(1.2, 0.3))
+    arm.link("arm", "A", "B", beam=ROD)
+    springs = (1e6, 2e6, 4e6, 1e5, 3e4, 2e5)
+    arm.universal("A", "ground", "arm", axis=(0.2, 0.3, 1), second=(1, 0, -0.2), drive=True, stiffness=springs)
+    base, step = np.array([0.4, -0.7]), 1e-4
+    by = arm.move(A=base).accuracy("B", **LOAD).sensitivity("ux", "uy", "uz").drives["A"]
+    moved = arm.move(A=base + step * np.multiply.outer(np.eye(2), STEPS).swapaxes(1, 2)).accuracy("B", **LOAD)
+    a, b, c, d = np.moveaxis(moved.compliance[..., :3], 1, 0)
+    assert_allclose(by.T, (8.0 * (a - b) - (c - d)) / (12.0 * step), rtol=1e-6, atol=1e-10)
+
+
+def test_a_coarser_thread() -> None:
+    """The pitch moves the nut, and makes the thread's springs act on its turn."""
+
+    def nut(pitch: np.ndarray) -> PointAccuracy:
+        linkage = Linkage(A=(0, 0), B=(0.5, 0.1))
+        linkage.link("nut", "A", "B", beam=ROD)
+        springs = (1e6, 2e6, 4e6, 1e5, 3e4, 2e4)
+        linkage.screw("A", "ground", "nut", axis=(0.2, 1, 0.4), pitch=pitch, stiffness=springs, drive=True)
+        return linkage.move(A=np.full(len(pitch), 2.0)).accuracy("B", **LOAD)
+
+    step = 1e-4
+    by = nut(np.array([0.3])).sensitivity("ux", "uy", "uz").pitches["A"][0]
+    a, b, c, d = nut(0.3 + step * STEPS).compliance[..., :3]
+    assert_allclose(by, (8.0 * (a - b) - (c - d)) / (12.0 * step), rtol=1e-7)
+
+
 def test_what_is_not_offered() -> None:
     def arm() -> Linkage:
         linkage = Linkage(A=(0, 0), B=(1, 0), C=(1, 1))

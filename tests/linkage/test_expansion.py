@@ -52,6 +52,23 @@ def test_one_warm_link_is_a_longer_link() -> None:
     assert_allclose(found.thermal[:, :3], (STEEL * rise)[:, None] * (longer - shorter) / (2.0 * step), atol=1e-12)
 
 
+def test_a_thread_grows_with_the_link_that_carries_it() -> None:
+    """A spindle that turns a nut up: all alike is a similar linkage; the spindle alone, by the height of the nut."""
+    linkage = Linkage(A=(0, 0, 0), N=(0, 0, 0.1), P=(0.2, 0, 0.1))
+    linkage.link("spindle", "A", "N")
+    linkage.link("nut", "N", "P")
+    linkage.revolute("A", "ground", "spindle", drive=True)
+    linkage.screw("N", "spindle", "nut", axis=(0, 0, 1), pitch=0.004)
+    linkage.prismatic("P", "ground", "nut", axis=(0, 0, 1))
+    turns = np.array([-5.0, 0.0, 10.0])
+    motion = linkage.move(A=2.0 * np.pi * turns)
+    assert_allclose(motion.position("P")[:, 2], 0.1 - 0.004 * turns, rtol=1e-14)
+    alike = motion.accuracy("P", temperature=dict.fromkeys(("spindle", "nut", "ground"), 30.0), expansion=STEEL)
+    assert_allclose(alike.thermal[:, :3], STEEL * 30.0 * motion.position("P"), rtol=1e-11, atol=1e-18)
+    warm = motion.accuracy("N", "nut", temperature={"spindle": 30.0}, expansion=STEEL)
+    assert_allclose(warm.thermal[:, 2], STEEL * 30.0 * (0.1 - 0.004 * turns), rtol=1e-11)
+
+
 def test_what_does_not_fit_is_refused() -> None:
     """Of three parallel cranks all may grow, and not one alone."""
     linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))

@@ -253,6 +253,9 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     (tmp_path / "binary").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(FrameError, match="it is not UTF-8 text"):
         read_linkage(tmp_path / "binary")
+    (tmp_path / "model").write_text("<mujoco/>")
+    with pytest.raises(FrameError, match=r"line 1: this is XML, not TOML: where it is MJCF, linkframe convert"):
+        read_linkage(tmp_path / "model")
 
 
 def test_lines_of_keys() -> None:

@@ -9,6 +9,8 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 INF = np.inf
@@ -114,3 +116,63 @@ def test_an_elastic_arm_under_load_keeps_its_shape_of_results() -> None:
     frequencies = motion.frequencies(2)
     assert frequencies.shape == (3, 2, 2)
     assert_allclose(frequencies[:, 1, 0] / frequencies[:, 0, 0], np.sqrt(0.5), rtol=0.02)
+
+
+THRUST = np.array([20.0, -35.0, 15.0])
+
+
+def on_a_cross(looped: bool) -> tuple[Linkage, Array]:
+    """A rod on a cross with springs, or a shaft on a cross within a loop whose crank has one; and these springs."""
+    linkage = Linkage(A=(0, 0, 0), B=(0.2, 0.1, 0.8), C=(0.9, 0.3, 0.5))
+    for name, points in {"rod": "AB", "shaft": "BC"}.items():
+        linkage.link(name, *points)
+    for point, force in (("B", THRUST), ("C", THRUST[::-1])):
+        linkage.load(point, link="shaft", **dict(zip(("fx", "fy", "fz"), force, strict=True)))
+    if looped:
+        linkage.revolute("A", "ground", "rod", axis=(0.3, 0.2, 1), drive=True, stiffness=(INF,) * 5 + (60.0,))
+        linkage.universal("B", "rod", "shaft", axis=(0, 1, 0.4), second=(1, 0, 0))
+        linkage.link("slide", "C")
+        linkage.spherical("C", "shaft", "slide")
+        linkage.prismatic("C", "ground", "slide", axis=(0.2, 1, 0.1), name="S")
+        return linkage, np.array([60.0])
+    springs = (INF, INF, INF, 60.0, INF, 90.0)
+    linkage.universal("A", "ground", "rod", axis=(0, 1, 0), second=(1, 0, 0.1), drive=True, stiffness=springs)
+    linkage.fixed("B", "rod", "shaft")
+    return linkage, np.array([90.0, 60.0])
+
+
+@pytest.mark.parametrize("looped", [False, True])
+def test_a_cross_turns_about_an_axis_of_each_link(looped: bool) -> None:
+    """C = J^T (k + V'')^-1 J with the potential of the forces, by its differences over poses."""
+    linkage, springs = on_a_cross(looped)
+    at, step, units = np.array([0.3, 0.5])[: len(springs)], 1e-3, np.eye(len(springs))
+    signs = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+    ways = np.einsum("sa,ijak->ijsk", signs, np.stack(np.broadcast_arrays(units[:, None], units), axis=2))
+    around = linkage.move(A=np.squeeze(at + step * ways, axis=-1) if looped else at + step * ways)
+    energy = -around.position("B", "shaft") @ THRUST - around.position("C", "shaft") @ THRUST[::-1]
+    bent = energy @ (1.0, -1.0, -1.0, 1.0) / (4.0 * step**2)
+    here = linkage.move(A=np.squeeze(at) if looped else at)
+    moved = here.sensitivity("C", "shaft").drives["A"]
+    wanted = moved @ np.linalg.inv(np.diag(springs) + bent) @ moved.T
+    assert np.abs(bent).max() > 2.0
+    assert_allclose(here.compliance_matrix("C", "shaft"), wanted, rtol=0.0, atol=3e-5 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("springs", [(60.0, 90.0), (90.0, 60.0)])
+def test_a_cross_at_large_displacement(springs: tuple[float, float]) -> None:
+    """Where the energy of a rod's springs and load is least: about z of the ground first, then about x of the rod."""
+    tip, force = np.array([0.2, 0.1, 0.8]), np.array([40.0, -35.0, 15.0])
+    linkage = Linkage(A=(0, 0, 0), B=tip)
+    linkage.link("rod", "A", "B")
+    hold = (INF, INF, INF, springs[1], INF, springs[0])
+    linkage.universal("A", "ground", "rod", axis=(0, 1, 0), second=(1, 0, 0.1), drive=True, stiffness=hold)
+    linkage.load("B", **dict(zip(("fx", "fy", "fz"), force, strict=True)))
+    axes = linkage.joint("A").axes
+
+    def moved(turn: Array) -> Array:
+        about_z, about_x = (Rotation.from_rotvec(axes[:, k] * angle) for k, angle in zip((2, 0), turn, strict=True))
+        return np.asarray((about_z * about_x).apply(tip)) - tip
+
+    least = minimize(lambda turn: 0.5 * np.dot(springs, turn**2) - force @ moved(turn), np.zeros(2), tol=1e-12).x
+    found = linkage.move().frame().solve(large=True).displacement("B")[:3]
+    assert_allclose(found, moved(least), atol=1e-6)

@@ -52,6 +52,29 @@ def test_drives_of_an_arm_and_its_condition_number() -> None:
     assert np.isnan(space.condition()[~space.reached]).all()
 
 
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_a_drive_that_turns_beside_one_that_slides(unit: float) -> None:
+    """A polar robot: J^T J = diag(r^2, 1), the same in metres and in millimetres."""
+    robot = Linkage(A=(0, 0), B=(0.1 * unit, 0), P=(0.5 * unit, 0))
+    robot.link("arm", "A", "B")
+    robot.link("rod", "B", "P")
+    robot.revolute("A", "ground", "arm", drive=True)
+    robot.prismatic("B", "arm", "rod", axis=(1, 0), drive=True)
+    r = np.array([0.3, 0.4, 0.5])
+    space = robot.workspace("P", x=r * unit, y=[0.0, 0.01 * unit])
+    assert_allclose(space.condition(0.1 * unit)[0], r / 0.1, rtol=1e-9)
+    assert_allclose(space.condition()[0], np.maximum(r / 0.4, 0.4 / r), rtol=1e-9)
+
+
+def test_one_joint_that_slides_and_turns_has_no_one_effort() -> None:
+    reel = Linkage(A=(0, 0), P=(0.5, 0))
+    reel.link("rod", "A", "P")
+    reel.planar("A", "ground", "rod", drive=("ux", "uy", "rz"))
+    reel.load("P", fy=1.0)
+    with pytest.raises(FrameError, match="drive 'A' slides and turns: read"):
+        reel.workspace("P", x=[0.4, 0.5], y=[0.0, 0.1]).effort()
+
+
 def test_places_behind_a_singular_pose_are_told_from_those_out_of_reach() -> None:
     """A four-bar whose coupler point leads: beyond the dead point there are places in the other assembly mode only."""
     linkage = Linkage(A=(-1.0, 0.0), B=(-0.6, 0.8), P=(0.0, 0.1), C=(0.6, 0.8), D=(1.0, 0.0))

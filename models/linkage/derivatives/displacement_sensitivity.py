@@ -13,7 +13,7 @@ from ....framework.error_bounds.sensitivity import Sensitivity
 from ....framework.errors import FrameError
 from ....framework.solution import Solution
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND
+from ..description.parts import GROUND, about_first
 from ..poses.classified import ClassifiedPoses
 from .position_sensitivity import Place, PositionSensitivity
 from .virtual_work import VirtualWork
@@ -55,6 +55,15 @@ class DisplacementSensitivity(PositionSensitivity):
         return {key: value + self.nodes.get(key, 0.0) for key, value in through_loops.items()}
 
     @cached_property
+    def pitches(self) -> dict[str, Array]:
+        """By screw: by its pitch, (..., k)."""
+        out = super().pitches
+        for name, value in out.items():
+            none = np.zeros(value.shape[:-1])
+            out[name] = value + np.stack([each.pitches.get(name, none) for each in self.frame.values()], axis=-1)
+        return out
+
+    @cached_property
     def axes(self) -> dict[Place, Array]:
         """Not known of a displacement, (..., k, 3) of a position.
 
@@ -90,8 +99,7 @@ def displacement_sensitivity(
     found = {component: solution.sensitivity(node, component) for component in components}
     moments: dict[str, Array] = {}
     for link in motion.linkage.links:
-        own = [pair.name for pair in motion.linkage.joints.values() if pair.first == link]
-        rows = [each.bodies[link] + sum(each.joint_axes[name] for name in own) for each in found.values()]
+        rows = [each.bodies[link] + _by_joint_axes(motion, link, each) for each in found.values()]
         turn = np.stack(rows, axis=-2)
         moments[link] = np.concatenate([np.zeros_like(turn), turn], axis=-1)
     work = VirtualWork(motion)
@@ -110,6 +118,26 @@ def displacement_sensitivity(
         if place[0] != GROUND
     }
     return DisplacementSensitivity(motion, "", "", joints, tuple(components), found, by_node)
+
+
+def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Array:
+    """By a small rotation of a link, which turns the axes of the joints that it carries, (..., 3).
+
+    The cross of a universal joint turns about z of the first link with the second, whose axis x is, and else with the
+    first.
+    """
+    total = np.zeros(3)
+    for pair in motion.linkage.joints.values():
+        if link not in (pair.first, pair.second):
+            continue
+        turned = found.joint_axes[pair.name]
+        if pair.kind.name != "universal":
+            total = total + turned if link == pair.first else total
+            continue
+        turned, z = turned + found.joint_axes[about_first(pair)], motion.joint_axes(pair.name)[..., 2]
+        about = np.sum(turned * z, axis=-1, keepdims=True) * z
+        total = total + (turned - about if link == pair.first else about)
+    return total
 
 
 def check(linkage: LinkageDescription) -> None:

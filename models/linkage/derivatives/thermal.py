@@ -52,7 +52,8 @@ def expansions(
 def per_strain(motion: ClassifiedPoses, point: str, link: str | None, heated: str) -> Array:
     """Displacement and rotation of a point, (..., 6), by a strain of 1 of all of one link, to first order.
 
-    The link grows about its first point; the ground about its first pivot.
+    The link grows about its first point, the ground about its first pivot; the thread of a screw with the link that
+    carries its axis.
 
     Raises
     ------
@@ -84,6 +85,10 @@ def _grown(by: PositionSensitivity, heated: str) -> Array:
     first = where[points[0]]
     for point, own in where.items():
         total = total + np.sum(by.places[heated, point] * (own - first)[..., None, :], axis=-1)
+    for name, per_pitch in by.pitches.items():
+        screw = by.linkage.joint(name)
+        if screw.first == heated and screw.pitch is not None:
+            total = total + per_pitch * screw.pitch[..., None]
     return total
 
 

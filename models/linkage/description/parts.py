@@ -99,6 +99,11 @@ class Pair:
         return np.array([np.inf if name in constrained else 0.0 for name in components])
 
 
+def about_first(pair: Pair) -> str:
+    """In frames: the cross of a universal joint, and the joint by which it turns about the axis on the first link."""
+    return f"{pair.name}.rz"
+
+
 @dataclass(frozen=True, eq=False)
 class LinkageSpring:
     """A spring, and a damper beside it, between two points, each ``(link, point)``."""

@@ -47,6 +47,9 @@ def parsed(text: str) -> dict[str, Any]:
     try:
         data = tomllib.loads(text, parse_float=_float)
     except tomllib.TOMLDecodeError as error:
+        if text.lstrip("\ufeff \t\r\n").startswith("<"):
+            why = "this is XML, not TOML: where it is MJCF, linkframe convert FILE.xml FILE.toml makes TOML of it"
+            raise Unreadable(1, why) from None
         found = AT_LINE.search(str(error))
         line = int(found[1]) if found and found[1] else text.count("\n", 0, len(text.rstrip())) + 1
         raise Unreadable(line, f"this is not TOML: {AT_LINE.sub('', str(error))}") from error

@@ -8,7 +8,7 @@ from ....elements import Joint
 from ....framework.batch import Array
 from ....framework.described.parts import Body
 from ....framework.frame import Frame
-from ..description.parts import GROUND
+from ..description.parts import GROUND, about_first
 from ..poses.classified import ClassifiedPoses
 from .inertia import is_given
 
@@ -36,10 +36,12 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
         axes[name] = _own(motion.axes(name))
         clone.bodies[name] = Body(_own(motion.origin(name)), axes[name])
     for name, pair in motion.linkage.joints.items():
-        joint = clone.joints[name]
-        assert isinstance(joint.element, Joint)
-        rotated = motion.joint_axes(name) if pair.kind.name == "universal" else axes[pair.first] @ pair.axes
-        clone.joints[name] = type(joint)(joint.element.along(_own(rotated)), joint.first, joint.second)
+        cross = pair.kind.name == "universal"
+        rotated = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
+        for own in (name, about_first(pair)) if cross else (name,):
+            joint = clone.joints[own]
+            assert isinstance(joint.element, Joint)
+            clone.joints[own] = type(joint)(joint.element.along(rotated), joint.first, joint.second)
     clone.size = max(float(np.abs(clone.position(node)).max()) for node in clone.nodes)
     return clone
 

@@ -19,7 +19,7 @@ from ....framework.frame import Frame
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND, LinkageLink, Pair, joint_axes
+from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_axes
 from ..description.places import place
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
@@ -39,11 +39,15 @@ def frame(
 ) -> Frame:
     """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
 
-    With `clamped` all drives hold, also those that have a stiffness of their own, as they do in the rigid motion.
+    With `clamped` all drives hold, also those that have a stiffness of their own, and springs pull as they do in the
+    rigid motion, whatever deflects.
     """
     whole_shape(motion)
     bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
     built = bare.frame.copy()
+    if clamped:
+        for name in bare.springs:
+            del built.members[name]
     if loads:
         add_loads(built, motion, bare.nodes)
     else:
@@ -160,10 +164,14 @@ class Builder:
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
-        if pair.name in self.spins:
-            # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
-            axes = self._along(*self.spins[pair.name])
+        # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
+        spins = pair.name in self.spins
+        if spins and _is_even(stiffness):
+            axes, spins = self._along(*self.spins[pair.name]), False
             stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
+        first, second = self._guide(pair), self.nodes.of(pair.second, pair.point)
+        if pair.kind.name == "universal":
+            first, stiffness = self._cross(pair, first, stiffness, axes)
         element = Joint(
             stiffness,
             axes,
@@ -171,11 +179,31 @@ class Builder:
             clearance_directions=pair.kind.clearance if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
-        first = self.nodes.guide(pair)
+        self.frame.add(pair.name, element, first, second)
+        if spins:  # springs of its own along the ball's axes
+            about = Joint(np.where(np.arange(6) == ABOUT, np.inf, 0.0), self._along(*self.spins[pair.name]))
+            self.frame.add(f"{pair.name}.spin", about, first, second)
+
+    def _guide(self, pair: Pair) -> str:
+        """Node of a joint on its first link; on the ground it is made where the joint slides to."""
+        name = self.nodes.guide(pair)
         if pair.kind.slides and pair.first == GROUND:
             there = self.motion.position(pair.point, pair.second)
-            self._ground(first, self._there(there, self.linkage.points[pair.point]))
-        self.frame.add(pair.name, element, first, self.nodes.of(pair.second, pair.point))
+            self._ground(name, self._there(there, self.linkage.points[pair.point]))
+        return name
+
+    def _cross(self, pair: Pair, first: str, stiffness: Array, axes: Array) -> tuple[str, Array]:
+        """The cross of a universal joint, which turns about z of the first link and carries x of the second.
+
+        However far both turn, each angle then stays one about its own axis. Its node, and the springs from there on.
+        """
+        about, name = np.arange(6) == ABOUT, about_first(pair)
+        if pair.first == GROUND:
+            self.frame.node(name, self.linkage.points[pair.point])
+        else:
+            self.frame.node(name, place(self.linkage, pair.first, pair.point), body=pair.first)
+        self.frame.add(name, Joint(np.where(about, stiffness, np.inf), axes), first, name)
+        return name, np.where(about, np.inf, stiffness)
 
     def _along(self, link: str, start: str, end: str) -> Array:
         """Axes with z along the line between two points of a link, (..., 3, 3)."""
@@ -292,6 +320,11 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
         if len(pairs) == len(balls) == 2 and not any(pair.name in linkage.drives for pair in pairs):
             found[pairs[0].name] = link, pairs[0].point, pairs[1].point
     return found
+
+
+def _is_even(stiffness: Array) -> bool:
+    """Whether a ball is as stiff in all directions, so that its axes do not matter."""
+    return bool(np.all(stiffness[..., :3] == stiffness[..., :1]))
 
 
 def _reached(link: LinkageLink, point: str) -> set[str]:

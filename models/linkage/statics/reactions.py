@@ -128,7 +128,8 @@ class Reactions:
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows.
+            ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows, where the axes of the first ball of
+            a rod between two balls may lie along the rod instead.
         """
         axes = self.motion.joint_axes(joint)
         return rotated(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
@@ -229,7 +230,7 @@ def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Arr
     wrenches, drives = {}, {}
     for name in linkage.joints:
         force = -solution.joint_force(name)
-        wrenches[name] = rotated(motion.joint_axes(name), force)
+        wrenches[name] = solution.joint_global(name, force)
         if name in linkage.drives:
             drives[name] = force[..., [COMPONENTS.index(k) for k in linkage.drives[name]]]
     return wrenches, drives

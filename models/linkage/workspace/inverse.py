@@ -77,10 +77,15 @@ class InverseKinematics:
         return np.array(out)
 
     @cached_property
+    def slides(self) -> Bools:
+        """Which drives slide, (drives,)."""
+        names = [component for components in self.linkage.drives.values() for component in components]
+        return np.array([name.startswith("u") for name in names])
+
+    @cached_property
     def units(self) -> Array:
         """Length that counts as much as a radian, of drives that slide; 1 of those that turn, (drives,)."""
-        names = [component for components in self.linkage.drives.values() for component in components]
-        return np.array([self.size if name.startswith("u") else 1.0 for name in names])
+        return np.where(self.slides, self.size, 1.0)
 
     @cached_property
     def places(self) -> int:

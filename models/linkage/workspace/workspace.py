@@ -109,13 +109,15 @@ class Workspace:
         """Condition number of the Jacobian of the point by the drives, 1 where it moves alike in all directions.
 
         Ratio of the greatest to the least singular value (Salisbury & Craig, *International Journal of Robotics
-        Research* 1, 1982). Where the drives turn the link of the point as well, rotations count by a characteristic
-        length (Angeles, *Fundamentals of Robotic Mechanical Systems*, 2014, section 5.8).
+        Research* 1, 1982). Where the drives turn the link of the point as well, or some drives turn and others slide,
+        rotations count by a characteristic length (Angeles, *Fundamentals of Robotic Mechanical Systems*, 2014,
+        section 5.8).
 
         Parameters
         ----------
         length
-            That length; where None `characteristic_length`. It does not count where the drives only place the point.
+            That length; where None `characteristic_length`. It does not count where the drives only place the point
+            and are all of one kind.
 
         Returns
         -------
@@ -133,7 +135,7 @@ class Workspace:
         solver = self._solver
         scale = np.repeat([solver.size / unit_length, 1.0], 3)[: solver.rows, None]
         matrix = scale * solver.jacobian(self.motion)[..., : solver.rows, :]
-        matrix = matrix * np.where(solver.units > 1.0, unit_length, 1.0) / solver.units
+        matrix = matrix * np.where(solver.slides, unit_length, 1.0) / solver.units
         good: Bools = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
         whole: Array = np.where(good[..., None, None], matrix, 0.0)
         values = np.linalg.svd(whole, compute_uv=False)
@@ -174,8 +176,10 @@ class Workspace:
         chosen = list(linkage.drives) if drive is None else [linkage.joint(drive).name]
         if drive is not None and drive not in linkage.drives:
             raise FrameError(f"joint {drive!r} is not driven: the drives are {', '.join(linkage.drives)}")
-        if len({self.drives_turn(name) for name in chosen}) > 1:
-            raise FrameError(f"some drives turn and others slide: name one of {', '.join(chosen)}")
+        if len({component[0] for name in chosen for component in linkage.drives[name]}) > 1:
+            one = f"drive {chosen[0]!r} slides and turns: read motion.reactions().drive({chosen[0]!r}) of the workspace"
+            several = f"some drives turn and others slide: name one of {', '.join(chosen)}"
+            raise FrameError(one if len(chosen) == 1 else several)
         reactions = self.motion.reactions()
         each = np.concatenate([reactions.drive(name) for name in chosen], axis=-1)
         return self._on_grid(np.abs(each).max(axis=-1))

@@ -1,0 +1,86 @@
+"""Reactions that links and joints share by their stiffness: rods between two balls, and springs beside links."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame
+from linkframe.models import Linkage
+from numpy.testing import assert_allclose
+
+from ..reference.audit import in_equilibrium
+
+RODS = range(7)
+ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
+LOAD = {"fx": 10.0, "fy": -3.0, "fz": 5.0, "mx": 1.0}
+
+
+def platform(springs: tuple[float, ...] | None) -> Linkage:
+    """On one rod more than hold it, their lower balls on springs along axes of their own."""
+    rng = np.random.default_rng(1)
+    linkage = Linkage(O=(0, 0, 1))
+    for k in RODS:
+        linkage.point(f"A{k}", rng.uniform(-1.0, 1.0, 3) * (1.0, 1.0, 0.1))
+        linkage.point(f"B{k}", rng.uniform(-0.5, 0.5, 3) * (1.0, 1.0, 0.2) + (0.0, 0.0, 1.0))
+    linkage.link("platform", "O", *(f"B{k}" for k in RODS), beam={("O", f"B{k}"): ROD for k in RODS})
+    for k in RODS:
+        linkage.link(f"rod {k}", f"A{k}", f"B{k}", beam=ROD)
+        linkage.spherical(f"A{k}", "ground", f"rod {k}", axis=rng.normal(size=3), stiffness=springs)
+        linkage.spherical(f"B{k}", f"rod {k}", "platform", axis=rng.normal(size=3))
+    linkage.load("O", **LOAD)
+    return linkage
+
+
+def as_springs(linkage: Linkage, springs: tuple[float, ...] | None) -> Frame:
+    """Each rod with its ball as one spring along its line."""
+    frame = Frame()
+    frame.node("O", linkage.points["O"])
+    for k in RODS:
+        low, high = linkage.points[f"A{k}"], linkage.points[f"B{k}"]
+        length = float(np.linalg.norm(high - low))
+        along = (high - low) / length
+        soft = length / (200e9 * np.pi * 0.01**2)
+        if springs is not None:
+            soft += float(np.sum((along @ linkage.joint(f"A{k}").axes) ** 2 / springs[:3]))
+        across = np.cross(along, (1.0, 0.0, 0.0)) / np.linalg.norm(np.cross(along, (1.0, 0.0, 0.0)))
+        axes = np.column_stack([along, across, np.cross(along, across)])
+        frame.node(f"B{k}", high)
+        frame.node(f"G{k}", high)
+        frame.fix(f"G{k}")
+        frame.add(f"arm {k}", ROD, "O", f"B{k}")
+        frame.add(f"rod {k}", Joint((1.0 / soft, 0, 0, 0, 0, 0), axes), f"G{k}", f"B{k}")
+    frame.load("O", **LOAD)
+    return frame
+
+
+@pytest.mark.parametrize("springs", [None, (1e6,) * 3 + (0.0,) * 3, (1e5, 2e6, 3e7, 0.0, 0.0, 0.0)])
+def test_a_platform_on_seven_rods(springs: tuple[float, ...] | None) -> None:
+    linkage = platform(springs)
+    motion, alone = linkage.move(), as_springs(linkage, springs).solve()
+    assert_allclose(motion.accuracy("O").compliance, alone.displacement("O"), rtol=1e-9)
+    found = motion.reactions()
+    assert found.method == "compliance"
+    for k in RODS:
+        along = linkage.points[f"B{k}"] - linkage.points[f"A{k}"]
+        pushed = -alone.joint_force(f"rod {k}")[0] * along / np.linalg.norm(along)
+        for ball in "AB":
+            assert_allclose(found.force(f"{ball}{k}")[:3], pushed, atol=1e-8)
+
+
+def test_a_spring_pulls_as_in_the_rigid_motion() -> None:
+    """Across its plane a four-bar shares loads by stiffness; every link is in equilibrium, whatever deflects."""
+    linkage = Linkage(A=(0, 0), B=(0.1, 0.3), C=(0.6, 0.5), D=(0.7, 0), Q=(0.4, 0.8, 0.1), F=(1.3, 0.1))
+    for name, points in {"crank": "AB", "coupler": "BCQ", "rocker": "CD"}.items():
+        inertia = (0.2, 0.3, 0.25, 0.01, 0.02, -0.01)
+        linkage.link(name, *points, beam=ROD, mass=1.5, centre=(0.2, 0.1, 0.1), inertia=inertia)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "coupler", stiffness=(1e7, 1e7, 1e6, 1e4, 1e4, 0.0))
+    linkage.revolute("C", "coupler", "rocker")
+    linkage.revolute("D", "rocker", "ground")
+    linkage.spring(("coupler", "Q"), ("ground", "F"), stiffness=500.0, length=0.3, damping=1.0)
+    linkage.load("Q", **LOAD)
+    linkage.gravity((1.0, -9.81, 2.0))
+    motion = linkage.move(A=[0.0, 0.2], rates={"A": 2.0}, accelerations={"A": 3.0})
+    assert (motion.reactions().method == "compliance").all()
+    in_equilibrium(linkage, motion)
