@@ -206,10 +206,10 @@ class EquilibriumEquations(Configuration):
             forces[:, loop.child] += ends[6:]
             if loop.parent != GROUND:
                 forces[:, loop.parent] += ends[:6]
-        out = np.zeros((18, 18, self.count))
-        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + change.geometric(
-            force
-        )
+        out = zeros((18, 18, self.count), force, rows)
+        geometric = change.geometric(force)
+        geometric = 0.5 * (geometric + rotation.transposed(geometric)) if self.symmetric else geometric
+        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + geometric
         out[12:, :12], out[:12, 12:] = rows, rotation.transposed(rows)
         return out, force, change.own - self.factor * loop.offset.at(self.where), stored
 

@@ -101,15 +101,24 @@ class Newton:
         """The same as a program, where that pays for the frame's batch."""
         return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.free)
 
-    def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
+    def solve(self, where: Where, state: Place, factor: float, *, at_rest: bool = False) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
+        Where a frame `at_rest` has its journals put on their circles, that has strained its members, whose stresses
+        there tell nothing of those to come: the first tangent is made without them.
         """
+        loose = at_rest and self.pressed
         if self.program is None or not isinstance(state, PlanarState | DisplacedState):
-            found = self._iterated(where, state, factor)
+            found = self._iterated(where, state, factor, loose=loose)
         else:
-            found = self.program.solve(where, state, factor)
+            found = self.program.solve(where, state, factor, loose=loose)
+            unclear = np.flatnonzero(found.converged & ~found.stable)
+            if self.pressed and len(unclear):
+                # the program forgets the last tangent, by which that is told
+                found.iterations[unclear] = 0
+                some = tuple(k[unclear] for k in where)
+                found.take(unclear, self._iterated(some, state.taken(unclear), factor, loose=loose))
         self.judge(where, found, factor)
         return found
 
@@ -129,12 +138,12 @@ class Newton:
         found.stable[unclear] = self.definite(values, rounding)
         found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
 
-    def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
+    def _iterated(self, where: Where, state: Place, factor: float, *, loose: bool) -> FoundEquilibria:
         """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
-        stresses: list[Array] | None = None
+        stresses = [np.zeros_like(each) for each in balance.linearised(state).stresses] if loose else None
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)

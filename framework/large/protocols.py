@@ -46,6 +46,11 @@ class Linearisation(Protocol):
         ...
 
     @property
+    def stresses(self) -> list[Array]:
+        """By stack of members, the true forces on their deformations (..., members, m)."""
+        ...
+
+    @property
     def energy(self) -> Array:
         """Twice the strain energy (m,)."""
         ...

@@ -1,0 +1,165 @@
+"""Loops of springs and contact in clearances, written down as programs: against closed forms and the same by arrays."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+from linkframe.framework.large import newton_program
+from linkframe.framework.large.solution import LargeSolution
+from linkframe.framework.program import machine_code
+from linkframe.models import FourBar
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+needs_llvm = pytest.mark.skipif(not machine_code.available(), reason="llvmlite is not installed")
+
+INF = np.inf
+STEEL = Material(E=200e9, nu=0.3)
+BAR = Rectangle(y=0.02, z=0.01)
+PLACES = [(0.2, 0.0, 0.3), (-0.1, 0.17, 0.3), (-0.1, -0.17, 0.35)]
+
+
+def solved(frame: Frame, way: str) -> LargeSolution:
+    """Solution by arrays, step by step by NumPy, or by machine code."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(newton_program._Costs, "pay_compiled", lambda *_: way == "compiled")
+        patch.setattr(newton_program._Costs, "pay_by_numpy", lambda *_: way != "arrays")
+        solution = frame.solve(large=True)
+        program = solution._load_stepping.newton.program
+        assert (program is not None) == (way != "arrays")
+        assert program is None or program.compiled == (way == "compiled")
+        assert solution.iterations.shape == frame.shape
+    return solution
+
+
+def assert_alike(frame: Frame, node: str, way: str, rounding: float = 1e-12) -> LargeSolution:
+    """What a program finds is what arrays find, in as many steps."""
+    one, other = solved(frame, way), solved(frame, "arrays")
+    assert (one.status == other.status).all()
+    assert (one.iterations == other.iterations).all()
+    found, wanted = one.displacement(node), other.displacement(node)
+    assert (np.abs(found - wanted) <= rounding * np.abs(wanted).max(axis=-1, keepdims=True)).all()
+    return one
+
+
+def platform(stiffness: Array, force: Array, **options: object) -> Frame:
+    """A rigid platform on three bushings, which close two loops of rigid links and springs."""
+    frame = Frame()
+    frame.node("P", (0.0, 0.0, 0.3))
+    for k, place in enumerate(PLACES):
+        for name in "GT":
+            frame.node(f"{name}{k}", place)
+        frame.fix(f"G{k}")
+        frame.rigid("P", f"T{k}")
+        frame.add(f"bushing{k}", Joint(stiffness, **options), f"G{k}", f"T{k}")  # type: ignore[arg-type]
+    frame.load("P", fx=force[:, 0], fy=force[:, 1], fz=force[:, 2])
+    return frame
+
+
+def pushed(count: int) -> Array:
+    return np.array([300.0, 500.0, -900.0]) * np.random.default_rng(5).uniform(-1.0, 1.0, (count, 3))
+
+
+@pytest.mark.parametrize("way", ["numpy", pytest.param("compiled", marks=needs_llvm)])
+def test_a_platform_on_balls_of_springs(way: str) -> None:
+    """Balance of the forces of its springs and of their moments, solved to 50 digits."""
+    springs = np.array([2e4, 2e4, 2e4, 0.0, 0.0, 0.0])
+    force = pushed(9)
+    solution = assert_alike(platform(springs, force), "P", way)
+    assert solution.model.loops
+    moved = solution.displacement("P")
+    assert np.abs(moved[:, 3:]).max() > 0.05
+    with mpmath.workdps(50):
+        arms = [mpmath.matrix([x, y, mpmath.mpf(z) - mpmath.mpf(0.3)]) for x, y, z in PLACES]
+
+        def unbalanced(*unknown: mpmath.mpf) -> list[mpmath.mpf]:
+            spin = mpmath.matrix([[0, -unknown[5], unknown[4]], [unknown[5], 0, -unknown[3]],
+                                  [-unknown[4], unknown[3], 0]])  # fmt: skip
+            angle = mpmath.sqrt(sum(x * x for x in unknown[3:]))
+            turn = mpmath.sin(angle) / angle * spin + (1 - mpmath.cos(angle)) / angle**2 * spin * spin
+            total = [-mpmath.mpf(float(each)) for each in force[0]] + [mpmath.mpf(0)] * 3
+            for arm in arms:
+                change = turn * arm
+                push = [20000 * (unknown[k] + change[k]) for k in range(3)]
+                lever = arm + change
+                for k in range(3):
+                    a, b = (k + 1) % 3, (k + 2) % 3
+                    total[k] += push[k]
+                    total[3 + k] += lever[a] * push[b] - lever[b] * push[a]
+            return total
+
+        exact = mpmath.findroot(unbalanced, moved[0].tolist())
+        error = np.array([float(abs(x - y)) for x, y in zip(exact, moved[0].tolist(), strict=True)])
+    assert (error < 3e-15).all()
+
+
+@pytest.mark.parametrize("kind", ["screws", "axes and given lengths", "clearance"])
+def test_loops_of_all_kinds_of_springs(kind: str) -> None:
+    rng = np.random.default_rng(2)
+    springs = np.array([1e4, 2e4, 5e4, 30.0, 20.0, 9.0]) * rng.uniform(0.5, 2.0, (7, 1))
+    axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    axes *= np.linalg.det(axes)
+    options = {
+        "screws": {"pitch": 0.01},
+        "axes and given lengths": {"axes": axes},
+        "clearance": {"clearance": rng.uniform(1e-4, 1e-3, 7), "clearance_directions": ("ux", "uy")},
+    }[kind]
+    if kind == "clearance":
+        springs[:, 1] = springs[:, 0]
+    frame = platform(springs, pushed(7), **options)
+    if kind == "axes and given lengths":
+        frame.set_offset("bushing1", uz=np.linspace(-0.01, 0.02, 7)) if hasattr(frame, "set_offset") else None
+    assert_alike(frame, "P", "numpy")
+
+
+@needs_llvm
+@pytest.mark.parametrize("stiffness", [1e9, INF])
+@pytest.mark.parametrize("across", [0.0, 0.3])
+def test_a_loose_bar_turns_into_the_force(stiffness: float, across: float) -> None:
+    """B ends in the direction of the force, at the clearance, the bar and what the force draws them out from A."""
+    clearance, length, count = np.geomspace(1e-5, 1e-2, 11), 0.5, 11
+    angle = np.radians(np.linspace(-100.0, 120.0, count))
+    force = 1000.0 * np.stack([np.cos(angle), np.sin(angle), across * np.ones(count)], axis=-1)
+    frame = Frame()
+    for name, x in (("A", 0.0), ("A1", 0.0), ("B", length)):
+        frame.node(name, (x, 0.0, 0.0))
+    play = ("ux", "uy", "uz") if across else ("ux", "uy")
+    soft = (1e-3,) * 3 if across else (INF, INF, 1e-3)
+    springs = (stiffness, stiffness, stiffness if across else INF, *soft)
+    frame.add("bearing", Joint(springs, clearance=clearance, clearance_directions=play), "A", "A1")
+    frame.add("bar", Beam(BAR, STEEL), "A1", "B")
+    frame.fix("A")
+    frame.load("B", fx=force[:, 0], fy=force[:, 1], fz=force[:, 2] if across else 0.0)
+    solution = solved(frame, "compiled")
+    assert (solution.status == "stable").all()
+    size = np.linalg.norm(force, axis=-1) if across else np.full(count, 1000.0)
+    far = clearance + length + size * length / (STEEL.E * BAR.area) + size / stiffness
+    at = solution.displacement("B")[:, :3] + np.array([length, 0.0, 0.0])
+    assert np.linalg.norm(at, axis=-1) == pytest.approx(far, rel=1e-9)
+    assert (at / far[:, None])[:, :2] == pytest.approx((force / size[:, None])[:, :2], abs=1e-5)
+
+
+@needs_llvm
+@pytest.mark.parametrize("stiffness", [1e9, INF])
+def test_a_linkage_with_clearance(stiffness: float) -> None:
+    """The same by arrays, entry by entry in any company, and no way is gone but Newton's, except near dead points."""
+    theta = np.radians([20.0, 50.0, 80.0, 110.0, 140.0])[:, None]
+    springs = (stiffness,) * 5 + (0.0,)
+
+    def loose(some: slice) -> Frame:
+        clearances = dict(zip("BDE", ([1e-5, 1e-4], 3e-5, [2e-4, 1e-6]), strict=True))
+        motion = FourBar(beam=Beam(BAR, STEEL), stiffness=springs).move(theta[some])
+        frame = motion.frame({name: np.asarray(each) for name, each in clearances.items()})
+        frame.load("P", fy=np.array([-90.0, 150.0]))
+        return frame
+
+    whole = assert_alike(loose(slice(None)), "P", "compiled")
+    assert (whole.status == "stable").all()
+    part = solved(loose(slice(1, 4)), "compiled")
+    assert (part.displacement("P") == whole.displacement("P")[1:4]).all()
+    assert (part.status == whole.status[1:4]).all()
+    if stiffness < INF:
+        assert whole.iterations.max() <= 14
