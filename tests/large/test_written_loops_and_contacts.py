@@ -45,7 +45,7 @@ def assert_alike(frame: Frame, node: str, way: str, rounding: float = 1e-12) -> 
     return one
 
 
-def platform(stiffness: Array, force: Array, **options: object) -> Frame:
+def platform(stiffness: Array, force: Array, *options: dict[str, object]) -> Frame:
     """A rigid platform on three bushings, which close two loops of rigid links and springs."""
     frame = Frame()
     frame.node("P", (0.0, 0.0, 0.3))
@@ -54,7 +54,8 @@ def platform(stiffness: Array, force: Array, **options: object) -> Frame:
             frame.node(f"{name}{k}", place)
         frame.fix(f"G{k}")
         frame.rigid("P", f"T{k}")
-        frame.add(f"bushing{k}", Joint(stiffness, **options), f"G{k}", f"T{k}")  # type: ignore[arg-type]
+        given = options[k] if options else {}
+        frame.add(f"bushing{k}", Joint(stiffness, **given), f"G{k}", f"T{k}")  # type: ignore[arg-type]
     frame.load("P", fx=force[:, 0], fy=force[:, 1], fz=force[:, 2])
     return frame
 
@@ -66,7 +67,7 @@ def pushed(count: int) -> Array:
 @pytest.mark.parametrize("way", ["numpy", pytest.param("compiled", marks=needs_llvm)])
 def test_a_platform_on_balls_of_springs(way: str) -> None:
     """Balance of the forces of its springs and of their moments, solved to 50 digits."""
-    springs = np.array([2e4, 2e4, 2e4, 0.0, 0.0, 0.0])
+    springs = np.array([2e3, 2e3, 2e3, 0.0, 0.0, 0.0])
     force = pushed(9)
     solution = assert_alike(platform(springs, force), "P", way)
     assert solution.model.loops
@@ -83,7 +84,7 @@ def test_a_platform_on_balls_of_springs(way: str) -> None:
             total = [-mpmath.mpf(float(each)) for each in force[0]] + [mpmath.mpf(0)] * 3
             for arm in arms:
                 change = turn * arm
-                push = [20000 * (unknown[k] + change[k]) for k in range(3)]
+                push = [2000 * (unknown[k] + change[k]) for k in range(3)]
                 lever = arm + change
                 for k in range(3):
                     a, b = (k + 1) % 3, (k + 2) % 3
@@ -96,56 +97,42 @@ def test_a_platform_on_balls_of_springs(way: str) -> None:
     assert (error < 3e-15).all()
 
 
-@pytest.mark.parametrize("kind", ["screws", "axes and given lengths", "clearance"])
-def test_loops_of_all_kinds_of_springs(kind: str) -> None:
+def test_loops_of_all_kinds_of_springs() -> None:
+    """A screw, a bushing in axes of its own, and one that is loose in rotation, by arrays and by a program."""
     rng = np.random.default_rng(2)
-    springs = np.array([1e4, 2e4, 5e4, 30.0, 20.0, 9.0]) * rng.uniform(0.5, 2.0, (7, 1))
+    springs = np.array([1e4, 2e4, 5e4, 30.0, 30.0, 9.0]) * rng.uniform(0.5, 2.0, (7, 1))
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
-    axes *= np.linalg.det(axes)
-    options = {
-        "screws": {"pitch": 0.01},
-        "axes and given lengths": {"axes": axes},
-        "clearance": {"clearance": rng.uniform(1e-4, 1e-3, 7), "clearance_directions": ("ux", "uy")},
-    }[kind]
-    if kind == "clearance":
-        springs[:, 1] = springs[:, 0]
-    frame = platform(springs, pushed(7), **options)
-    if kind == "axes and given lengths":
-        frame.set_offset("bushing1", uz=np.linspace(-0.01, 0.02, 7)) if hasattr(frame, "set_offset") else None
-    assert_alike(frame, "P", "numpy")
+    loose = {"clearance": rng.uniform(1e-3, 1e-2, 7), "clearance_directions": ("rx", "ry")}
+    frame = platform(springs, pushed(7), {"pitch": 0.01}, {"axes": axes * np.linalg.det(axes)}, loose)
+    solution = assert_alike(frame, "P", "numpy")
+    assert (solution.status == "stable").all()
 
 
-@needs_llvm
 @pytest.mark.parametrize("stiffness", [1e9, INF])
-@pytest.mark.parametrize("across", [0.0, 0.3])
-def test_a_loose_bar_turns_into_the_force(stiffness: float, across: float) -> None:
+def test_a_loose_bar_turns_into_the_force(stiffness: float) -> None:
     """B ends in the direction of the force, at the clearance, the bar and what the force draws them out from A."""
-    clearance, length, count = np.geomspace(1e-5, 1e-2, 11), 0.5, 11
-    angle = np.radians(np.linspace(-100.0, 120.0, count))
-    force = 1000.0 * np.stack([np.cos(angle), np.sin(angle), across * np.ones(count)], axis=-1)
+    clearance, length = np.geomspace(1e-5, 1e-2, 11), 0.5
+    angle = np.radians(np.linspace(-100.0, 120.0, 11))
+    ahead = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     frame = Frame()
     for name, x in (("A", 0.0), ("A1", 0.0), ("B", length)):
         frame.node(name, (x, 0.0, 0.0))
-    play = ("ux", "uy", "uz") if across else ("ux", "uy")
-    soft = (1e-3,) * 3 if across else (INF, INF, 1e-3)
-    springs = (stiffness, stiffness, stiffness if across else INF, *soft)
-    frame.add("bearing", Joint(springs, clearance=clearance, clearance_directions=play), "A", "A1")
+    springs = (stiffness, stiffness, INF, INF, INF, 1e-3)
+    frame.add("bearing", Joint(springs, clearance=clearance, clearance_directions=("ux", "uy")), "A", "A1")
     frame.add("bar", Beam(BAR, STEEL), "A1", "B")
     frame.fix("A")
-    frame.load("B", fx=force[:, 0], fy=force[:, 1], fz=force[:, 2] if across else 0.0)
-    solution = solved(frame, "compiled")
+    frame.load("B", fx=1000.0 * ahead[:, 0], fy=1000.0 * ahead[:, 1])
+    solution = solved(frame, "numpy")
     assert (solution.status == "stable").all()
-    size = np.linalg.norm(force, axis=-1) if across else np.full(count, 1000.0)
-    far = clearance + length + size * length / (STEEL.E * BAR.area) + size / stiffness
-    at = solution.displacement("B")[:, :3] + np.array([length, 0.0, 0.0])
+    far = clearance + length + 1000.0 * length / (STEEL.E * 0.02 * 0.01) + 1000.0 / stiffness
+    at = solution.displacement("B")[:, :2] + np.array([length, 0.0])
     assert np.linalg.norm(at, axis=-1) == pytest.approx(far, rel=1e-9)
-    assert (at / far[:, None])[:, :2] == pytest.approx((force / size[:, None])[:, :2], abs=1e-5)
+    assert at / far[:, None] == pytest.approx(ahead, abs=1e-5)
 
 
-@needs_llvm
-@pytest.mark.parametrize("stiffness", [1e9, INF])
-def test_a_linkage_with_clearance(stiffness: float) -> None:
-    """The same by arrays, entry by entry in any company, and no way is gone but Newton's, except near dead points."""
+@pytest.mark.parametrize(("stiffness", "way"), [pytest.param(1e9, "compiled", marks=needs_llvm), (INF, "numpy")])
+def test_a_linkage_with_clearance(stiffness: float, way: str) -> None:
+    """The same by arrays, entry by entry in any company, and by Newton's method alone."""
     theta = np.radians([20.0, 50.0, 80.0, 110.0, 140.0])[:, None]
     springs = (stiffness,) * 5 + (0.0,)
 
@@ -156,9 +143,9 @@ def test_a_linkage_with_clearance(stiffness: float) -> None:
         frame.load("P", fy=np.array([-90.0, 150.0]))
         return frame
 
-    whole = assert_alike(loose(slice(None)), "P", "compiled")
+    whole = assert_alike(loose(slice(None)), "P", way)
     assert (whole.status == "stable").all()
-    part = solved(loose(slice(1, 4)), "compiled")
+    part = solved(loose(slice(1, 4)), way)
     assert (part.displacement("P") == whole.displacement("P")[1:4]).all()
     assert (part.status == whole.status[1:4]).all()
     if stiffness < INF:
