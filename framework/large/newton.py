@@ -134,7 +134,7 @@ class Newton:
         here, state = tuple(k[unclear] for k in where), found.state.taken(unclear)
         values = self.equations(here, len(unclear), factor).linearised(state).values
         equations, place = EquilibriumEquations(self.model, here, len(unclear), factor), self.space(state)
-        rounding = ForceRounding(equations, place, equations.linearised(place)).tangents()
+        rounding = ForceRounding(equations, place, equations.linearised(place, tangents=False)).tangents()
         found.stable[unclear] = self.definite(values, rounding)
         found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
 
@@ -143,7 +143,7 @@ class Newton:
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
-        stresses = [np.zeros_like(each) for each in balance.linearised(state).stresses] if loose else None
+        stresses = [np.zeros_like(each) for each in balance.stresses(state)] if loose else None
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)

@@ -46,11 +46,6 @@ class Linearisation(Protocol):
         ...
 
     @property
-    def stresses(self) -> list[Array]:
-        """By stack of members, the true forces on their deformations (..., members, m)."""
-        ...
-
-    @property
     def energy(self) -> Array:
         """Twice the strain energy (m,)."""
         ...
@@ -84,6 +79,10 @@ class Balance(Protocol):
 
     def advanced(self, state: Any, step: Array) -> Any:
         """The state after a step."""
+        ...
+
+    def stresses(self, state: Any) -> list[Array]:
+        """By stack of members, the true forces on their deformations."""
         ...
 
     def step_stresses(self, at: Any, step: Array) -> list[Array]:

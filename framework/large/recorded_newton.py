@@ -146,7 +146,7 @@ class NewtonRecording:
         begin = [self._later() for _ in self.moved]
         self.held = [(number, self._later()) for number in held(self.model)]
         yes = self.recording.write(Operation.LESS, 0.0, 1.0)
-        exact = self.equations.linearised(self._state(begin)).stresses
+        exact = self.equations.stresses(self._state(begin))
         self._shapes = [stress.shape for stress in exact]
         stresses = [term for stress in exact for term in stress.reshape(-1)]
         if self.pressed:
