@@ -24,7 +24,7 @@ from .numbers import Where
 from .planar import PlanarEquations
 from .planar_model import PlanarModel
 from .planar_state import PlanarState
-from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
+from .protocols import Balance, FoundEquilibria, Index, Linearisation, Mask, Place
 from .rounding import ForceRounding
 from .state import DisplacedState
 
@@ -58,8 +58,10 @@ class Newton:
         self.model = model
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
-        self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
         self.multiplier_count = int((model.multipliers >= 0).sum())
+        self.elimination = SymbolicFactorisation.of(
+            rows, columns, model.free, half=self.planar_model is not None, constraints=self.multiplier_count
+        )
         self.zero = _ROUNDINGS * model.free
         self.free = FREE * self.zero
         # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
@@ -113,14 +115,23 @@ class Newton:
             found = self._iterated(where, state, factor, loose=loose)
         else:
             found = self.program.solve(where, state, factor, loose=loose)
-            unclear = np.flatnonzero(found.converged & ~found.stable)
-            if self.pressed and len(unclear):
-                # the program forgets the last tangent, by which that is told
+            unclear = self._unclear(found)
+            if len(unclear):
                 found.iterations[unclear] = 0
                 some = tuple(k[unclear] for k in where)
                 found.take(unclear, self._iterated(some, state.taken(unclear), factor, loose=loose))
         self.judge(where, found, factor)
         return found
+
+    def _unclear(self, found: FoundEquilibria) -> Index:
+        """Entries of which the program does not tell what arrays do.
+
+        Where joints have clearance stability is told by the last tangent, which it forgets; where constraints have
+        multipliers, it leaves out none that are redundant.
+        """
+        if self.multiplier_count:
+            return np.flatnonzero(~found.good)
+        return np.flatnonzero(self.pressed & found.converged & ~found.stable)
 
     def judge(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Tell of equilibria that are not known to be stable whether they are, and whether some motion is free there.

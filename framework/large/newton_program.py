@@ -14,7 +14,8 @@ import numpy as np
 from ..cache import KERNELS
 from ..program import machine_code
 from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation
-from .elimination import LARGE, SymbolicFactorisation
+from .elimination import LARGE, ConstrainedFactor, SymbolicFactorisation
+from .equations import EquilibriumEquations
 from .limits import NOTHING
 from .model import Model
 from .numbers import Where
@@ -22,6 +23,7 @@ from .planar_model import PlanarModel
 from .protocols import FoundEquilibria
 from .recorded_newton import NewtonRecording, RecordedNewton, State
 from .recorded_numbers import GivenNumbers, PlanarNumbers, SpatialNumbers
+from .state import DisplacedState
 
 # What is compiled is kept on disk, and is likely to be run again: so often it may take to pay for itself.
 _TIMES = 4
@@ -134,11 +136,14 @@ def choice(model: Model | PlanarModel) -> NewtonChoice:
     """What promises to be fastest, by the frame and its batch alone."""
     space, costs, steps = _size(model)
     if not _suits(space):
-        what = "ideal components in loops, own laws, moments in space, and loads or strains of members"
+        what = "own laws of joints, moments in space, and loads or strains of members"
         return NewtonChoice(False, False, f"by arrays, as all is where there are {what}")
     if not 0 < steps <= MOST or space.free > LARGE:
         return NewtonChoice(False, False, "by arrays; with so many pieces writing it down would take too long")
-    return _way(costs, steps, space.present)
+    way = _way(costs, steps, space.present)
+    if way.recorded and not _independent(space):
+        return NewtonChoice(False, False, "by arrays, as some ideal components of loops forbid what others forbid")
+    return way
 
 
 def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:
@@ -166,8 +171,22 @@ def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
 def _suits(model: Model) -> bool:
     """Whether a model has nothing that is not written down: forces on nodes, members, joints of springs and contact."""
     plain = all(stack.work is None and stack.tension is None and stack.plain for stack in model.stacks)
-    linked = not (model.multipliers >= 0).any() and not any(joint.own_law for joint in model.edges)
-    return bool(plain and linked and model.symmetric and not model.loads.offset_forces)
+    linked = not any(joint.own_law for joint in model.edges)
+    return plain and linked and model.symmetric and not model.loads.offset_forces
+
+
+def _independent(model: Model) -> bool:
+    """Whether no ideal component of a loop forbids what others forbid, at rest, at the first entry."""
+    constraints = int((model.multipliers >= 0).sum())
+    if not constraints or model.free > LARGE:
+        return not constraints
+    absent = False if model.frame.absent is None else model.frame.absent
+    entry = int(np.argmin(np.broadcast_to(absent, model.frame.shape).reshape(-1)))
+    where = tuple(np.array([k]) for k in np.unravel_index(entry, model.frame.shape)) if model.frame.shape else ()
+    values = EquilibriumEquations(model, where, 1).linearised(DisplacedState.start(model, 1)).values
+    _, rows, columns = model.pattern
+    whole = SymbolicFactorisation.of(rows, columns, model.free, constraints=constraints).dense(values)
+    return not ConstrainedFactor(whole, constraints).zero.any()
 
 
 def _structure(model: Model | PlanarModel) -> tuple[object, ...]:
@@ -185,6 +204,7 @@ def _structure(model: Model | PlanarModel) -> tuple[object, ...]:
         frame.plain.tobytes(),
         frame.columns.tobytes(),
         model.columns.tobytes(),
+        frame.multipliers.tobytes(),
         len(frame.loops),
         joints,
         stacks,

@@ -26,6 +26,8 @@ from .recorded_numbers import GivenNumbers
 from .state import DisplacedState
 
 State = PlanarState | DisplacedState
+# Share of what a constraint resists alone that is left where others resist the same.
+_INDEPENDENT = 1e-9
 _LARGEST = float(np.finfo(np.float64).max)
 
 
@@ -59,6 +61,12 @@ def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
         if free and free[-1] >= slides:
             out += [StateNumber("rotations", (node,) if flat else (k, node)) for k in range(1 if flat else 4)]
     return out
+
+
+def multipliers(model: Model) -> list[StateNumber]:
+    """The numbers of a state that are forces in the ideal components of loops."""
+    places = np.argwhere(model.multipliers >= 0).tolist()
+    return [StateNumber("own", (k, len(model.joints) + loop)) for k, loop in places]
 
 
 def held(model: Model) -> list[StateNumber]:
@@ -136,9 +144,12 @@ class NewtonRecording:
         self.recording = Recording(fixed=True, signless=True)
         self.equations: Any = numbers.equations(self.recording)
         self.flat = isinstance(self.equations, PlanarEquations)
-        self.moved, self.carried = moved(self.model, numbers.columns), carried(self.model, self.flat)
+        self.moved = [*moved(self.model, numbers.columns), *multipliers(self.model)]
+        self.carried = carried(self.model, self.flat)
         self.held: list[tuple[StateNumber, Any]] = []
         self.pressed = any(joint.clearance_directions for joint in self.model.edges)
+        self.constraints = sorted(elimination.constrained)
+        self.translations = set(self.model.columns[:3].reshape(-1).tolist())
         self.inverse_size, self.least, self.stressed = self._later(), self._later(), self._later()
 
     def recorded(self) -> RecordedNewton:
@@ -183,7 +194,7 @@ class NewtonRecording:
         state = self._state(values)
         at = self.equations.linearised(state, self._stresses(begins[n:-4]))
         first = count < 1.0
-        limit = self.zero if self.pressed else choose(first, self.zero, CLEAR)
+        limit = CLEAR if self.constraints else self.zero if self.pressed else choose(first, self.zero, CLEAR)
         step, positive = self._solved(at, self.equations.prescribed_residual(state), limit)
         usable = positive | ~first
         for each in step:
@@ -195,7 +206,7 @@ class NewtonRecording:
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
         new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
-        clear = positive if self.pressed else positive & ~first
+        clear = positive if self.constraints or self.pressed else positive & ~first
         converged, definite = choose(moving, close, converged), choose(moving, clear, definite)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close
@@ -215,9 +226,10 @@ class NewtonRecording:
     def _largest(self, step: list[Any]) -> Any:
         """Largest component of a step, in radians or sizes of the frame."""
         largest: dict[bool, Any] = {}
-        translations = set(self.model.columns[:3].reshape(-1).tolist())
         for column, each in enumerate(step):
-            size, slides = abs(each), column in translations
+            if column in self.constraints:
+                continue
+            size, slides = abs(each), column in self.translations
             largest[slides] = np.maximum(largest[slides], size) if slides in largest else size
         if True in largest:
             largest[True] = largest[True] * self.inverse_size
@@ -242,12 +254,14 @@ class NewtonRecording:
         work: list[Any] = [0.0] * order.entries
         for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
             work[goal] = values[place, 0]
-        least = [limit * abs(work[k]) for k in range(order.size)]
+        weights = self._stiffened(work, load)
+        least = [limit * abs(work[k]) for k in range(order.first_constraint)]
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
         done: list[tuple[int, list[int], list[Any], Any]] = []
         for k, below, column, target, first, second in order.steps:
             pivot = self._term(work[k])
-            positive = positive & np.less(least[k], pivot)
+            enough = np.less(_INDEPENDENT, -pivot * weights[k]) if k in weights else np.less(least[k], pivot)
+            positive = positive & enough
             inverse = 1.0 / pivot
             entries = [work[place] for place in column.tolist()]
             low = [entry * inverse for entry in entries]
@@ -261,6 +275,33 @@ class NewtonRecording:
             for i, each in zip(below, low, strict=True):
                 load[k] = load[k] - each * load[i]
         return [self._term(each) for each in (*load, *prescribed)], positive
+
+    def _stiffened(self, work: list[Any], load: list[Any]) -> dict[int, Any]:
+        """Springs that resist what constraints forbid, by constraint, added to the matrix and to the loads.
+
+        They change no solution, and leave positive pivots where the constraints alone hold something (M. R. Hestenes,
+        J. Optim. Theory Appl. 4 (1969) 303-320). They are as stiff as the stiffest coordinate.
+        """
+        order = self.elimination
+        if not self.constraints:
+            return {}
+        units = {k: self.inverse_size if k in self.translations else 1.0 for k in range(order.first_constraint)}
+        stiffest: Any = 0.0
+        for k, unit in units.items():
+            stiffest = np.maximum(stiffest, abs(work[k]) / (unit * unit))
+        out = {}
+        for number in self.constraints:
+            coupled = order.constrained[number]
+            row = {k: work[order.place[number, k]] for k in coupled}
+            size = sum(((each / units[k]) * (each / units[k]) for k, each in row.items()), 0.0)
+            weight = out[number] = stiffest / size
+            for place, i in enumerate(coupled):
+                pushed = weight * row[i]
+                load[i] = load[i] + pushed * load[number]
+                for j in coupled[: place + 1]:
+                    at = order.place[max(i, j), min(i, j)]
+                    work[at] = work[at] + pushed * row[j]
+        return out
 
     def _term(self, value: Any) -> Any:
         return value if isinstance(value, Term) else self.recording.constant(float(value))

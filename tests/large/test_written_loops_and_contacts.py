@@ -108,6 +108,55 @@ def test_loops_of_all_kinds_of_springs() -> None:
     assert (solution.status == "stable").all()
 
 
+def rigid_links(last: tuple[float, ...], force: Array) -> Frame:
+    """A four-bar of rigid links on hinges, of which the last joints may be others, and the first has a spring."""
+    frame, hinge = Frame(), (INF,) * 5 + (0.0,)
+    places = {"A": (0.0, 0.0, 0.0), "B": (0.0, 0.1, 0.0), "C": (0.2, 0.15, 0.0), "D": (0.2, 0.0, 0.0)}
+    for name, place in places.items():
+        frame.node(name, place)
+        frame.node(f"{name}1", place)
+    joints = {"A": (INF,) * 5 + (4.0,), "B": hinge, "C": last, "D": last}
+    for (name, springs), following in zip(joints.items(), ("B", "C", "D", None), strict=True):
+        frame.add(f"joint{name}", Joint(springs), name, f"{name}1")
+        if following is not None:
+            frame.rigid(f"{name}1", following)
+    frame.fix("A")
+    frame.fix("D1")
+    frame.load("B", fx=force[:, 0], fy=force[:, 1], fz=force[:, 2])
+    return frame
+
+
+@pytest.mark.parametrize(
+    ("last", "across", "way"),
+    [((0.0, 0.0, 0.0), 0.0, "numpy"), ((1.0, 1.0, 0.0), 3.0, pytest.param("compiled", marks=needs_llvm))],
+)
+def test_ideal_joints_that_close_a_loop(last: tuple[float, ...], across: float, way: str) -> None:
+    """In the plane the spring balances the load on the crank, by whose angle the loop of rigid links is closed."""
+    force = np.array([[20.0, 3.0, across]]) * np.linspace(-1.0, 1.5, 9)[:, None]
+    ideal = (INF, INF, INF) + (last if across else (INF, INF, 0.0))
+    # arrays, which take eigenvalues, close the loop to some 1e-12
+    solution = assert_alike(rigid_links(ideal, force), "C", way, rounding=1e-10)
+    assert (solution.model.multipliers >= 0).any()
+    assert (solution.status == "stable").all()
+    crank = solution.displacement("B")
+    assert np.abs(crank[:, 5]).max() > 0.3
+    angle = np.pi / 2.0 + crank[:, 5]
+    lever = 0.1 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    assert crank[:, :2] == pytest.approx(lever - [0.0, 0.1], abs=1e-15)
+    if not across:
+        moment = lever[:, 0] * force[:, 1] - lever[:, 1] * force[:, 0]
+        assert 4.0 * crank[:, 5] == pytest.approx(moment, abs=1e-13)
+    rocker = solution.displacement("C")[:, :3] + np.array([0.2, 0.15, 0.0]) - [0.2, 0.0, 0.0]
+    assert np.linalg.norm(rocker, axis=-1) == pytest.approx(0.15, rel=1e-14)
+
+
+def test_redundant_constraints_are_left_to_the_arrays() -> None:
+    """Four hinges hold a plane linkage out of its plane more often than needed."""
+    frame = rigid_links((INF,) * 5 + (0.0,), np.array([[20.0, 3.0, 1.0]]) * np.linspace(0.1, 1.0, 40)[:, None])
+    assert "forbid what others forbid" in str(frame.solve(large=True).explain())
+    assert solved(frame, "arrays").converged.all()
+
+
 @pytest.mark.parametrize("stiffness", [1e9, INF])
 def test_a_loose_bar_turns_into_the_force(stiffness: float) -> None:
     """B ends in the direction of the force, at the clearance, the bar and what the force draws them out from A."""
