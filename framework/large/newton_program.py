@@ -52,10 +52,12 @@ class _Costs:
         """Whether compiling so many steps takes less time than it saves."""
         saved = steps * (self.alone + self.each * count)
         compiling = COMPILING * steps * (1.0 + steps / TWICE)
-        return count >= LEAST and 0 < steps <= MOST and (_OFTEN if compiling < _SHORT else _TIMES) * saved > compiling
+        # of loops there is much to write down that drops out, and nothing of that is kept
+        times = _OFTEN if compiling < _SHORT and not self.loop else _TIMES
+        return count >= LEAST and 0 < steps <= MOST and times * saved > compiling
 
 
-_PLANE, _SPACE = _Costs(4e-6, 12e-9, 400, 0), _Costs(3e-6, 15e-9, 3000, 700)
+_PLANE, _SPACE, _LOOPS = _Costs(4e-6, 12e-9, 400, 0), _Costs(3e-6, 15e-9, 3000, 0), _Costs(3e-6, 15e-9, 3000, 700)
 
 
 class NewtonProgram:
@@ -163,7 +165,10 @@ def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:
 
 def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
     """The model in space, and how long its program is about."""
-    space, costs = (model.model, _PLANE) if isinstance(model, PlanarModel) else (model, _SPACE)
+    if isinstance(model, PlanarModel):
+        space, costs = model.model, _PLANE
+    else:
+        space, costs = model, _LOOPS if model.loops else _SPACE
     pieces = sum(len(stack.ends) for stack in space.stacks)
     return space, costs, costs.steps * pieces + costs.loop * len(space.loops)
 
