@@ -200,3 +200,13 @@ def test_a_linkage_with_clearance(stiffness: float, way: str) -> None:
     assert (part.status == whole.status[1:4]).all()
     if stiffness < INF:
         assert whole.iterations.max() <= 14
+
+
+def test_one_step_leads_where_many_do() -> None:
+    """Journals put on their circles strain the members, which must not throw the linkage into its other branch."""
+    linkage = FourBar(beam=Beam(Rectangle(y=0.0105, z=0.0063), STEEL), stiffness=(1e9,) * 5 + (0.0,))
+    loose = linkage.move(np.radians(19.4)).frame({"B": 6e-6, "D": 4e-6, "E": 1e-4})
+    loose.load("P", fx=8.4, fy=-43.5)
+    one, many = loose.solve(large=True), loose.solve(large=True, steps=12)
+    assert one.displacement("P") == pytest.approx(many.displacement("P"), rel=1e-9, abs=1e-15)
+    assert one.iterations <= 6
