@@ -11,7 +11,20 @@ from math import factorial
 import numpy as np
 
 from .batch import Array
-from .elementwise import angle, contracted, cosine, less, maximum, minimum, rounded, sinc, sine, square_root, where
+from .elementwise import (
+    angle,
+    contracted,
+    cosine,
+    is_recorded,
+    less,
+    maximum,
+    minimum,
+    rounded,
+    sinc,
+    sine,
+    square_root,
+    where,
+)
 
 # Up to this angle coefficients are summed as series, above it in closed form; both to rounding.
 _SERIES = 1.0
@@ -45,7 +58,10 @@ def transposed(a: Array) -> Array:
 
 
 def inverse(a: Array) -> Array:
-    """Inverse of matrices (i, i, m)."""
+    """Inverse of matrices (i, i, m), recorded ones of three rows."""
+    if is_recorded(a):
+        cofactors = np.stack([cross(a[1], a[2]), cross(a[2], a[0]), cross(a[0], a[1])])
+        return transposed(cofactors) / dot(a[0], cofactors[0])
     return np.moveaxis(np.asarray(np.linalg.inv(np.moveaxis(a, -1, 0)), dtype=np.float64), 0, -1)
 
 

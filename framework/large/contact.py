@@ -55,7 +55,7 @@ def touched(equations: EquilibriumEquations, state: DisplacedState) -> Displaced
         length = np.hypot.reduce(beyond, axis=0)
         near = (length <= radius) & (length >= radius * (1.0 - TOUCHING)) & (radius > 0.0)
         if near.any():
-            forces = equations.linearised(state) if forces is None else forces
+            forces = equations.linearised(state, tangents=False) if forces is None else forces
             pressed = np.hypot.reduce(forces.own[directions, number], axis=0)
             near &= pressed > UNLOADED * np.abs(forces.nodal[:3]).max(axis=(0, 1))
             state.own[directions, number] += np.where(near, 2.0 * TOUCHING * beyond, 0.0)

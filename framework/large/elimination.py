@@ -31,10 +31,13 @@ class SymbolicFactorisation:
         Number of unknowns; entries beyond are left out.
     half
         Whether only the lower half is given.
+    constraints
+        How many of the last unknowns are multipliers, which stand for constraints on those before them and follow them
+        in the order; any two that a constraint couples are coupled.
     """
 
-    def __init__(self, rows: Index, columns: Index, size: int, *, half: bool = False) -> None:
-        self.size, self.half = size, half
+    def __init__(self, rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0) -> None:
+        self.size, self.half, self.first_constraint = size, half, size - constraints
         inside = np.flatnonzero((rows < size) & (columns < size))
         self.rows, self.columns, self.inside = rows[inside], columns[inside], inside
         prescribed = np.flatnonzero((columns < size) & (rows >= size))
@@ -43,12 +46,14 @@ class SymbolicFactorisation:
             self._order()
 
     @staticmethod
-    def of(rows: Index, columns: Index, size: int, *, half: bool = False) -> SymbolicFactorisation:
+    def of(
+        rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0
+    ) -> SymbolicFactorisation:
         """That of a pattern, which all frames of the same structure have in common."""
-        make = partial(SymbolicFactorisation, rows, columns, size, half=half)
+        make = partial(SymbolicFactorisation, rows, columns, size, half=half, constraints=constraints)
         if size > LARGE:
             return make()
-        key = "elimination", rows.tobytes(), columns.tobytes(), size, half
+        key = "elimination", rows.tobytes(), columns.tobytes(), size, half, constraints
         found: SymbolicFactorisation = KERNELS.found(key, make, len(rows))
         return found
 
@@ -59,11 +64,17 @@ class SymbolicFactorisation:
             link(pattern, k, k, 0)
         for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True):
             link(pattern, i, j, 0)
-        found = order(pattern, range(self.size), Grid(()))
+        free = range(self.first_constraint)
+        constraints = range(self.first_constraint, self.size)
+        self.constrained = {k: [i for i in sorted(pattern[k]) if i in free] for k in constraints}
+        for coupled in self.constrained.values():
+            for i in coupled:
+                for j in coupled:
+                    link(pattern, i, j, 0)
+        orders = [order(pattern, some, Grid(())) for some in (free, constraints) if some]
         place = {(k, k): k for k in range(self.size)}
         self.steps: list[tuple[int, list[int], Index, Index, Index, Index]] = []
-        for k in found.pivots:
-            below = found.below[k]
+        for k, below in [(k, each.below[k]) for each in orders for k in each.pivots]:
             for i in below:
                 place.setdefault((max(i, k), min(i, k)), len(place))
             first, second = np.tril_indices(len(below))
@@ -73,7 +84,7 @@ class SymbolicFactorisation:
             target = np.array([place[max(p), min(p)] for p in pairs], dtype=np.int64)
             column = np.array([place[max(i, k), min(i, k)] for i in below], dtype=np.int64)
             self.steps.append((k, below, column, target, first, second))
-        self.entries = len(place)
+        self.entries, self.place = len(place), place
         lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
         self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
         self.goal = np.array([place[lower[n]] for n in self.source], dtype=np.int64)

@@ -40,7 +40,7 @@ class EquilibriumEquations(Configuration):
         )
         total: Array = 0.5 * (1.0 + share) * work_of_loads
         before = EquilibriumEquations(self.model, self.where, self.count, share * self.factor)
-        forces = [part.linearised(state).forces for part, state in ((before, old), (self, new))]
+        forces = [part.linearised(state, tangents=False).forces for part, state in ((before, old), (self, new))]
         prescribed = slice(self.model.free, None)
         mean = 0.5 * (forces[0][prescribed] + forces[1][prescribed])
         total += contracted("im,im->m", mean, (1.0 - share) * self.prescribed_values)
@@ -62,8 +62,18 @@ class EquilibriumEquations(Configuration):
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
-    def linearised(self, state: DisplacedState, stresses: list[Array] | None = None) -> SpatialLinearisation:
-        """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
+    def stresses(self, state: DisplacedState) -> list[Array]:
+        """By stack, the true forces on the deformations (7, n, m)."""
+        pairs = zip(self.pieces, self.motions(state), strict=True)
+        return [corotation.stress(pieces, at.deformation) for pieces, at in pairs]
+
+    def linearised(
+        self, state: DisplacedState, stresses: list[Array] | None = None, *, tangents: bool = True
+    ) -> SpatialLinearisation:
+        """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones.
+
+        Without `tangents`, which take most of the time, their values are left out, (0, m).
+        """
         model = self.model
         nodal: Array = -merged(np.broadcast_to(self.loads, (6, model.count, self.count)), 0, 1)
         assumed = nodal.copy()
@@ -82,12 +92,14 @@ class EquilibriumEquations(Configuration):
             responses.append(response)
             true.append(exact)
             energy = energy + 2.0 * added(corotation.strain_energy(pieces, response.at))
-            data += self._linked_tangent(k, response.tangent(used, symmetric=self.symmetric), jacobians)
+            if tangents:
+                data += self._linked_tangent(k, response.tangent(used, symmetric=self.symmetric), jacobians)
         shape = (6, model.count, self.count)
         nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
         data += self._offset_tangent(state, nodal, assumed, jacobians)
         closing = [self._closing(state, number, (nodal, assumed)) for number in range(len(model.loops))]
-        data += self._link_tangent(state, assumed, jacobians)
+        if tangents:
+            data += self._link_tangent(state, assumed, jacobians)
         data += [self._in_chains(number, matrix, jacobians) for number, (matrix, *_) in enumerate(closing)]
         forces, own = self._reduced(state, nodal)
         for number, (_, force, gap, stored) in enumerate(closing):
@@ -95,8 +107,9 @@ class EquilibriumEquations(Configuration):
             forces[constrained[constrained >= 0]] = gap[constrained >= 0]
             own = np.concatenate([own, -force[:, None]], axis=1)
             energy = energy + 2.0 * stored
-        blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
-        values = summed(self.model.pattern[0], np.concatenate(blocks))
+        nothing = np.zeros((0, self.count))
+        blocks = [nothing, *(merged(block, 0, -2) for block in data)]
+        values = summed(self.model.pattern[0], np.concatenate(blocks)) if tangents else nothing
         for number in range(len(model.joints)):
             energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
         return SpatialLinearisation(forces, values, responses, true, jacobians, energy, nodal, own)
@@ -206,10 +219,10 @@ class EquilibriumEquations(Configuration):
             forces[:, loop.child] += ends[6:]
             if loop.parent != GROUND:
                 forces[:, loop.parent] += ends[:6]
-        out = np.zeros((18, 18, self.count))
-        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + change.geometric(
-            force
-        )
+        out = zeros((18, 18, self.count), force, rows)
+        geometric = change.geometric(force)
+        geometric = 0.5 * (geometric + rotation.transposed(geometric)) if self.symmetric else geometric
+        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + geometric
         out[12:, :12], out[:12, 12:] = rows, rotation.transposed(rows)
         return out, force, change.own - self.factor * loop.offset.at(self.where), stored
 

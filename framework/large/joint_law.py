@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array
-from ..clearances.contact import law
+from ..elementwise import less, maximum, square_root, where
 from ..joint_protocol import JointElement
+from ..rotation import dot, outer
 
 
 def law_of(element: JointElement, clearance: bool) -> JointElement | None:
@@ -61,8 +62,21 @@ class ContactMultipliers:
         self.force[..., where], self.stiffness[..., where] = other.force, other.stiffness
 
 
+def elastic_contact(displacement: Array, radius: Array, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Energy (m,), force (n, m) and tangent (n, n, m) of a contact with a stiffness; see `clearances.contact.law`."""
+    length = square_root(dot(displacement, displacement))
+    depth = maximum(length - radius, 0.0)
+    touched = less(-depth, 0.0)
+    safe = where(touched, length, 1.0)
+    normal, pressed = displacement / safe, stiffness * depth
+    across = pressed / safe
+    tangent = (stiffness - across) * outer(normal, normal)
+    for k in range(len(displacement)):
+        tangent[k, k] = tangent[k, k] + across
+    return 0.5 * pressed * depth, pressed * normal, where(touched, tangent, 0.0)
+
+
 def rigid_contact(displacement: Array, radius: Array, force: Array, stiffness: Array) -> tuple[Array, Array, Array]:
     """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its clearance."""
-    augmented = displacement + force / stiffness
-    generalised_force, tangent, stored = law(augmented.T, radius, stiffness)
-    return stored - 0.5 * (force**2).sum(axis=0) / stiffness, generalised_force.T, np.moveaxis(tangent, 0, -1)
+    stored, generalised_force, tangent = elastic_contact(displacement + force / stiffness, radius, stiffness)
+    return stored - 0.5 * dot(force, force) / stiffness, generalised_force, tangent

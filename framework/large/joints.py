@@ -17,7 +17,7 @@ from ..rotation import dot
 from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.topology import Topology
-from .joint_law import ContactMultipliers, law_of, rigid_contact
+from .joint_law import ContactMultipliers, elastic_contact, law_of, rigid_contact
 from .links import EdgeGeometry
 from .numbers import Numbers, Where
 
@@ -100,28 +100,47 @@ class TreeJoint:
 
         Rigid contact is number `contact` of those in `contact_multipliers`.
         """
-        if self.law is None:
-            stiffness = self.stiffness.at(where)
-            tangent = zeros((6, 6, stiffness.shape[-1]), elastic)
-            tangent[range(6), range(6)] = stiffness
-            return 0.5 * dot(stiffness * elastic, elastic), stiffness * elastic, tangent
+        energy, force, tangent = (self._by_own_law if self.own_law else self._by_springs)(where, elastic)
+        directions = list(self.clearance_directions)
+        if contact is not None:
+            pressed, push = contact_multipliers.stiffness[contact], contact_multipliers.force[directions, contact]
+            more = rigid_contact(elastic[directions], self.clearance.at(where), push, pressed)
+        elif directions and not self.own_law:
+            pressed = self.stiffness.at(where)[directions[0]]
+            more = elastic_contact(elastic[directions], self.clearance.at(where), pressed)
+        else:
+            return energy, force, tangent
+        force[directions] = force[directions] + more[1]
+        inside = np.ix_(directions, directions)
+        tangent[inside] = tangent[inside] + more[2]
+        return energy + more[0], force, tangent
+
+    def _by_springs(self, where: Where, elastic: Array) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent of its springs, those that clearance leaves free apart."""
+        stiffness = self.stiffness.at(where)
+        if self.clearance_directions:
+            stiffness = stiffness.copy()
+            stiffness[list(self.clearance_directions)] = 0.0
+        force, tangent = stiffness * elastic, zeros((6, 6, stiffness.shape[-1]), elastic, stiffness)
+        tangent[range(6), range(6)] = stiffness
+        if self.clearance_directions:
+            tangent = tangent + 0.0 * elastic[0]
+        return 0.5 * dot(force, elastic), force, tangent
+
+    def _by_own_law(self, where: Where, elastic: Array) -> tuple[Array, Array, Array]:
+        """Energy, force and tangent as the element says, which has a law in place of springs."""
 
         def pick(array: Array, trailing: int) -> Array:
             return np.moveaxis(Numbers.of(array, self.ndim, trailing).at(where), -1, 0)
 
-        energy, given, slope = self.law.resistance(elastic.T, pick)
-        force, tangent = given.T, np.moveaxis(slope, 0, -1)
-        if contact is not None:
-            directions, radius = list(self.clearance_directions), self.clearance.at(where)
-            more = rigid_contact(
-                elastic[directions],
-                radius,
-                contact_multipliers.force[directions, contact],
-                contact_multipliers.stiffness[contact],
-            )
-            energy, force[directions] = energy + more[0], force[directions] + more[1]
-            tangent[np.ix_(directions, directions)] += more[2]
-        return energy, force, tangent
+        assert self.law is not None
+        energy, force, tangent = self.law.resistance(elastic.T, pick)
+        return energy, force.T, np.moveaxis(tangent, 0, -1)
+
+    @property
+    def own_law(self) -> bool:
+        """Whether the element says by a function what its displacement takes, which may be any."""
+        return self.law is not None and self.law.has_law
 
     @cached_property
     def ideal(self) -> tuple[int, ...]:
@@ -135,7 +154,7 @@ class TreeJoint:
         A pin counts its turns; a ball without springs does not.
         """
         free = not any(k in self.edge.ideal or self.stiffness.array[k].any() for k in 3 + np.flatnonzero(self.movable))
-        by_law = self.law is not None and (self.law.has_law or max(self.clearance_directions) >= 3)
+        by_law = self.own_law or (self.law is not None and max(self.clearance_directions) >= 3)
         return free and not by_law and self.lead is None and int(self.movable.sum()) > 1
 
     def shortest(self, own: Array) -> Array:

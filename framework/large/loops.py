@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import rotation
 from ..batch import Array
+from ..elementwise import less, where, zeros
 from ..rotation import inverse, spin, times, transposed
 from .links import EdgeGeometry, LinkChange
 
@@ -31,7 +32,7 @@ def displacement(link: EdgeGeometry, displacements: tuple[Array, Array], rotatio
 
 def _angles(q: Array, movable: np.ndarray) -> Array:
     """Coordinates of a rotation: the inverse of `EdgeGeometry.relative` in the edge's axes."""
-    q = np.where(q[0] < 0.0, -q, q)
+    q = where(less(q[0], 0.0), -q, q)
     if movable.all() or not movable.any():
         return rotation.logarithm(q)
     single = int(np.flatnonzero(movable if movable.sum() == 1 else ~movable)[0])
@@ -66,7 +67,7 @@ class LoopChange:
 
     def jacobian(self) -> Array:
         """Change of the edge's displacement (6, 12, m)."""
-        out = np.zeros((6, 12, self.own.shape[-1]))
+        out = zeros((6, 12, self.own.shape[-1]), self.own, self.back)
         slides = transposed(self.change.slides)
         out[:3, :3], out[:3, 6:9] = -slides, slides
         if self.link.follows:
@@ -83,7 +84,7 @@ class LoopChange:
         joint_moment = times(transposed(inverse(self.change.tangent)), force[3:])
         moment = times(self.change.axes, joint_moment)
         bend = times(transposed(self.back), times(self.change.own_slope(joint_moment), self.back))
-        out = np.zeros((12, 12, self.own.shape[-1]))
+        out = zeros((12, 12, self.own.shape[-1]), force, self.own)
         out[9:, 3:6] = bend - spin(moment)
         out[9:, 9:] = -bend
         out[3:6, 3:6] = spin(moment) - bend

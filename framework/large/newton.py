@@ -24,7 +24,7 @@ from .numbers import Where
 from .planar import PlanarEquations
 from .planar_model import PlanarModel
 from .planar_state import PlanarState
-from .protocols import Balance, FoundEquilibria, Linearisation, Mask, Place
+from .protocols import Balance, FoundEquilibria, Index, Linearisation, Mask, Place
 from .rounding import ForceRounding
 from .state import DisplacedState
 
@@ -58,8 +58,10 @@ class Newton:
         self.model = model
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
-        self.elimination = SymbolicFactorisation.of(rows, columns, model.free, half=self.planar_model is not None)
         self.multiplier_count = int((model.multipliers >= 0).sum())
+        self.elimination = SymbolicFactorisation.of(
+            rows, columns, model.free, half=self.planar_model is not None, constraints=self.multiplier_count
+        )
         self.zero = _ROUNDINGS * model.free
         self.free = FREE * self.zero
         # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
@@ -101,17 +103,35 @@ class Newton:
         """The same as a program, where that pays for the frame's batch."""
         return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.free)
 
-    def solve(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
+    def solve(self, where: Where, state: Place, factor: float, *, at_rest: bool = False) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
+        Where a frame `at_rest` has its journals put on their circles, that has strained its members, whose stresses
+        there tell nothing of those to come: the first tangent is made without them.
         """
+        loose = at_rest and self.pressed
         if self.program is None or not isinstance(state, PlanarState | DisplacedState):
-            found = self._iterated(where, state, factor)
+            found = self._iterated(where, state, factor, loose=loose)
         else:
-            found = self.program.solve(where, state, factor)
+            found = self.program.solve(where, state, factor, loose=loose)
+            unclear = self._unclear(found)
+            if len(unclear):
+                found.iterations[unclear] = 0
+                some = tuple(k[unclear] for k in where)
+                found.take(unclear, self._iterated(some, state.taken(unclear), factor, loose=loose))
         self.judge(where, found, factor)
         return found
+
+    def _unclear(self, found: FoundEquilibria) -> Index:
+        """Entries of which the program does not tell what arrays do.
+
+        Where joints have clearance stability is told by the last tangent, which it forgets; where constraints have
+        multipliers, it leaves out none that are redundant.
+        """
+        if self.multiplier_count:
+            return np.flatnonzero(~found.good)
+        return np.flatnonzero(self.pressed & found.converged & ~found.stable)
 
     def judge(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Tell of equilibria that are not known to be stable whether they are, and whether some motion is free there.
@@ -125,16 +145,16 @@ class Newton:
         here, state = tuple(k[unclear] for k in where), found.state.taken(unclear)
         values = self.equations(here, len(unclear), factor).linearised(state).values
         equations, place = EquilibriumEquations(self.model, here, len(unclear), factor), self.space(state)
-        rounding = ForceRounding(equations, place, equations.linearised(place)).tangents()
+        rounding = ForceRounding(equations, place, equations.linearised(place, tangents=False)).tangents()
         found.stable[unclear] = self.definite(values, rounding)
         found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
 
-    def _iterated(self, where: Where, state: Place, factor: float) -> FoundEquilibria:
+    def _iterated(self, where: Where, state: Place, factor: float, *, loose: bool) -> FoundEquilibria:
         """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
         balance = self.equations(where, len(active), factor)
-        stresses: list[Array] | None = None
+        stresses = [np.zeros_like(each) for each in balance.stresses(state)] if loose else None
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)

@@ -174,6 +174,15 @@ class PlanarEquations(LoadedEntries):
         values = summed(self.planar_model.pattern[0], np.concatenate(blocks))
         return PlanarLinearisation(forces, values, changes, true, transfers, energy)
 
+    def stresses(self, state: PlanarState) -> list[Array]:
+        """By stack, the true forces on the deformations (3, n, m)."""
+        out = []
+        for stack, pieces in zip(self.planar_model.stacks, self.pieces, strict=True):
+            _, _, deformation = planar_pieces.shape(stack, pieces, state)
+            bow = planar_pieces.bent(pieces[2], deformation)
+            out.append(planar_pieces.stress(pieces[2], deformation, bow))
+        return out
+
     def step_stresses(self, at: PlanarLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
         nodal = self._nodal(step)

@@ -62,7 +62,7 @@ class PlanarJoint:
         self, where: Where, elastic: Array, contact_multipliers: ContactMultipliers, contact: int | None
     ) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of its own law at a displacement (3, m) within the plane."""
-        whole = np.zeros((6, elastic.shape[-1]))
+        whole = zeros((6, elastic.shape[-1]), elastic)
         whole[self.places] = elastic
         energy, force, tangent = self.joint.resistance(where, whole, contact_multipliers, contact)
         return energy, force[self.places], tangent[np.ix_(self.places, self.places)]

@@ -81,6 +81,10 @@ class Balance(Protocol):
         """The state after a step."""
         ...
 
+    def stresses(self, state: Any) -> list[Array]:
+        """By stack of members, the true forces on their deformations."""
+        ...
+
     def step_stresses(self, at: Any, step: Array) -> list[Array]:
         """Stresses predicted for a step."""
         ...

@@ -7,6 +7,7 @@ program does not tell whether a tangent of which a pivot is not positive is sing
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any, cast
 
 import numpy as np
@@ -25,6 +26,8 @@ from .recorded_numbers import GivenNumbers
 from .state import DisplacedState
 
 State = PlanarState | DisplacedState
+# Share of what a constraint resists alone that is left where others resist the same.
+_INDEPENDENT = 1e-9
 _LARGEST = float(np.finfo(np.float64).max)
 
 
@@ -37,11 +40,11 @@ class StateNumber:
 
     def of(self, state: State) -> Any:
         """Its value (m,)."""
-        return getattr(state, self.array)[self.place]
+        return attrgetter(self.array)(state)[self.place]
 
     def put(self, state: State, value: Any) -> None:
         """Change its value."""
-        getattr(state, self.array)[self.place] = value
+        attrgetter(self.array)(state)[self.place] = value
 
 
 def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
@@ -57,6 +60,22 @@ def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
         out += [StateNumber("displacements", (k, node)) for k in free if k < slides]
         if free and free[-1] >= slides:
             out += [StateNumber("rotations", (node,) if flat else (k, node)) for k in range(1 if flat else 4)]
+    return out
+
+
+def multipliers(model: Model) -> list[StateNumber]:
+    """The numbers of a state that are forces in the ideal components of loops."""
+    places = np.argwhere(model.multipliers >= 0).tolist()
+    return [StateNumber("own", (k, len(model.joints) + loop)) for k, loop in places]
+
+
+def held(model: Model) -> list[StateNumber]:
+    """The numbers of a state that steps leave as they are: what rigid contacts are taken to carry."""
+    out = []
+    for number, place in model.contacts.items():
+        directions = model.edges[number].clearance_directions
+        out += [StateNumber("contact_multipliers.force", (k, place)) for k in directions]
+        out.append(StateNumber("contact_multipliers.stiffness", (place,)))
     return out
 
 
@@ -76,14 +95,18 @@ class RecordedNewton:
     Attributes
     ----------
     program
-        It takes what `GivenNumbers` are, then the inverse of the frame's length and the largest residual of
-        prescribed coordinates, then the numbers of the state that steps change. It makes these and those of nodes that
-        are attached to others, whether that is an equilibrium, whether all pivots were above `CLEAR` in the last step,
-        not the first, and the number of steps.
+        It takes what `GivenNumbers` are, then the inverse of the frame's length, the largest residual of prescribed
+        coordinates, and whether the first tangent holds the members' stresses there (1 or 0), then the numbers of the
+        state: those that steps change, and those that are held. It makes the former and those of nodes that are
+        attached to others, whether that is an equilibrium, whether all pivots were above `CLEAR` in the last step, not
+        the first, and the number of steps. Where joints have clearance, pivots are to be above rounding, and be it in
+        the first step.
     places
         Which of these numbers it takes: those that bear on the result.
     moved
         Numbers of the state that steps change.
+    held
+        Numbers of the state that steps leave as they are.
     carried
         Those of nodes that are attached to others.
     """
@@ -91,6 +114,7 @@ class RecordedNewton:
     program: Program
     places: list[int]
     moved: list[StateNumber]
+    held: list[StateNumber]
     carried: list[StateNumber]
 
     def state(self, outs: list[Array], before: State) -> State:
@@ -120,23 +144,32 @@ class NewtonRecording:
         self.recording = Recording(fixed=True, signless=True)
         self.equations: Any = numbers.equations(self.recording)
         self.flat = isinstance(self.equations, PlanarEquations)
-        self.moved, self.carried = moved(self.model, numbers.columns), carried(self.model, self.flat)
-        self.inverse_size, self.least = self._later(), self._later()
+        self.moved = [*moved(self.model, numbers.columns), *multipliers(self.model)]
+        self.carried = carried(self.model, self.flat)
+        self.held: list[tuple[StateNumber, Any]] = []
+        self.pressed = any(joint.clearance_directions for joint in self.model.edges)
+        self.constraints = sorted(elimination.constrained)
+        self.translations = set(self.model.columns[:3].reshape(-1).tolist())
+        self.inverse_size, self.least, self.stressed = self._later(), self._later(), self._later()
 
     def recorded(self) -> RecordedNewton:
         """The method as a program."""
         begin = [self._later() for _ in self.moved]
+        self.held = [(number, self._later()) for number in held(self.model)]
         yes = self.recording.write(Operation.LESS, 0.0, 1.0)
-        exact = self.equations.linearised(self._state(begin)).stresses
+        exact = self.equations.stresses(self._state(begin))
         self._shapes = [stress.shape for stress in exact]
-        begins = [*begin, *(term for stress in exact for term in stress.reshape(-1)), yes, ~yes, ~yes, 0.0]
+        stresses = [term for stress in exact for term in stress.reshape(-1)]
+        if self.pressed:
+            stresses = [choose(self.stressed < 1.0, 0.0, each) for each in stresses]
+        begins = [*begin, *stresses, yes, ~yes, ~yes, 0.0]
         _, after = self.recording.rounds(begins, self._round, ITERATIONS)
         state = self._state(after[: len(begin)])
         outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-3:]]
         program, places = self.recording.program([self._term(x) for x in outputs])
         # What a round begins with varies, whatever it begins with first.
         program = program.over(program.masks[: program.given])
-        return RecordedNewton(arranged(program), places, self.moved, self.carried)
+        return RecordedNewton(arranged(program), places, self.moved, [each for each, _ in self.held], self.carried)
 
     def _later(self) -> Any:
         return cast(Any, self.recording.later(1))
@@ -145,8 +178,12 @@ class NewtonRecording:
         """The state with these numbers, in which links carry their nodes along."""
         start: State = PlanarEquations.start(self.model, 1) if self.flat else DisplacedState.start(self.model, 1)
         arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
-        state = replace(start, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
-        for number, value in zip(self.moved, values, strict=True):
+        known = start.contact_multipliers
+        contacts = replace(known, force=known.force.astype(object), stiffness=known.stiffness.astype(object))
+        state = replace(
+            start, displacements=arrays[0], rotations=arrays[1], own=arrays[2], contact_multipliers=contacts
+        )
+        for number, value in [*zip(self.moved, values, strict=True), *self.held]:
             number.put(state, value)
         self.equations.follow(state)
         return state
@@ -157,7 +194,8 @@ class NewtonRecording:
         state = self._state(values)
         at = self.equations.linearised(state, self._stresses(begins[n:-4]))
         first = count < 1.0
-        step, positive = self._solved(at, self.equations.prescribed_residual(state), choose(first, self.zero, CLEAR))
+        limit = CLEAR if self.constraints else self.zero if self.pressed else choose(first, self.zero, CLEAR)
+        step, positive = self._solved(at, self.equations.prescribed_residual(state), limit)
         usable = positive | ~first
         for each in step:
             usable = usable & (abs(each) <= _LARGEST)
@@ -168,7 +206,8 @@ class NewtonRecording:
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
         new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
-        converged, definite = choose(moving, close, converged), choose(moving, positive & ~first, definite)
+        clear = positive if self.constraints or self.pressed else positive & ~first
+        converged, definite = choose(moving, close, converged), choose(moving, clear, definite)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close
         predicted = [term for stress in self.equations.step_stresses(at, whole) for term in stress.reshape(-1)]
@@ -187,9 +226,10 @@ class NewtonRecording:
     def _largest(self, step: list[Any]) -> Any:
         """Largest component of a step, in radians or sizes of the frame."""
         largest: dict[bool, Any] = {}
-        translations = set(self.model.columns[:3].reshape(-1).tolist())
         for column, each in enumerate(step):
-            size, slides = abs(each), column in translations
+            if column in self.constraints:
+                continue
+            size, slides = abs(each), column in self.translations
             largest[slides] = np.maximum(largest[slides], size) if slides in largest else size
         if True in largest:
             largest[True] = largest[True] * self.inverse_size
@@ -214,12 +254,14 @@ class NewtonRecording:
         work: list[Any] = [0.0] * order.entries
         for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
             work[goal] = values[place, 0]
-        least = [limit * abs(work[k]) for k in range(order.size)]
+        weights = self._stiffened(work, load)
+        least = [limit * abs(work[k]) for k in range(order.first_constraint)]
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
         done: list[tuple[int, list[int], list[Any], Any]] = []
         for k, below, column, target, first, second in order.steps:
             pivot = self._term(work[k])
-            positive = positive & np.less(least[k], pivot)
+            enough = np.less(_INDEPENDENT, -pivot * weights[k]) if k in weights else np.less(least[k], pivot)
+            positive = positive & enough
             inverse = 1.0 / pivot
             entries = [work[place] for place in column.tolist()]
             low = [entry * inverse for entry in entries]
@@ -233,6 +275,33 @@ class NewtonRecording:
             for i, each in zip(below, low, strict=True):
                 load[k] = load[k] - each * load[i]
         return [self._term(each) for each in (*load, *prescribed)], positive
+
+    def _stiffened(self, work: list[Any], load: list[Any]) -> dict[int, Any]:
+        """Springs that resist what constraints forbid, by constraint, added to the matrix and to the loads.
+
+        They change no solution, and leave positive pivots where the constraints alone hold something (M. R. Hestenes,
+        J. Optim. Theory Appl. 4 (1969) 303-320). They are as stiff as the stiffest coordinate.
+        """
+        order = self.elimination
+        if not self.constraints:
+            return {}
+        units = {k: self.inverse_size if k in self.translations else 1.0 for k in range(order.first_constraint)}
+        stiffest: Any = 0.0
+        for k, unit in units.items():
+            stiffest = np.maximum(stiffest, abs(work[k]) / (unit * unit))
+        out = {}
+        for number in self.constraints:
+            coupled = order.constrained[number]
+            row = {k: work[order.place[number, k]] for k in coupled}
+            size = sum(((each / units[k]) * (each / units[k]) for k, each in row.items()), 0.0)
+            weight = out[number] = stiffest / size
+            for place, i in enumerate(coupled):
+                pushed = weight * row[i]
+                load[i] = load[i] + pushed * load[number]
+                for j in coupled[: place + 1]:
+                    at = order.place[max(i, j), min(i, j)]
+                    work[at] = work[at] + pushed * row[j]
+        return out
 
     def _term(self, value: Any) -> Any:
         return value if isinstance(value, Term) else self.recording.constant(float(value))

@@ -89,8 +89,10 @@ class GivenNumbers:
     ----------
     model
         The model.
-    stacks, joints
-        Names of the numbers of each stack of pieces and of each link, which may be None.
+    stacks
+        Names of the numbers of each stack of pieces.
+    joints
+        Numbers of links and loops, by name.
 
     Attributes
     ----------
@@ -100,12 +102,14 @@ class GivenNumbers:
         Number of each coordinate of the nodes, (3, nodes) or (6, nodes).
     """
 
-    def __init__(self, model: Model | PlanarModel, stacks: Sequence[str], joints: Sequence[str]) -> None:
+    def __init__(
+        self, model: Model | PlanarModel, stacks: Sequence[str], joints: list[dict[str, ProgramInput]]
+    ) -> None:
         space = model if isinstance(model, Model) else model.model
         self.space, self.columns = space, model.columns
         self.loads = ProgramInput.of(space.loads.nodal if isinstance(model, Model) else model.loads, loaded=True)
         self.stacks = [_named(stack, stacks) for stack in model.stacks]
-        self.joints = [_named(joint, joints) for joint in model.joints]
+        self.joints = joints
         self.prescribed = [ProgramInput.of(space.prescribed_values[key], loaded=True) for key in space.prescribed]
 
     @property
@@ -152,13 +156,19 @@ class PlanarNumbers(GivenNumbers):
 
     def __init__(self, model: PlanarModel) -> None:
         self.model = model
-        super().__init__(model, ("direction", "length", "stiffness"), ("axes", "sense", "arm", "stiffness", "offset"))
+        joints = [_named(each, ("axes", "sense", "arm", "stiffness", "offset")) for each in model.joints]
+        joints += [_named(each.joint, ("stiffness", "clearance")) for each in model.joints]
+        super().__init__(model, ("direction", "length", "stiffness"), joints)
 
     def _equations(self, loads: Numbers, stacks: list[dict[str, Any]], joints: list[dict[str, Any]]) -> PlanarEquations:
         model = copy(self.model)
         model.loads = loads
         model.stacks = [replace(stack, **terms) for stack, terms in zip(model.stacks, stacks, strict=True)]
-        model.joints = [replace(joint, **terms) for joint, terms in zip(model.joints, joints, strict=True)]
+        count = len(model.joints)
+        model.joints = [
+            replace(joint, joint=replace(joint.joint, **inside), **terms)
+            for joint, terms, inside in zip(model.joints, joints[:count], joints[count:], strict=True)
+        ]
         return PlanarEquations(model, _HERE, 1)
 
 
@@ -168,14 +178,14 @@ class SpatialNumbers(GivenNumbers):
     Parameters
     ----------
     model
-        The model, without loops and without loads between nodes.
+        The model, without loads between nodes.
     """
 
     def __init__(self, model: Model) -> None:
         self.model = model
-        super().__init__(
-            model, ("local_axes", "length", "stiffness", "bow"), ("axes", "arm", "stiffness", "lead", "offset")
-        )
+        names = ("axes", "arm", "stiffness", "lead", "offset", "clearance")
+        joints = [_named(each, names) for each in model.edges]
+        super().__init__(model, ("local_axes", "length", "stiffness", "bow"), joints)
 
     def _equations(
         self, loads: Numbers, stacks: list[dict[str, Any]], joints: list[dict[str, Any]]
@@ -183,8 +193,9 @@ class SpatialNumbers(GivenNumbers):
         model = copy(self.model)
         model.loads = replace(model.loads, nodal=loads)
         model.stacks = [replace(stack, **terms) for stack, terms in zip(model.stacks, stacks, strict=True)]
-        model.joints = [replace(joint, **terms) for joint, terms in zip(model.joints, joints, strict=True)]
-        model.edges = model.joints
+        model.edges = [replace(joint, **terms) for joint, terms in zip(model.edges, joints, strict=True)]
+        count = len(model.joints)
+        model.joints, model.loops = model.edges[:count], model.edges[count:]
         out = EquilibriumEquations(model, _HERE, 1)
         out.symmetric = True
         return out

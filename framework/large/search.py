@@ -41,7 +41,7 @@ class Search:
         Newton's method at once; where that fails but the tangent was regular, in smaller steps; out of an unstable
         equilibrium along its mode; by way of smaller and smaller loads, in all these ways; and else down the energy.
         """
-        found = self.newton.solve(where, begin, high)
+        found = self.newton.solve(where, begin, high, at_rest=low == 0.0)
         self._tell(found)
         regular = found.iterations > 1
         for cuts in _CUTS:
@@ -61,10 +61,13 @@ class Search:
     def _stepped(self, where: Where, begin: Place, low: float, high: float, cuts: int) -> FoundEquilibria:
         found = FoundEquilibria.nothing(begin)
         found.converged[:] = found.stable[:] = True
+        rest = low == 0.0
         for factor in np.linspace(low, high, cuts + 1)[1:].tolist():
             going = np.flatnonzero(found.converged)
             if len(going):
-                found.take(going, self.newton.solve(_part(where, going), found.state.taken(going), factor))
+                at = found.state.taken(going)
+                found.take(going, self.newton.solve(_part(where, going), at, factor, at_rest=rest))
+            rest = False
         return found
 
     def _leave(self, where: Where, found: FoundEquilibria, factor: float) -> None:
@@ -89,7 +92,7 @@ class Search:
         return found
 
     def _through(self, where: Where, begin: Place, low: float, high: float, depth: int) -> FoundEquilibria:
-        found = self.newton.solve(where, begin, high)
+        found = self.newton.solve(where, begin, high, at_rest=low == 0.0)
         regular = found.iterations > 1
         self._leave(where, found, high)
         bad = np.flatnonzero(self._worth(found) & regular)

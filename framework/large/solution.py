@@ -346,8 +346,8 @@ class LargeSolution(TurnedDirections, SavedResults):
 
     @cached_property
     def linear(self) -> SpatialLinearisation:
-        """Forces and tangent of the whole batch."""
-        return self.equations.linearised(self.displaced)
+        """Forces of the whole batch; without its tangents."""
+        return self.equations.linearised(self.displaced, tangents=False)
 
     @property
     def _nodal(self) -> tuple[Array, Array]:

@@ -38,7 +38,7 @@ def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) 
     """A state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
     planar_model = inside.model
     place = {joint.edge: number for number, joint in enumerate(planar_model.edges)}
-    forces = inside.linearised(state).own
+    forces = inside.linearised(state, tangents=False).own
     own = np.zeros((6, len(model.edges), inside.count))
     for number, joint in enumerate(model.edges):
         known, links = place.get(joint.edge), len(model.joints)

@@ -32,7 +32,8 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> Place:
     without_clearance = Newton(Model(model.plan, clearance=False))
     found = Search(without_clearance).solve(where, without_clearance.start(count), 0.0, factor)
     state = without_clearance.space(found.state)
-    own = EquilibriumEquations(without_clearance.model, where, count, factor).linearised(state).own
+    equations = EquilibriumEquations(without_clearance.model, where, count, factor)
+    own = equations.linearised(state, tangents=False).own
     known = found.converged & np.isfinite(own).all(axis=(0, 1))
     forces = np.where(known, -own, 0.0)
     # what constrained these loops in the components that now have clearance
