@@ -21,6 +21,8 @@ _SOFT = 1e-12
 _STILL = 1e-6
 # Squares between these hold all digits of what was squared.
 _LEAST, _LARGEST = 1e-280, 1e280
+# Largest stiffness for loads of size one, which leaves room for products of it.
+_STIFFEST = 1e280
 # Entries whose matrices are in memory at a time.
 _MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
@@ -168,9 +170,14 @@ class ContactState:
         stiffness = np.broadcast_to(self.stiffness, (len(own), *self.without_clearance.shape))[:, :, part]
         widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, without_clearance))
         scale = (near / widest)[own]
-        with np.errstate(over="ignore"):  # of a load too small to close anything
-            scaled = stiffness * (scale[:, None] * scale * (widest / strongest))
+        largest = _or_one(np.abs(stiffness).max(axis=(0, 1)))
+        with np.errstate(over="ignore", under="ignore"):
+            ratio = np.minimum(widest / strongest, _STIFFEST / largest)
+            # of a load that closes nothing, so small that its share of the stiffness has no number: it moves as much less
+            share = strongest * (_STIFFEST / largest) / widest
+        scaled = stiffness * (scale[:, None] * scale * ratio)
         x, multiplier = minimise_in_balls(scaled, without_clearance / strongest * scale, own)
+        x = np.where((multiplier > 0.0)[own], x, x * np.minimum(share, 1.0))
         offset = near[own] * x
         left = self.components.length(without_clearance - np.einsum("ijn,jn->in", stiffness, offset))
         return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
