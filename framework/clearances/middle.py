@@ -87,8 +87,8 @@ def in_the_middle(
 
 
 def _centred(basis: Array, held: Array, taking: Array, x: Array) -> Array:
-    """The middle among places (N, n) that differ by motions of a basis (N, n, n), from the places x; NaN where these lie
-    outside. `taking` is one for components of one ball that takes part, (N, n, n)."""
+    """The middle among places (N, n) that differ by motions of a basis (N, n, n), from the places x; NaN where these
+    lie outside. `taking` is one for components of one ball that takes part, (N, n, n)."""
     for _ in range(_STEPS):
         part = np.diagonal(taking, axis1=-2, axis2=-1)
         room = 1.0 - (taking @ (x * x)[..., None])[..., 0]
