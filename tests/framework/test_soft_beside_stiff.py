@@ -12,7 +12,7 @@ BAR, BENDING = Beam(Rectangle(y=0.02, z=0.02), Material(E=200e9, nu=0.3)), 200e9
 
 
 @pytest.mark.parametrize("method", ["broadcast", "banded", "sparse"])
-@pytest.mark.parametrize("soft", [1e-30, 1e-20, 1e-12])
+@pytest.mark.parametrize("soft", [1e-30, 1e-12])
 def test_the_softest_hinge_is_no_mechanism(soft: float, method: str) -> None:
     """F L²/k + F (2 L)³/3EI + F/K, under loads of a batch and alone; without the spring it is one."""
     for force in (2.0, np.array([2.0, -1.0])):
