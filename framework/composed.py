@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import wraps
@@ -19,6 +20,19 @@ class OfAnother(LineElement):
     """What all elements have of another one that are made of it, whatever else they answer themselves."""
 
     own: LineElement
+
+    @abstractmethod
+    def made_of(self, own: LineElement) -> Self:
+        """The same of another element."""
+
+    @property
+    def innermost(self) -> LineElement:
+        """The element that it is made of, and that is made of no other."""
+        return self.own.innermost if isinstance(self.own, OfAnother) else self.own
+
+    def of_innermost(self, own: LineElement) -> Self:
+        """The same where the innermost is another element."""
+        return self.made_of(self.own.of_innermost(own) if isinstance(self.own, OfAnother) else own)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -88,8 +102,12 @@ class Composed(OfAnother):
     def tension(self) -> Array:
         return self.own.tension
 
+    def made_of(self, own: LineElement) -> Self:
+        """The same of another element."""
+        return replace(self, own=own)
+
     def part(self, index: int, count: int) -> LineElement:
-        return replace(self, own=self.own.part(index, count))
+        return self.made_of(self.own.part(index, count))
 
     def cut(self, change: Change) -> Self:
         return replace(self, own=self.own.cut(change) if self.own.shape else self.own)

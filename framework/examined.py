@@ -52,6 +52,10 @@ class Examined(OfAnother):
     def __repr__(self) -> str:
         return repr(self.own)
 
+    def made_of(self, own: LineElement) -> Self:
+        """The same of another element."""
+        return cast(Self, Examined(own, self.name))
+
     @property
     def what(self) -> str:
         """How messages name it."""

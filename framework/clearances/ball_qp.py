@@ -8,7 +8,7 @@ alone, of which x follows, as for a single ball (Conn, Gould and Toint, Trust-Re
 entries into the neighbourhood of their minimum. Newton's method on these equations, with the touched spheres as found
 and found again at each step, then goes to the last digit. For what is left, or has more than one minimum, an
 interior-point method finds from any start which spheres are touched (Nocedal and Wright, Numerical Optimization, 2006,
-ch. 19), and where there is a choice its middle.
+ch. 19), and where there is a choice its middle is taken.
 
 Components lead and the batch follows, so that each step is one NumPy operation on the entries that still need it.
 """
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from .middle import in_the_middle
 
 # Entries handled at a time: the matrices of this many fit the cache.
 CHUNK = 2048
@@ -82,21 +83,27 @@ class Groups:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Quadratics of some entries: S (n, n, N), its largest number (N,), and f (n, N)."""
+    """Quadratics of some entries: S (n, n, N), its largest number (N,), f (n, N), and the stiffness (n, N) beside which
+    that of S is judged to be none."""
 
     groups: Groups
     stiffness: Array
     largest: Array
     force: Array
+    members: Array
 
     @classmethod
-    def of(cls, groups: Groups, stiffness: Array, force: Array) -> Quadratic:
+    def of(cls, groups: Groups, stiffness: Array, force: Array, members: Array | None = None) -> Quadratic:
         """Those of entries with this stiffness and force."""
-        return cls(groups, stiffness, np.abs(stiffness).max(axis=(0, 1)), force)
+        largest = np.abs(stiffness).max(axis=(0, 1))
+        return cls(
+            groups, stiffness, largest, force, np.broadcast_to(largest, force.shape) if members is None else members
+        )
 
     def at(self, entries: NDArray[np.bool_]) -> Quadratic:
         """Those of some of the entries."""
-        return Quadratic(self.groups, self.stiffness[:, :, entries], self.largest[entries], self.force[:, entries])
+        force, members = self.force[:, entries], self.members[:, entries]
+        return Quadratic(self.groups, self.stiffness[:, :, entries], self.largest[entries], force, members)
 
     def left(self, x: Array) -> Array:
         """``f - S x``."""
@@ -116,7 +123,9 @@ class Quadratic:
         return x, _substituted(factor, self.groups.apart(x))
 
 
-def minimise_in_balls(stiffness: Array, force: Array, own: NDArray[np.int64]) -> tuple[Array, Array]:
+def minimise_in_balls(
+    stiffness: Array, force: Array, own: NDArray[np.int64], members: Array | None = None
+) -> tuple[Array, Array]:
     """The minimum for every entry of a batch.
 
     Parameters
@@ -127,6 +136,8 @@ def minimise_in_balls(stiffness: Array, force: Array, own: NDArray[np.int64]) ->
         f, (n, N).
     own
         Ball of each component, (n,), ascending from 0.
+    members
+        Stiffness (n, N) beside which that of S is judged to be none; the largest number of S where None.
 
     Returns
     -------
@@ -142,7 +153,8 @@ def minimise_in_balls(stiffness: Array, force: Array, own: NDArray[np.int64]) ->
         unsolved = []
         for start in range(0, len(left), CHUNK):
             part = left[start : start + CHUNK]
-            quadratic = Quadratic.of(groups, stiffness[:, :, part] / size[part], force[:, part] / size[part])
+            beside = None if members is None else members[:, part] / size[part]
+            quadratic = Quadratic.of(groups, stiffness[:, :, part] / size[part], force[:, part] / size[part], beside)
             with np.errstate(all="ignore"):
                 *found, solved = minimum(quadratic)
             sound = np.isfinite(found[0]).all(axis=0) & np.isfinite(found[1]).all(axis=0)
@@ -207,6 +219,7 @@ def _any_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]
     groups = quadratic.groups
     x, multiplier = np.zeros_like(quadratic.force), np.ones((groups.count, quadratic.force.shape[1]))
     x, multiplier = _interior(quadratic, x, multiplier, _CENTRED[0])
+    inside = x
     *found, error = _newton(quadratic, x, multiplier)
     unconverged = ~(error <= _BALANCED)
     if unconverged.any():
@@ -215,7 +228,27 @@ def _any_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]
         better = least < error[unconverged]
         for whole, new in zip(found, closer, strict=True):
             whole[:, unconverged] = np.where(better, new, whole[:, unconverged])
-    return found[0], found[1], np.ones(error.shape, dtype=bool)
+    return *_of_many(quadratic, found[0], found[1], inside), np.ones(error.shape, dtype=bool)
+
+
+def _of_many(quadratic: Quadratic, x: Array, multiplier: Array, inside: Array) -> tuple[Array, Array]:
+    """The minimum in the middle of those that share the energy of x, from places inside, x and λ; as found where it is
+    the only one. A multiplier that is rounding is none."""
+    own = quadratic.groups.own
+    sound = np.isfinite(quadratic.members).all(axis=0) & np.isfinite(quadratic.largest)
+    sound &= np.all([np.isfinite(each).all(axis=0) for each in (x, multiplier, inside)], axis=0)
+    if not sound.any():
+        return x, multiplier
+    part, middle = quadratic.at(sound), x.copy()
+    pressed = np.where(multiplier > _BALANCED, multiplier, 0.0)
+    middle[:, sound] = in_the_middle(
+        own, part.stiffness, part.members, x[:, sound], pressed[:, sound] > 0.0, inside[:, sound]
+    )
+    off, before = (
+        np.abs(quadratic.left(at) - by[own] * at).max(axis=0) for at, by in ((middle, pressed), (x, multiplier))
+    )
+    taken = (middle != x).any(axis=0) & (off <= np.maximum(before, _BALANCED + 16.0 * _ROUNDING * quadratic.largest))
+    return np.where(taken, middle, x), np.where(taken, pressed, multiplier)
 
 
 def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float) -> tuple[Array, Array]:

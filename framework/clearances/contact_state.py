@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from ..batch import Array
 from .ball_qp import minimise_in_balls
 from .contact import CLOSED, FREE, OPEN, UNRESOLVED
+from .middle import free_motions
 
 # A force below this share of the largest load or joint force is the rounding of none.
 UNLOADED = 1e-12
-# A stiffness against offsets below this share of the members' lets a journal move freely.
-_SOFT = 1e-12
 # A joint's share of a free motion below which it does not take part.
 _STILL = 1e-6
 # Squares between these hold all digits of what was squared.
 _LEAST, _LARGEST = 1e-280, 1e280
+# Largest stiffness for loads of size one, which leaves room for products of it.
+_STIFFEST = 1e280
 # Entries whose matrices are in memory at a time.
 _MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
@@ -168,9 +169,15 @@ class ContactState:
         stiffness = np.broadcast_to(self.stiffness, (len(own), *self.without_clearance.shape))[:, :, part]
         widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, without_clearance))
         scale = (near / widest)[own]
-        with np.errstate(over="ignore"):  # of a load too small to close anything
-            scaled = stiffness * (scale[:, None] * scale * (widest / strongest))
-        x, multiplier = minimise_in_balls(scaled, without_clearance / strongest * scale, own)
+        largest = _or_one(np.abs(stiffness).max(axis=(0, 1)))
+        with np.errstate(over="ignore", under="ignore"):
+            ratio = np.minimum(widest / strongest, _STIFFEST / largest)
+            # a load that closes nothing, and whose share of the stiffness has no number, moves as much less
+            share = strongest * (_STIFFEST / largest) / widest
+        scaled = stiffness * (scale[:, None] * scale * ratio)
+        members = np.broadcast_to(self.members, self.without_clearance.shape)[:, part] * (scale * scale * ratio)
+        x, multiplier = minimise_in_balls(scaled, without_clearance / strongest * scale, own, members)
+        x = np.where((multiplier > 0.0)[own], x, x * np.minimum(share, 1.0))
         offset = near[own] * x
         left = self.components.length(without_clearance - np.einsum("ijn,jn->in", stiffness, offset))
         return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
@@ -181,13 +188,9 @@ class ContactState:
         own, count = self.components.own, len(self.components.own)
         shape = self.found.shape[1:]
         stiffness = np.broadcast_to(self.stiffness, (count, count, *shape))[:, :, some]
-        root = np.sqrt(np.broadcast_to(self.members, (count, *shape))[:, some])
-        root = np.where(root > 0.0, root, 1.0)
-        moving = without_contact[own]
-        matrix = np.where(moving[:, None] & moving, stiffness / (root[:, None] * root), 0.0)
-        matrix[np.arange(count), np.arange(count)] += np.where(moving, 0.0, 1.0)
-        values, vectors = np.linalg.eigh(np.moveaxis(matrix, -1, 0))
-        part = np.where((values <= _SOFT)[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
+        members = np.broadcast_to(self.members, (count, *shape))[:, some]
+        vectors, free = free_motions(stiffness, members, without_contact[own])
+        part = np.where(free[:, None, :], np.abs(vectors), 0.0).max(axis=-1).T
         return (
             np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.components.names))])
             & without_contact

@@ -35,6 +35,11 @@ def working_forces(state: EquilibriumResidual) -> list[Array]:
     state
         The solution in its equations of equilibrium.
     """
+    return [np.asarray(force, dtype=np.float64) for force in shared(state.load_shares, _unshared(state))]
+
+
+def _unshared(state: EquilibriumResidual) -> list[Array]:
+    """The same in one equilibrium, as the tree has it, before redundant components share it."""
     kinematics = state.double
     generalised_forces = [
         np.asarray(generalised_force, dtype=np.float64) for generalised_force in state.generalised_forces
@@ -55,7 +60,7 @@ def working_forces(state: EquilibriumResidual) -> list[Array]:
             ideal = np.isin(np.arange(6), link.edge.ideal)
             generalised_force = np.where(ideal, residual[..., link.child, :], generalised_force)
         out.append(generalised_force)
-    return [np.asarray(force, dtype=np.float64) for force in shared(state.load_shares, out)]
+    return out
 
 
 def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
@@ -105,8 +110,11 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
     passed = _passed_on(kinematics, nodal) if kinematics.dependents else passed
     found = [passed[..., link.child if link.sign else link.second, :] for link in kinematics.links]
     out = list(found)
+    forces = _unshared(state) if state.load_shares else []
     for load_share in state.load_shares:
-        sizes = {number: np.repeat(found[number], 3, axis=-1) for number in load_share.place}
+        # what is shared may be off, and so may the share itself of all that is shared
+        own = load_share.rounding[..., None]
+        sizes = {n: np.repeat(found[n], 3, axis=-1) + own * np.abs(forces[n]) for n in load_share.place}
         for number in load_share.place:
             more = np.asarray(load_share.sizes(number, sizes), np.float64)
             out[number] = found[number] + more.reshape(*more.shape[:-1], 2, 3).max(axis=-1)

@@ -9,13 +9,14 @@ hardly more than the rounding). Rigid links turn with their arm and pass on thei
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
+from ..composed import OfAnother
 from ..errors import FrameError
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
 from ..structure.topology import Group
@@ -176,18 +177,33 @@ def _rotated(group: Group, component: int) -> Change:
 
 def _sizes(group: Group) -> Iterator[tuple[str, Any, Change]]:
     """Sizes of a group's sections by name, and the group with one of them thicker by a share."""
-    element: Any = group.element
+    whole = group.element
+    element: Any = whole.innermost if isinstance(whole, OfAnother) else whole
+    own = {each.name for each in fields(element)} if is_dataclass(element) else set()
     for field, prefix in (("section", ""), ("end", "end.")):
-        section = getattr(element, field, None)
+        section = getattr(element, field, None) if field in own else None
         if section is None or not hasattr(section, "sizes"):
             continue
         for name, size in section.sizes().items():
 
             def change(step: float, field: str = field, name: str = name, section: Any = section) -> Group:
                 thicker = replace(section, **{name: getattr(section, name) * (1.0 + step)})
-                return replace(group, element=replace(element, **{field: thicker}))
+                found = _made_again(element, field, thicker)
+                return replace(group, element=whole.of_innermost(found) if isinstance(whole, OfAnother) else found)
 
             yield prefix + name, size, change
+
+
+def _made_again(element: Any, field: str, section: Any) -> Any:
+    """An element of its own class with another section."""
+    try:
+        return replace(element, **{field: section})
+    except TypeError as error:
+        kind = type(element).__name__
+        raise FrameError(
+            f"sensitivity to sections: {kind} cannot be made with another {field} ({error}): let it take the "
+            f"parameters of a dataclass, its {field} among them, or ask for members, the derivatives by stiffnesses"
+        ) from error
 
 
 def _difference(plan: Plan, group: Group, work: MemberWork, change: Change) -> Array:

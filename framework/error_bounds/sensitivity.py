@@ -71,7 +71,13 @@ class Sensitivity:
 
     @cached_property
     def sections(self) -> dict[str, dict[str, Array]]:
-        """By member that has a section: by each of its sizes, (...), such as ``y``; of a taper's far end ``end.y``."""
+        """By member that has a section: by each of its sizes, (...), such as ``y``; of a taper's far end ``end.y``.
+
+        Raises
+        ------
+        FrameError
+            If a beam of one's own cannot be made with another section.
+        """
         found = by_sizes(self._solution.plan, self._work)
         return {member: {size: self._known(v, 0) for size, v in own.items()} for member, own in found.items()}
 

@@ -189,14 +189,19 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     spread = state.double.sizes(coordinates.astype(np.float64))
     # a rounded position is off by a rotation's share of the distance from the origin
     off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(extent(state.statics), 0)[..., None]
-    could = np.sum(np.abs(moved) * forces, axis=(-1, -2)) + np.sum(off[..., None] * forces[..., :3], axis=(-1, -2))
+    reach = np.abs(moved)
+    reach[..., :3] += off[..., None]
+    could = np.sum(reach * forces, axis=(-1, -2))
     noise = np.sum(spread * (state.loads.error_bound + state.fine * forces), axis=(-1, -2))
-    for springs, found in zip(state.double_springs, state.deformation_sizes, strict=True):
+    for springs, found, borne in zip(state.double_springs, state.deformation_sizes, state.member_forces, strict=True):
         sizes = springs.sizes(spread, coordinates)
         noise = noise + state.fine * np.sum(sizes * springs.stiffness * found, axis=(-1, -2))
-    opened = state.double.displacement_sizes(coordinates, spread)
-    for k, own, size in zip(state.stiffness, opened, state.displacement_sizes, strict=True):
+        could = could + np.sum(springs.sizes(reach, coordinates) * np.abs(borne), axis=(-1, -2))
+    opened, reached = (state.double.displacement_sizes(coordinates, each) for each in (spread, reach))
+    links = zip(state.stiffness, opened, reached, state.displacement_sizes, state.generalised_forces, strict=True)
+    for k, own, far, size, borne in links:
         noise = noise + state.fine * np.sum(own * k * size, axis=-1)
+        could = could + np.sum(far * np.abs(borne), axis=-1)
     return np.asarray(np.any(~(work <= GIVEN * could + COMPUTED * noise), axis=0))
 
 

@@ -106,6 +106,13 @@ class _Geometries:
         found = reduce(np.maximum, lengths, extended(0.0))
         return np.broadcast_to(np.where(found > 0.0, found, self.statics.plan.frame.size), (self.count,))
 
+    def deformation_sizes(self, coordinates: Real, spread: Array) -> Real:
+        """Sizes of the parts of deformations (r, g, e), by those of displacements of nodes (r, g, nodes, 6)."""
+        opened = self.kinematics.displacement_sizes(coordinates, extended(spread))
+        members = [merged(each.sizes(extended(spread), coordinates), -2, -1) for each in self.springs]
+        none = extended(np.zeros((1, 1, len(self.kinematics.idle))))
+        return together([*members, *opened, none])
+
     def displaced(self, motions: Real) -> Real:
         """Displacements of the nodes in motions (r, g, n) of the unknowns, (r, g, nodes, 6)."""
         units = np.broadcast_to(self.units, (len(self.unknowns), self.count, *self.units.shape[2:]))
@@ -244,8 +251,8 @@ def _least_work(loading: _Loading, like: Index, group: _Group, which: Index, mot
     for the values (m, n) of the unknowns."""
     frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine
     none: list[Real | None] = [None] * len(frames.kinematics.links)
-    spread = frames.kinematics.sizes(frames.kinematics.coordinates(frames.unknowns, motions, none))
-    moved = np.abs(frames.displaced(motions)).astype(np.float64)
+    coordinates = frames.kinematics.coordinates(frames.unknowns, motions, none)
+    spread, moved = frames.kinematics.sizes(coordinates), np.abs(frames.displaced(motions)).astype(np.float64)
     # a rounded position is off by a rotation's share of the distance from the origin
     off = np.max(moved[..., 3:], axis=-1) * frames.extent[:, None]
     moved[..., :3] += off[..., None]
@@ -257,6 +264,9 @@ def _least_work(loading: _Loading, like: Index, group: _Group, which: Index, mot
     size = np.abs(group.k[which]) * (size + _some(loading.sizes, like).astype(np.float64))
     sizes = np.einsum("rgn,nge->rge", np.abs(motions).astype(np.float64), frames.sizes)
     noise = noise + fine * np.sum(sizes[:, own] * size, axis=-1)
+    borne = np.abs(group.k[which] * (_forth(frames.columns[own], values) + _some(loading.deformations, like)))
+    deformed = frames.deformation_sizes(coordinates, moved).astype(np.float64)
+    could = could + np.einsum("rme,me->rm", deformed[:, own], borne.astype(np.float64))
     least: Array = GIVEN * could + COMPUTED * noise
     return least
 

@@ -143,7 +143,11 @@ class Primary:
         if isinstance(self.solver, SparseSolver):
             if self.solver.unsupported_motions(self.solver.excited).size or not self.singular.any():
                 return None
-            found = ResolvedLarge(self.plan, self.solver)
+            found = (
+                Resolved(self.plan, self.singular, self.solver.unknown[self.solver.excited].tolist())
+                if len(self.plan.unknowns) <= MOST
+                else ResolvedLarge(self.plan, self.solver)
+            )
         else:
             suspects = self.solver.suspects() & ~(self.lost | self._plain[0])
             if not suspects.any():
@@ -211,9 +215,13 @@ class Primary:
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
         count = len(self.plan.topology.number)
-        if isinstance(self.solver, SparseSolver) and self.consistent_mechanisms is None:
-            better = self.resolved
-            unknowns = better.whole(self.solver) if isinstance(better, ResolvedLarge) else self.solver.unknowns
+        better = self.resolved
+        if (
+            isinstance(self.solver, SparseSolver)
+            and self.consistent_mechanisms is None
+            and (better is None or isinstance(better, ResolvedLarge))
+        ):
+            unknowns = self.solver.unknowns if better is None else better.whole(self.solver)
             return self.solver.nodal(unknowns).reshape(*self.shape, count, 6)
         rows = [self.plan.tree.row(node, k) for node in range(count) for k in range(6)]
         return self.stacked(rows).reshape(*self.shape, count, 6)
