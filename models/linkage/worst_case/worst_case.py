@@ -270,11 +270,12 @@ class WorstCase:
         """
         tangent = unit_or_nan(self._path())
         region = self.position
-        if region.dimension > 2:
+        plane = region if region.dimension == 2 else region.with_segments(tangent)
+        if plane.dimension > 2:
             seed = np.eye(3)[np.argmin(np.abs(np.nan_to_num(tangent)), axis=-1)]
             first = unit_or_nan(np.cross(tangent, seed))
         else:
-            first = unit_or_nan(np.cross(region.normal, tangent))
+            first = unit_or_nan(np.cross(plane.normal, tangent))
         angles = 2.0 * np.pi * np.arange(count)[:, None] / count
         n = np.cos(angles) * first[..., None, :] + np.sin(angles) * np.cross(tangent, first)[..., None, :]
         motion, point, link = self.sensitivity.motion, self.sensitivity.point, self.sensitivity.link
