@@ -75,9 +75,9 @@ def kept_closed(columns: Array, stress: Array) -> Array:
     stress
         What the deviations must not do, (..., s, n).
     """
-    good = np.isfinite(columns).all(axis=(-1, -2)) & np.isfinite(stress).all(axis=(-1, -2))
+    good = np.isfinite(np.sum(columns, axis=(-1, -2), keepdims=True) + np.sum(stress, axis=(-1, -2), keepdims=True))
     unit = np.linalg.norm(stress, axis=(-1, -2), keepdims=True)
-    rows = np.where(good[..., None, None] & (unit > 0.0), stress / np.where(unit > 0.0, unit, 1.0), 0.0)
+    rows = np.where(good & (unit > 0.0), stress / np.where(unit > 0.0, unit, 1.0), 0.0)
     return np.asarray(columns - columns @ np.linalg.pinv(rows, rcond=SAME) @ rows)
 
 
