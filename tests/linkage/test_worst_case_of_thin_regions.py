@@ -105,3 +105,17 @@ def test_three_cranks_have_an_area_and_a_boundary() -> None:
     off = (worst.boundary() - motion.position("B")[:, None]) @ n.T
     assert np.all(off <= worst.support(n[:, None])[:, 0] * (1.0 + 1e-5))
     assert worst.area[0] > 0.0
+
+
+def test_shares_of_tolerances_that_are_wider_to_one_side() -> None:
+    """A drive that only lags and a crank that is only longer: shares add up to the worst case, to either side."""
+    motion = arm().move(A=[0.0, 1.0])
+    given = {"clearances": {"A": 1e-5}, "lengths": {"arm": (0.0, 2e-4)}, "drives": {"A": (-5e-4, 1e-4)}}
+    worst = motion.worst_case("P", **given)
+    for n in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.3)):
+        assert_allclose(worst.contributors(n).reach.sum(axis=-1), worst.support(n), rtol=1e-12)
+    table = worst.contributors((1.0, 0.0))
+    assert_allclose(table.reach[0], [1e-5, 2e-4, 0.0], atol=1e-18)
+    assert_allclose(worst.contributors().reach.sum(axis=-1), worst.greatest, rtol=1e-9)
+    fitted = motion.allocate("P", 1e-3, diameters={"A": 0.01}, lengths={"arm": (0.0, 2e-4)})
+    assert_allclose(fitted.shares()["length arm"], 2e-4 / fitted.greatest.max(), rtol=1e-9)

@@ -204,7 +204,13 @@ class WorstCase:
         n = np.nan_to_num(self.direction, nan=1.0) if direction is None else unit(direction)
         where = np.isfinite(self.greatest)[..., None]
         region = self.position
-        each = np.where(where, region.contributions(n), np.nan)
+        reach = region.contributions(n)
+        for limit in self.limits:
+            if limit.middle.any():  # an interval that is wider to one side reaches as much farther there
+                along = np.sum(limit.by[..., :3, 0] * n, axis=-1) * limit.middle
+                own = [name == limit.name for name in region.contributors]
+                reach = reach + along[..., None] * np.array(own, dtype=np.float64)
+        each = np.where(where, reach, np.nan)
         return Contributors(region.contributors, each, np.where(where, region.variances(n), np.nan))
 
     def finite(self, direction: ArrayLike | None = None) -> FiniteWorstCase:
