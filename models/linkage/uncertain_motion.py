@@ -276,7 +276,7 @@ class UncertainMotion(LoadedMotion):
         **options
             Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...;
             ``gradient=None`` takes differences of solutions, ``gradient="adjoint"`` exact derivatives also under load,
-            of one solution for each point of the search however many the inputs. From fifty inputs on it does so by
+            of one solution for each point of the search however many the inputs. From a hundred inputs on it does so by
             itself; with fewer, differences take less time. Adjoints know the displacement without clearances, springs
             and loads that turn with links, by all numbers but axes of joints, Poisson's ratio, gravity and density.
 

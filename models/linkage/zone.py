@@ -33,7 +33,7 @@ STARTS = 5
 STEP = 0.01
 # The name of derivatives by adjoints, and inputs from which on they take less time than differences of solutions under
 # load: a solution more in a batch takes a hundredth of what the adjoints and what is made of them do.
-ADJOINT, MANY = "adjoint", 50
+ADJOINT, MANY = "adjoint", 100
 
 
 class Movable(DescribedNumbers, Protocol):
