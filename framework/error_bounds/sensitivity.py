@@ -8,8 +8,8 @@ on an edge by the force there under the unit force (Choi & Kim, *Structural Sens
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -165,6 +165,35 @@ class Sensitivity:
 
 
 NAMED = ("loads", "joints", "offsets", "supports", "members")
+
+
+def weighed_sum(found: Sequence[Sensitivity], weights: Array) -> Sensitivity:
+    """Derivatives of a weighted sum of results of one kind and solution, at the cost of one of them.
+
+    Parameters
+    ----------
+    found
+        Those of the k results.
+    weights
+        Weights (..., k).
+    """
+
+    def summed(parts: Sequence[Array]) -> Array:
+        axes = parts[0].ndim - weights.ndim + 1
+        rows = (np.reshape(weights[..., k], (*weights.shape[:-1], *(1,) * axes)) for k in range(len(parts)))
+        return np.asarray(sum(row * part for row, part in zip(rows, parts, strict=True)))
+
+    def by_name(parts: Sequence[Mapping[Any, Array]]) -> dict[Any, Array]:
+        return {name: summed([each[name] for each in parts]) for name in parts[0]}
+
+    works = [each._work for each in found]
+    work = replace(
+        works[0],
+        adjoint=summed([each.adjoint for each in works]),
+        adjoint_forces=by_name([each.adjoint_forces for each in works]),
+    )
+    named = {kind: by_name([getattr(each, kind) for each in found]) for kind in NAMED}
+    return Sensitivity(**named, _solution=found[0]._solution, _work=work, _kind=found[0]._kind)
 
 
 def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Sensitivity:

@@ -112,18 +112,40 @@ class LimitState:
         for name, samples in around.items():
             table = samples.reshape(len(scores), -1)
             change = (table[:, 1 : self.size + 1] - table[:, self.size + 1 :]) / (2.0 * STEP)
-            slopes += np.nan_to_num(np.asarray(by_input[name], dtype=np.float64))[..., None] * change
+            slopes += np.nan_to_num(by_input[name])[..., None] * change
         return values, slopes
 
     def _with_gradient(self, gradient: Function, scores: Array, pose: Index) -> tuple[Array, Mapping[str, Array]]:
         """Values (n,) and derivatives by the inputs, in one call where the gradient tells both."""
         found = gradient(*self._arguments(self.inputs.at_scores(scores), pose))
-        if not isinstance(found, tuple):
-            return self.values(scores, pose), found
+        pair = isinstance(found, tuple) and len(found) == 2
+        by_input = self._checked(found[1] if pair else found, len(scores))
+        if not pair:
+            return self.values(scores, pose), by_input
         self.batches += 1
         self.evaluations += len(scores)
-        values, by_input = found
+        values = np.asarray(found[0], dtype=np.float64)
+        if values.shape != (len(scores),):
+            raise FrameError(
+                f"the gradient returned values of shape {values.shape} for {len(scores)} samples: one each"
+            )
         return np.where(np.isnan(values), -np.inf, values), by_input
+
+    def _checked(self, by_input: object, count: int) -> dict[str, Array]:
+        """Derivatives (m,) by name, of every input."""
+        if not isinstance(by_input, Mapping):
+            raise FrameError(
+                f"the gradient returned {type(by_input).__name__}: return derivatives by the names of the inputs, or a "
+                "pair of the values and these"
+            )
+        missing = [name for name in self.inputs.names if name not in by_input]
+        if missing:
+            raise FrameError(f"the gradient has no derivative by {missing[0]!r}: give one for each input")
+        out = {name: np.asarray(by_input[name], dtype=np.float64) for name in self.inputs.names}
+        for name, slope in out.items():
+            if slope.shape not in ((), (count,)):
+                raise FrameError(f"the derivative by {name!r} has shape {slope.shape} for {count} samples: one each")
+        return {name: np.broadcast_to(slope, (count,)) for name, slope in out.items()}
 
     def _called(self, scores: Array, pose: Index) -> Array:
         found = np.asarray(self.function(*self._arguments(self.inputs.at_scores(scores), pose)), dtype=np.float64)

@@ -255,6 +255,8 @@ def reliability(
     if not joint.names:
         raise FrameError("reliability was given no distributions: nothing is uncertain")
     check_called(limit, joint.names, count is not None)
+    if gradient is not None and not callable(gradient):
+        raise FrameError(f"gradient is {gradient!r}: give a function that is called like limit, or leave it out")
     state = LimitState(limit, joint, gradient, count)
     run = LimitStateProblems(state, anywhere and count is not None, root_seed(rng))
     most = (

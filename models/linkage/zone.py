@@ -6,28 +6,35 @@ import inspect
 import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
+from ...framework.error_bounds.sensitivity import weighed_sum
 from ...framework.errors import FrameError, MechanismWarning
 from ..distributions import Distribution, Uncertain, distributions_of
 from ..failure.reliability import Reliability, reliability
 from ..quantiles import at_scores
-from .derivatives.built import DescribedNumbers, along_inputs
+from .derivatives.built import DescribedBeside, DescribedNumbers, along_inputs
+from .derivatives.displacement_sensitivity import check
+from .derivatives.loaded_place import LoadedPlace
 from .derivatives.position_sensitivity import position_sensitivity
 from .graphics.reaction_plots import over_first_drive
 from .poses.coordinates import coordinate_of
 from .poses.kinematics import Kinematics
-from .statics.accuracy import accuracy
+from .statics.accuracy import accuracy, nodes_of_links
 from .statics.frame import FramedPoses
 
 # Points from which likely failures are sought: the middle of the zone has no slope, and the zone is left on all sides.
 STARTS = 5
 # Differences of the description, by which it depends on the inputs, are taken over this share of their deviation.
 STEP = 0.01
+# The name of derivatives by adjoints, and inputs from which on they take less time than differences of solutions under
+# load: a solution more in a batch takes a hundredth of what the adjoints and what is made of them do.
+ADJOINT, MANY = "adjoint", 100
 
 
 class Movable(DescribedNumbers, Protocol):
@@ -76,6 +83,8 @@ def reliability_of(
     check_zone(motion, point, limit, compliance)
     margin = _Margin(motion, point, float(limit), build, distributions, compliance)
     own = {"starts": STARTS, "gradient": margin.gradient, **options}
+    if own["gradient"] == ADJOINT:
+        own["gradient"] = margin.by_adjoint()
     found = reliability(margin, distributions, poses=motion.shape[0] if motion.shape else None, **own)
     if not motion.shape:
         return found
@@ -111,6 +120,41 @@ def loaded_position(motion: FramedPoses, point: str) -> Array:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", MechanismWarning)  # NaN tells it
         return np.asarray(found.rigid + found.total[..., :3])
+
+
+def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: DescribedBeside) -> dict[str, Array] | None:
+    """Derivatives (m,) of a weighted sum of the components of `loaded_position`, by each input.
+
+    They are None where adjoints do not offer them: beside clearances and springs, and where axes of joints, Poisson's
+    ratio, gravity or masses under it depend on an input.
+
+    Parameters
+    ----------
+    motion
+        The linkage of the inputs, (m,).
+    point
+        Name of the point.
+    weight
+        Weights of the components, (m, 3).
+    beside
+        The linkage described anew of inputs beside.
+    """
+    linkage, bare = motion.linkage, motion.bare
+    if any(pair.clearance is not None and np.any(pair.clearance) for pair in linkage.joints.values()):
+        return None
+    members = {name: [member for member, *_ in pieces] for name, pieces in bare.pieces.items()}
+    if any(len(members.get(name, ())) != len(link.beams) for name, link in linkage.links.items()):
+        return None
+    try:
+        check(linkage)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MechanismWarning)  # NaN tells it
+            found = accuracy(motion, point, None, {}, inertia=False)
+            each = [found.closed.sensitivity(found.point, component) for component in ("ux", "uy", "uz")]
+            along = weighed_sum(each, weight)
+            return LoadedPlace(motion, point, weight, along, members, nodes_of_links(motion)).along_inputs(beside)
+    except FrameError:  # it has a part by which a displacement has no derivatives
+        return None
 
 
 def share_left(
@@ -154,7 +198,8 @@ class _Margin:
         self.point, self.limit, self.build = point, limit, build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
-        self.reach = {name: _reach(distribution) for name, distribution in distributions_of(distributions).items()}
+        self.distributions = distributions_of(distributions)
+        self.reach = {name: _reach(distribution) for name, distribution in self.distributions.items()}
         check_build(build, self.reach)
 
     def __call__(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
@@ -162,22 +207,65 @@ class _Margin:
 
     @property
     def gradient(self) -> Callable[..., tuple[Array, dict[str, Array]]] | None:
-        """`with_gradient`, which knows the rigid position alone; None where differences are taken."""
-        return None if self.compliance else self.with_gradient
+        """`with_gradient`; None where differences of solutions take less time, or adjoints do not offer all of it."""
+        if self.compliance and (len(self.reach) < MANY or not self._offered):
+            return None
+        return self.with_gradient
+
+    def by_adjoint(self) -> Callable[..., tuple[Array, dict[str, Array]]]:
+        """`with_gradient`, refused where adjoints do not offer all of it."""
+        if self.compliance and not self._offered:
+            raise FrameError(
+                f"gradient={ADJOINT!r}: the displacement of {self.point!r} has no adjoint derivatives by all inputs: "
+                "so it is with clearances, springs, loads that turn with links, or axes of joints, Poisson's ratio or "
+                "gravity that vary: leave gradient out, so that differences of solutions are taken"
+            )
+        return self.with_gradient
+
+    @cached_property
+    def _offered(self) -> bool:
+        """Whether adjoints tell the derivatives at the medians of the inputs."""
+        median = {name: np.atleast_1d(at_scores(each, np.zeros(1))) for name, each in self.distributions.items()}
+        pose = np.zeros(1, dtype=np.int64) if self.nominal.ndim > 1 else None
+        return self._linearised(median, pose)[1] is not None
 
     def with_gradient(
         self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None
     ) -> tuple[Array, dict[str, Array]]:
         """What is left, and its derivatives by the inputs: one linkage moved for each sample, however many inputs."""
-        motion = self._moved(samples, pose)
+        left, slopes = self._linearised(samples, pose)
+        return left, self._differences(samples, pose) if slopes is None else slopes
+
+    def _linearised(
+        self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None
+    ) -> tuple[Array, dict[str, Array] | None]:
+        """What is left, and its derivatives where adjoints offer them."""
+        motion, ends = self._moved(samples, pose), self._ends(samples)
         off = self._off(motion, pose)
-        by = position_sensitivity(motion, self.point)
         weight = np.broadcast_to(-2.0 * off / self.limit, (len(next(iter(samples.values()))), 3))
-        return self._margin(off), along_inputs(by, weight, self.build, samples, self._ends(samples))
+        if not self.compliance:
+            by = position_sensitivity(motion, self.point)
+            return self._margin(off), along_inputs(by, weight, self.build, samples, ends)
+        return self._margin(off), loaded_slopes(
+            motion, self.point, weight, DescribedBeside.of(self.build, samples, ends)
+        )
+
+    def _differences(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> dict[str, Array]:
+        """Derivatives by the inputs from differences of solutions."""
+        out = {}
+        for name, (lower, upper) in self._ends(samples).items():
+            below, above = (self({**samples, name: end}, pose) for end in (lower, upper))
+            out[name] = (above - below) / np.where(upper > lower, upper - lower, 1.0)
+        return out
 
     def _moved(self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None) -> FramedPoses:
         at = () if pose is None else pose
-        return built(self.build, samples).move({name: values[at] for name, values in self.drives.items()})
+        drives = {name: values[at] for name, values in self.drives.items()}
+        if self.compliance and pose is None:
+            # A pose for each sample, also where nothing that varies moves the linkage.
+            count = len(next(iter(samples.values())))
+            drives = {name: np.broadcast_to(values, (count, *values.shape)) for name, values in drives.items()}
+        return built(self.build, samples).move(drives)
 
     def _off(self, motion: FramedPoses, pose: NDArray[np.int64] | None) -> Array:
         place = loaded_position(motion, self.point) if self.compliance else motion.position(self.point)

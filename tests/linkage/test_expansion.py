@@ -136,7 +136,7 @@ def test_parts_apart_and_together(found: Any) -> None:
     assert set(parts["thermal"].worst_case["P"].position.contributors) == {"temperature.crank", "temperature.coupler"}
     along = found.worst_case["P"].direction
     supports = [part.worst_case["P"].support(along) for kind, part in parts.items() if kind != "together"]
-    assert_allclose(np.sum(supports, axis=0), found.worst_case["P"].support(along), rtol=1e-9)
+    assert_allclose(np.sum(supports, axis=0), found.worst_case["P"].support(along), rtol=1e-5)
     assert all(each.shape == (1, 3) for each in parts.probability(1e-4).values())
     text = repr(parts)
     assert all(kind in text for kind in parts)

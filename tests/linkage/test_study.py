@@ -206,3 +206,18 @@ def test_what_cannot_be_studied_is_refused() -> None:
         arm().study({"points.B.x": 1e-4}, [], n=8)
     with pytest.raises(FrameError, match="radius of the zone"):
         study_of({"joints.A.clearance": "± 5 %"}).probability(0.0)
+
+
+def test_a_clearance_counts_once_beside_the_load_that_turns_its_contact() -> None:
+    """A stiff arm whose pin lies where the load presses it: in any direction it lies within its clearance."""
+    linkage = Linkage(A=(0, 0), P=(0.2, 0))
+    linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.05, z=0.05), Material(E=200e9, nu=0.3)))
+    linkage.revolute("A", "ground", "arm", drive=True, stiffness=(*[1e12] * 5, np.inf), clearance=1e-4)
+    linkage.load("P", fx=1.0, fy=100.0)
+    found = linkage.study({"loads.0.fx": 50.0}, "P", {"A": [0.0]}, n=256, rng=0, progress=False)
+    assert_allclose(found.greatest, 1e-4, rtol=2e-3)
+    assert found.contributors["P"].ranked[0] == "joint A"
+    off = np.linalg.norm(found.propagation.samples - found.compliance, axis=-1)
+    assert off.max() < float(found.greatest[0, 0]) * (1.0 + 1e-9)
+    # The load by itself turns the contact, which is where it is at nominal clearance.
+    assert_allclose(found.parts["load"].greatest, 5e-5, rtol=2e-3)

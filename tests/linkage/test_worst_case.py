@@ -199,8 +199,7 @@ def test_contributors() -> None:
     }
     assert_allclose(table.worst.sum(axis=-1), 100.0)
     assert_allclose(table.of_variance.sum(axis=-1), 100.0)
-    centre = np.sum(worst.direction * worst.position.centre, axis=-1)
-    assert_allclose(table.reach.sum(axis=-1) + centre, worst.greatest, rtol=1e-9)
+    assert_allclose(table.reach.sum(axis=-1), worst.greatest, rtol=1e-9)
     assert table.ranked[0] == table.names[int(np.argmax(table.reach[np.argmax(table.reach.sum(axis=-1))]))]
     text = repr(worst).splitlines()
     assert len(text) == 9

@@ -7,13 +7,14 @@ beside, which closes no loop and solves nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from ....framework.batch import Array
-from ..description.parts import LinkageLink, Pair
+from ..description.parts import LinkageLink, Load, Pair
 from .position_sensitivity import PositionSensitivity
 
 
@@ -36,8 +37,73 @@ class DescribedNumbers(Protocol):
     def drives(self) -> Mapping[str, tuple[str, ...]]:
         """Driven components by joint."""
 
+    @property
+    def loads(self) -> Sequence[Load]:
+        """Forces and moments on links."""
+
+    @property
+    def weight(self) -> Array:
+        """Acceleration of gravity, (..., 3)."""
+
 
 Describe = Callable[..., DescribedNumbers]
+
+
+@dataclass(frozen=True, eq=False)
+class DescribedBeside:
+    """A linkage described anew of inputs a little to either side of some, and what that changes in its numbers.
+
+    Attributes
+    ----------
+    description
+        The linkage, of all inputs one after the other, each below and above, at all samples: (k 2 m,).
+    names
+        Of the k inputs.
+    widths
+        What lies between the lower and the upper value of each, (k, m).
+    """
+
+    description: DescribedNumbers
+    names: tuple[str, ...]
+    widths: Array
+
+    @classmethod
+    def of(
+        cls, describe: Describe, inputs: Mapping[str, Array], ends: Mapping[str, tuple[Array, Array]]
+    ) -> DescribedBeside:
+        """Of inputs by name, (m,) each, and their lower and upper values, (m,) each; see `along_inputs`."""
+        names = tuple(inputs)
+        widths = np.stack([ends[name][1] - ends[name][0] for name in names])
+        count = widths.shape[1]
+        rows = {name: np.tile(values, 2 * len(names)) for name, values in inputs.items()}
+        for k, name in enumerate(names):
+            for side in (0, 1):
+                start = (2 * k + side) * count
+                rows[name][start : start + count] = ends[name][side]
+        return cls(describe(**rows), names, widths)
+
+    @property
+    def rows(self) -> int:
+        """How often the linkage is described."""
+        return 2 * self.widths.size
+
+    def sides(self, value: Array, trailing: int) -> tuple[Array, Array]:
+        """A number of the description with so many trailing axes, below and above each input, (k, m, ...)."""
+        spread = np.broadcast_to(value, (self.rows, *value.shape[value.ndim - trailing :]))
+        count, samples = self.widths.shape
+        both = spread.reshape(count, 2, samples, *spread.shape[1:])
+        return both[:, 0], both[:, 1]
+
+    def changed(self, value: Array, trailing: int, slope: Array) -> Array:
+        """By how much a sum changes (k, m), of which a number has the derivatives (m, ...)."""
+        below, above = self.sides(value, trailing)
+        # What is infinite on either side is as it was.
+        change = np.subtract(above, below, out=np.zeros(above.shape), where=above != below)
+        return np.asarray(np.sum(change.reshape(*self.widths.shape, -1) * slope.reshape(len(slope), -1), axis=-1))
+
+    def by_name(self, change: Array) -> dict[str, Array]:
+        """Derivatives (m,) by each input, from changes (k, m)."""
+        return dict(zip(self.names, change / np.where(self.widths > 0.0, self.widths, 1.0), strict=True))
 
 
 def along_inputs(
@@ -62,43 +128,40 @@ def along_inputs(
     ends
         By name the lower and the upper value, (m,) each, between which differences of the description are taken.
     """
-    names, count = list(inputs), len(weight)
-    rows = {name: np.tile(values, 2 * len(names)) for name, values in inputs.items()}
-    for k, name in enumerate(names):
-        for side in (0, 1):
-            start = (2 * k + side) * count
-            rows[name][start : start + count] = ends[name][side]
-    described = describe(**rows)
-    shape = (len(names), 2, count)
-    total = np.zeros((len(names), count))
-    for at, trailing, slope in _numbers(by, described, weight):
-        spread = np.broadcast_to(at, (2 * len(names) * count, *at.shape[at.ndim - trailing :]))
-        change = np.diff(spread.reshape(*shape, *spread.shape[1:]), axis=1)[:, 0]
-        total += np.sum(change.reshape(*total.shape, -1) * slope.reshape(count, -1), axis=-1)
-    for joint, pair in described.joints.items():
-        axes = np.broadcast_to(pair.axes, (2 * len(names) * count, 3, 3)).reshape(*shape, 3, 3)
-        total += np.sum(_turned(axes[:, 0], axes[:, 1]) * _by_axes(by, joint, weight), axis=-1)
-    width = np.stack([ends[name][1] - ends[name][0] for name in names])
-    return dict(zip(names, total / np.where(width > 0.0, width, 1.0), strict=True))
+    beside = DescribedBeside.of(describe, inputs, ends)
+    return beside.by_name(moved_by_numbers(by, weight, beside) + _moved_by_axes(by, weight, beside))
+
+
+def moved_by_numbers(by: PositionSensitivity, weight: Array, beside: DescribedBeside) -> Array:
+    """What points, lengths, pitches and references change in a weighted sum of the components, (k, m)."""
+    found = [beside.changed(*each) for each in _numbers(by, beside.description, weight)]
+    return np.asarray(np.sum(found, axis=0))
+
+
+def _moved_by_axes(by: PositionSensitivity, weight: Array, beside: DescribedBeside) -> Array:
+    """What the axes of joints change in a weighted sum of the components of a position, (k, m)."""
+    joints = beside.description.joints
+    found = [np.sum(_turned(*beside.sides(joints[name].axes, 2)) * _by_axes(by, name, weight), -1) for name in joints]
+    return np.asarray(np.sum(found, axis=0))
 
 
 def _numbers(by: PositionSensitivity, described: DescribedNumbers, weight: Array) -> list[tuple[Array, int, Array]]:
     """What the description says of points, lengths, pitches and references, its trailing axes, and the slopes by it."""
-    found = [(value, 1, _weighed(by.points[point], weight)) for point, value in described.points.items()]
+    found = [(value, 1, weighed(by.points[point], weight)) for point, value in described.points.items()]
     for name, link in described.links.items():
         if link.length is not None:
-            found.append((link.length, 0, _weighed(by.lengths[name][..., None], weight)))
+            found.append((link.length, 0, weighed(by.lengths[name][..., None], weight)))
     for name, pair in described.joints.items():
         if pair.pitch is not None:
-            found.append((pair.pitch, 0, _weighed(by.pitches[name][..., None], weight)))
+            found.append((pair.pitch, 0, weighed(by.pitches[name][..., None], weight)))
         if name in described.drives:
             # A drive has gone from its reference to its value.
             own = [pair.kind.coordinates.index(component) for component in described.drives[name]]
-            found.append((pair.reference[..., own], 1, -_weighed(by.drives[name], weight)))
+            found.append((pair.reference[..., own], 1, -weighed(by.drives[name], weight)))
     return found
 
 
-def _weighed(derivative: Array, weight: Array) -> Array:
+def weighed(derivative: Array, weight: Array) -> Array:
     """Derivatives (m, n) of the weighted sum, from those of all components, (m, 6, n)."""
     return np.asarray(np.einsum("mi,min->mn", weight, derivative[..., :3, :]))
 
@@ -106,7 +169,7 @@ def _weighed(derivative: Array, weight: Array) -> Array:
 def _by_axes(by: PositionSensitivity, joint: str, weight: Array) -> Array:
     """Derivatives (m, 3) by a rotation of the axes of a joint on both of its links."""
     pair = by.linkage.joint(joint)
-    return _weighed(by.axes[pair.first, joint] + by.axes[pair.second, joint], weight)
+    return weighed(by.axes[pair.first, joint] + by.axes[pair.second, joint], weight)
 
 
 def _turned(before: Array, after: Array) -> Array:

@@ -97,6 +97,23 @@ def displacement_sensitivity(
     """
     check(motion.linkage)
     found = {component: solution.sensitivity(node, component) for component in components}
+    return through_loops(motion, nodes, found)
+
+
+def through_loops(
+    motion: ClassifiedPoses, nodes: Mapping[Place, str], found: Mapping[str, Sensitivity]
+) -> DisplacementSensitivity:
+    """Derivatives of results by name from those of the frame: what turns its links, the loop closure passes on.
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    nodes
+        Names of the frame's nodes by link and point.
+    found
+        Derivatives of each result by what the frame is made of.
+    """
     moments: dict[str, Array] = {}
     for link in motion.linkage.links:
         rows = [each.bodies[link] + _by_joint_axes(motion, link, each) for each in found.values()]
@@ -117,7 +134,7 @@ def displacement_sensitivity(
         for place, name in nodes.items()
         if place[0] != GROUND
     }
-    return DisplacementSensitivity(motion, "", "", joints, tuple(components), found, by_node)
+    return DisplacementSensitivity(motion, "", "", joints, tuple(found), dict(found), by_node)
 
 
 def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Array:

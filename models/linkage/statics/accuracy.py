@@ -159,11 +159,8 @@ class PointAccuracy:
         """
         if self.inertia:
             raise FrameError("sensitivity of a displacement: inertia forces change with the pose: leave them out")
-        motion, nodes = self.motion, self.motion.bare.nodes
-        named = {
-            (name, point): nodes.of(name, point) for name, link in motion.linkage.links.items() for point in link.points
-        }
-        return displacement_sensitivity(motion, self._closed, named, self.point, components or ("ux", "uy", "uz"))
+        named = nodes_of_links(self.motion)
+        return displacement_sensitivity(self.motion, self._closed, named, self.point, components or ("ux", "uy", "uz"))
 
     @cached_property
     def _open(self) -> Solution:
@@ -205,6 +202,12 @@ def accuracy(
 def node_of(motion: FramedPoses, point: str, link: str | None) -> str:
     """Node of a point on a link; on the first that has it where None."""
     return motion.bare.nodes.of(*motion.linkage.end(point if link is None else (link, point), "the frame"))
+
+
+def nodes_of_links(motion: FramedPoses) -> dict[tuple[str, str], str]:
+    """Nodes of the frame by link and point."""
+    nodes, links = motion.bare.nodes, motion.linkage.links
+    return {(name, point): nodes.of(name, point) for name, link in links.items() for point in link.points}
 
 
 def compliance_matrix(motion: FramedPoses, point: str, link: str | None) -> Array:

@@ -30,7 +30,8 @@ def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: boo
     """By point the worst case of clearances, at their upper limits, where they count, and of all other tolerances."""
     upper_limits = dict(_clearances(sampled.tolerances))
     others = _others(sampled.tolerances)
-    slopes = _slopes(sampled, others)
+    # Where clearances may lie in any direction, that in which they lie at nominal numbers is among them.
+    slopes = _slopes(sampled, others, clearance=not clearances)
     found = {}
     for index, point in enumerate(sampled.points):
         by = position_sensitivity(motion, point, None)
@@ -111,8 +112,11 @@ def _others(tolerances: Mapping[str, Tolerance]) -> dict[str, Tolerance]:
     return found
 
 
-def _slopes(sampled: SampledDisplacement, tolerances: Mapping[str, Tolerance]) -> dict[str, Array]:
-    """By tolerance the derivative of the displacement by its draw, (points, poses, 3), all of them in one batch."""
+def _slopes(sampled: SampledDisplacement, tolerances: Mapping[str, Tolerance], *, clearance: bool) -> dict[str, Array]:
+    """By tolerance the derivative of the displacement by its draw, (points, poses, 3), all of them in one batch.
+
+    With `clearance`, that of the contact in the clearances, which the tolerance may move, is in it.
+    """
     if not tolerances:
         return {}
     count, draws, steps = 2 * len(tolerances), {}, {}
@@ -122,7 +126,7 @@ def _slopes(sampled: SampledDisplacement, tolerances: Mapping[str, Tolerance]) -
         draws[name] = np.full(count, nominal_draw(each))
         draws[name][2 * k] += steps[name]
         draws[name][2 * k + 1] -= steps[name]
-    moved, _ = replace(sampled, tolerances=tolerances)(**draws)
+    moved, _ = replace(sampled, tolerances=tolerances).moved(draws, clearance=clearance)
     return {
         name: (moved[:, :, 2 * k] - moved[:, :, 2 * k + 1]) / (draws[name][2 * k] - draws[name][2 * k + 1])
         for k, name in enumerate(tolerances)

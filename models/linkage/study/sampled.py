@@ -92,11 +92,16 @@ class SampledDisplacement:
 
     def __call__(self, **draws: Array) -> tuple[Array, NDArray[np.str_]]:
         """Displacement from the nominal rigid position, (points, poses, n, 3), and status, (points, poses, n)."""
+        return self.moved(draws)
+
+    def moved(self, draws: Mapping[str, Array], *, clearance: bool = True) -> tuple[Array, NDArray[np.str_]]:
+        """The same of draws by name, (n,) each; without `clearance`, by compliance and dimensions alone."""
         n = len(next(iter(draws.values())))
         shape = (len(self.points), self.nominal.shape[1], n)
         moved, status = np.empty((*shape, 3)), []
         for cut in one_by_one(cuts(shape[1], n)):
-            places, reasons = self._places({name: values[cut] for name, values in draws.items()}, cut.stop - cut.start)
+            own = {name: values[cut] for name, values in draws.items()}
+            places, reasons = self._places(own, cut.stop - cut.start, clearance)
             moved[:, :, cut] = places - self.nominal
             for name, slope in self.heat.items():
                 if name in draws:
@@ -108,12 +113,16 @@ class SampledDisplacement:
         """Motion with samples of the uncertain numbers, (n,) each: (poses, n)."""
         return self.poses.move(varied(self.source, self.tolerances, draws, LinkageDescription), column=True)
 
-    def _places(self, draws: Mapping[str, Array], n: int) -> tuple[Array, NDArray[np.str_]]:
+    def _places(self, draws: Mapping[str, Array], n: int, clearance: bool) -> tuple[Array, NDArray[np.str_]]:
         shape = (self.nominal.shape[1], n)
         with warnings.catch_warnings(), self.source.at("tolerances"):
             warnings.simplefilter("ignore", MechanismWarning)
             motion = self.motion(draws)
             each = [motion.accuracy(point, inertia=self.inertia) for point in self.points]
-            places = [np.broadcast_to(found.rigid + found.total[..., :3], (*shape, 3)) for found in each]
+            displaced = [found.total if clearance else found.compliance for found in each]
+            places = [
+                np.broadcast_to(found.rigid + own[..., :3], (*shape, 3))
+                for found, own in zip(each, displaced, strict=True)
+            ]
             status = np.where(motion.status == "regular", each[0].status, motion.status)
         return np.stack(places), np.broadcast_to(status, shape)

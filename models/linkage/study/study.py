@@ -64,7 +64,8 @@ class AccuracyStudy:
         Samples of the displacement, (samples, points, poses, 3), with statistics, failures and Sobol' indices.
     worst_case
         How far tolerances and clearances can move each point from there, by point, exact to first order. A tolerance
-        without limits counts three standard deviations to either side, a clearance its upper limit in any direction.
+        without limits counts three standard deviations to either side, a clearance its upper limit in any direction:
+        that tolerances turn the contact within it adds nothing.
     """
 
     motion: Motion

@@ -29,7 +29,7 @@ class Contributors:
     names
         Names of the k contributors.
     reach
-        How far each lets the point go, (..., k); their sum is the worst case.
+        How far each lets the point go, (..., k), to the side to which it is sought; their sum is the worst case.
     variance
         Variance of each, spread evenly over its interval, disc or ball, (..., k); their sum is that of independent
         deviations.

@@ -18,8 +18,12 @@ from .limits import Given, given_of
 from .support_function import unit
 from .worst_case import WorstCase, worst_case
 
-# Limits that are an interval about the nominal value; of the others a cut is what its upper end allows.
+# Limits that are an interval about the nominal value; of the others a cut is what its upper end allows, of bearings,
+# which tilt the more the shorter they are, what its lower end does.
 INTERVALS = ("lengths", "drives")
+BEARINGS = "journals"
+# Limits of which a joint with two pins may have a pair.
+OF_EACH_PIN = (BEARINGS, "end_play")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,18 +70,32 @@ def fuzzy_reach(
     motion: ClassifiedPoses, point: str, link: str | None, levels: int | ArrayLike, deviations: Mapping[str, Any]
 ) -> FuzzyReach:
     """Where a point can be at each level of membership; see `Motion.fuzzy`."""
-    at = levels_of(levels)
-    axes = (len(at), *(1,) * len(motion.shape))
+    at, asked = levels_of(levels), given_of(deviations)
+    axes = (len(at), *(1,) * _axes_of_entries(motion, asked))
     given = {
         name: {key: _cuts(name, key, value, at, axes) for key, value in some.items()}
-        for name, some in vars(given_of(deviations)).items()
+        for name, some in vars(asked).items()
     }
     return FuzzyReach(at, worst_case(motion, point, link, Given(**given)))
 
 
+def _axes_of_entries(motion: ClassifiedPoses, given: Given) -> int:
+    """How many axes the poses have together with the limits that vary, behind the axis of the levels."""
+    values = [value for some in vars(given).values() for value in some.values()]
+    ends = [end for value in values for end in (value if isinstance(value, tuple) else (value,)) if not _is_fuzzy(end)]
+    own = [pair.clearance for pair in motion.linkage.joints.values() if pair.clearance is not None]
+    return max(len(motion.shape), *(np.ndim(end) for end in (*ends, *own)), 0)
+
+
+def _is_fuzzy(value: Any) -> bool:
+    return isinstance(value, FuzzyNumber) or (isinstance(value, tuple) and len(value) in (3, 4))
+
+
 def _cuts(kind: str, key: object, value: Any, levels: Array, axes: tuple[int, ...]) -> Any:
     """A limit with the levels as its first axis where it is fuzzy; any other as it was given."""
-    if not isinstance(value, FuzzyNumber) and not (isinstance(value, tuple) and len(value) in (3, 4)):
+    if kind in OF_EACH_PIN and isinstance(value, tuple) and len(value) == 2:
+        return tuple(_cuts(kind, key, each, levels, axes) for each in value)
+    if not _is_fuzzy(value):
         # The levels are an axis of the result all the same.
         one = np.ones(axes)
         return tuple(one * end for end in value) if isinstance(value, tuple) else one * np.asarray(value)
@@ -87,4 +105,4 @@ def _cuts(kind: str, key: object, value: Any, levels: Array, axes: tuple[int, ..
         return lower, upper
     if number.lower[0] < 0.0:
         raise FrameError(f"{kind} of {key!r} are fuzzy down to {number.lower[0]:g}: give zero or more")
-    return upper
+    return lower if kind == BEARINGS else upper

@@ -11,6 +11,8 @@ from .starts import sphere
 
 # How many segments stand for a disc, and for a ball, where volumes are measured.
 IN_DISC, IN_BALL = 16, 96
+# Points whose extents differ by more than this share lie in a plane.
+FLAT = 1e-12
 
 
 def area_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
@@ -61,7 +63,7 @@ def volume_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
     A disc and a ball are themselves sums of segments, infinitely many, and of segments x the volume is
     ``4/3 sum sum h(x_a x x_b)`` over all pairs, with the support function h of the whole (Schneider 2014, Eq. 5.82
     and section 3.5). Sums over the segments of discs and balls stand for integrals; they are right to some four
-    digits.
+    digits, and to half a per cent where images of discs are slender.
 
     Parameters
     ----------
@@ -84,12 +86,22 @@ def volume_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
     return np.asarray(8.0 / 3.0 * (reach @ weight))
 
 
+def area_within(points: Array) -> Array:
+    """Area of convex polygons, whose corners (m, d, 2) are in their order, (m,)."""
+    x, y = np.moveaxis(points - points.mean(axis=-2, keepdims=True), -1, 0)
+    return np.asarray(0.5 * np.sum(x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1), axis=-1))
+
+
 def volume_within(points: Array) -> Array:
-    """Volume of the convex hulls of points (m, d, 3), (m,)."""
+    """Volume of the convex hulls of points (m, d, 3), (m,); 0 of those that lie in a plane."""
     from scipy.spatial import ConvexHull
 
-    size = np.abs(points).max()
-    return np.array([size**3 * ConvexHull(own / size).volume for own in points])
+    out = np.zeros(len(points))
+    for k, own in enumerate(points - points.mean(axis=-2, keepdims=True)):
+        thick = np.linalg.svd(own, compute_uv=False)
+        if thick[2] > FLAT * thick[0]:
+            out[k] = thick[0] ** 3 * ConvexHull(own / thick[0]).volume
+    return out
 
 
 def _generators() -> dict[int, Array]:

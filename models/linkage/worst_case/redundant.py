@@ -17,6 +17,8 @@ from ....framework.batch import Array
 LEAST, STEPS = 1e-7, 30
 # Shares of a step with the curvature that are tried.
 DAMPED = (1.0, 0.3, 0.1, 0.02)
+# Rows of redundant constraints are the same where they differ by less than this share.
+SAME = 1e-10
 
 
 def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Sequence[int]) -> tuple[Array, Array]:
@@ -61,6 +63,22 @@ def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Seq
                 multipliers, best = np.where(better[..., None], tried, multipliers), np.where(better, total, best)
     found = along + _times(multipliers, rows)
     return found, _rounded(found, starts, whole * LEAST)
+
+
+def kept_closed(columns: Array, stress: Array) -> Array:
+    """What deviations bring about that open no redundant constraint: columns (..., 3, n) of those alone.
+
+    Parameters
+    ----------
+    columns
+        What each deviation brings about, (..., 3, n).
+    stress
+        What the deviations must not do, (..., s, n).
+    """
+    good = np.isfinite(np.sum(columns, axis=(-1, -2), keepdims=True) + np.sum(stress, axis=(-1, -2), keepdims=True))
+    unit = np.linalg.norm(stress, axis=(-1, -2), keepdims=True)
+    rows = np.where(good & (unit > 0.0), stress / np.where(unit > 0.0, unit, 1.0), 0.0)
+    return np.asarray(columns - columns @ np.linalg.pinv(rows, rcond=SAME) @ rows)
 
 
 def _times(multipliers: Array, rows: Array) -> Array:

@@ -10,8 +10,8 @@ import numpy as np
 
 from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
-from .mixed_area import area_of_sum, volume_of_sum, volume_within
-from .redundant import LEAST
+from .mixed_area import area_of_sum, area_within, volume_of_sum, volume_within
+from .redundant import LEAST, kept_closed
 from .starts import circle, sphere
 from .support_function import SupportFunction
 
@@ -23,8 +23,8 @@ TOGETHER = 256
 BEST, STEPS = 4, 200
 # The search ends where a step takes it farther by less than this share.
 GROWTH = 1e-14
-# Directions whose outermost points tell a volume that is no sum.
-IN_HULL = 400
+# Directions whose outermost points tell a volume, and an area, that is no sum.
+IN_HULL, IN_POLYGON = 400, 360
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +68,7 @@ class ReachableRegion(SupportFunction):
 
     @property
     def greatest(self) -> Array:
-        """Distance of the farthest point from the nominal pose, (...)."""
+        """Distance of the farthest point from the nominal pose, (...); to some 2e-4 where constraints are redundant."""
         return np.asarray(np.linalg.norm(self.farthest, axis=-1))
 
     @property
@@ -119,8 +119,32 @@ class ReachableRegion(SupportFunction):
             length = np.linalg.norm(found, axis=-1)
             if np.all(length <= before * (1.0 + slowest)):
                 break
+        if self.stress is not None:
+            # How far it reaches in a direction is known better than the point that lies there.
+            n = found / np.where(length > 0.0, length, 1.0)[..., None]
+            length = np.maximum(length, np.sum(n * self.centre, axis=-1) + np.sum(self._reach(n), axis=-1))
+            found = length[..., None] * n
         chosen = np.argmax(length, axis=-1)
         return np.asarray(np.take_along_axis(found, chosen[:, None, None], axis=1)[:, 0])
+
+    def with_segments(self, along: Array) -> ReachableRegion:
+        """The region with a segment added at each pose, as long as the region is wide.
+
+        Parameters
+        ----------
+        along
+            Unit vectors of the segments, (..., 3).
+
+        Returns
+        -------
+        ReachableRegion
+            What lies in a plane with the region and the segments has a `normal`.
+        """
+        column = self._extents[0] * np.broadcast_to(along, (*self.shape, 3))[..., None]
+        columns = np.concatenate([self.columns, column], axis=-1)
+        none = None if self.stress is None else np.zeros((*self.stress.shape[:-1], 1))
+        stress = None if none is None or self.stress is None else np.concatenate([self.stress, none], axis=-1)
+        return ReachableRegion(self.centre, columns, (*self.sizes, 1), (*self.names, "segment"), stress)
 
     # -- its size ---------------------------------------------------------------------------------------------------
 
@@ -144,7 +168,7 @@ class ReachableRegion(SupportFunction):
 
     @cached_property
     def area(self) -> Array:
-        """Area of the region in its plane, (...).
+        """Area of the region in its plane, (...); to some four digits where constraints are redundant.
 
         The area of a sum is the sum of the mixed areas of all pairs; that of two ellipses ``A`` and ``B``, images of
         the unit disc, is half the perimeter of the ellipse ``adj(A) B``, an elliptic integral (Schneider 2014, 5.1).
@@ -154,15 +178,18 @@ class ReachableRegion(SupportFunction):
         FrameError
             If the region lies in no plane.
         """
-        if self.dimension > 2 or self.stress is not None:
+        if self.dimension > 2:
             raise FrameError("the region extends in all three directions: it has a volume, and no area")
+        if self.stress is not None:
+            around = circle(IN_POLYGON) @ self._basis[:2]
+            return self._one_by_one(lambda part: area_within(part._extreme(around) @ self._basis[:2].T), (), TOGETHER)
         return area_of_sum(self._basis[:2] @ self.columns, self.sizes)
 
     @cached_property
     def volume(self) -> Array:
         """Volume, (...), 0 where the region lies in a plane.
 
-        To some four digits, or two where constraints are redundant.
+        To within a per cent, mostly to some four digits; to some two where constraints are redundant.
         """
         if self.dimension < 3:
             return np.where(np.isfinite(self.columns).all(axis=(-1, -2)), 0.0, np.nan)
@@ -173,7 +200,8 @@ class ReachableRegion(SupportFunction):
     def boundary(self, count: int = 180) -> Array:
         """Outermost points all around, in their order where the region lies in a plane.
 
-        In the plane the ends of straight edges, which intervals and joints of rank 1 make, are among them.
+        In the plane the ends of straight edges, which intervals and joints of rank 1 make, are among them, unless
+        redundant constraints bind them.
 
         Parameters
         ----------
@@ -196,6 +224,8 @@ class ReachableRegion(SupportFunction):
 
     def _edge_ends(self, whole: ReachableRegion) -> Iterator[Array]:
         """Ends of the edges (..., 2, 3) of each contributor of rank one, on either side."""
+        if self.stress is not None:
+            return
         across = np.cross(self._basis[2], np.swapaxes(self.columns, -1, -2))
         ends = np.cumsum(self.sizes)
         for start, end in zip(self._starts, ends, strict=True):
@@ -212,7 +242,8 @@ class ReachableRegion(SupportFunction):
 
     @cached_property
     def _flat_basis(self) -> tuple[Array, Array]:
-        columns = np.moveaxis(self.columns, -2, 0).reshape(3, -1)
+        whole = self.columns if self.stress is None else kept_closed(self.columns, self.stress)
+        columns = np.moveaxis(whole, -2, 0).reshape(3, -1)
         finite = columns[:, np.isfinite(columns).all(axis=0)]
         basis = np.linalg.eigh(finite @ finite.T)[1].T[::-1] if finite.size else np.eye(3)
         # The eigenvalues are squares: how thin it is tell the columns themselves.

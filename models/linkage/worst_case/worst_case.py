@@ -204,7 +204,13 @@ class WorstCase:
         n = np.nan_to_num(self.direction, nan=1.0) if direction is None else unit(direction)
         where = np.isfinite(self.greatest)[..., None]
         region = self.position
-        each = np.where(where, region.contributions(n), np.nan)
+        reach = region.contributions(n)
+        for limit in self.limits:
+            if limit.middle.any():  # an interval that is wider to one side reaches as much farther there
+                along = np.sum(limit.by[..., :3, 0] * n, axis=-1) * limit.middle
+                own = [name == limit.name for name in region.contributors]
+                reach = reach + along[..., None] * np.array(own, dtype=np.float64)
+        each = np.where(where, reach, np.nan)
         return Contributors(region.contributors, each, np.where(where, region.variances(n), np.nan))
 
     def finite(self, direction: ArrayLike | None = None) -> FiniteWorstCase:
@@ -270,11 +276,12 @@ class WorstCase:
         """
         tangent = unit_or_nan(self._path())
         region = self.position
-        if region.dimension > 2:
+        plane = region if region.dimension == 2 else region.with_segments(tangent)
+        if plane.dimension > 2:
             seed = np.eye(3)[np.argmin(np.abs(np.nan_to_num(tangent)), axis=-1)]
             first = unit_or_nan(np.cross(tangent, seed))
         else:
-            first = unit_or_nan(np.cross(region.normal, tangent))
+            first = unit_or_nan(np.cross(plane.normal, tangent))
         angles = 2.0 * np.pi * np.arange(count)[:, None] / count
         n = np.cos(angles) * first[..., None, :] + np.sin(angles) * np.cross(tangent, first)[..., None, :]
         motion, point, link = self.sensitivity.motion, self.sensitivity.point, self.sensitivity.link

@@ -1,0 +1,155 @@
+"""How the place of a point under load depends on the inputs that a linkage is built of: adjoints for all of them.
+
+The point lies where the rigid linkage has it, displaced by compliance. Both have derivatives by the numbers of the
+description, of one adjoint for each component, which are added up before they are multiplied out; what numbers depend
+on which input is told by describing the linkage anew. Numbers by which a displacement has no derivatives on offer may
+not depend on an input.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from ....framework.batch import Array
+from ....framework.error_bounds.sensitivity import Sensitivity
+from ..description.parts import GROUND, LinkageLink, Load
+from ..poses.classified import ClassifiedPoses
+from .built import DescribedBeside, moved_by_numbers
+from .displacement_sensitivity import through_loops
+from .position_sensitivity import Place, position_sensitivity
+
+# Parts of an element whose numbers have derivatives of their own.
+SECTIONS, MATERIAL = ("section", "end"), "material"
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedPlace:
+    """What a weighted sum of the components of the place of a point under load depends on.
+
+    Attributes
+    ----------
+    motion
+        The linkage of the inputs, (m,).
+    point
+        Name of the point.
+    weight
+        Weights of the components, (m, 3).
+    frame
+        Derivatives of the sum of the displacement by compliance, by what the frame is made of.
+    members
+        Names of the members of the frame by link, in the order of the link's beams.
+    nodes
+        Names of the nodes of the frame by link and point.
+    """
+
+    motion: ClassifiedPoses
+    point: str
+    weight: Array
+    frame: Sensitivity
+    members: Mapping[str, Sequence[str]]
+    nodes: Mapping[Place, str]
+
+    def along_inputs(self, beside: DescribedBeside) -> dict[str, Array] | None:
+        """Derivatives (m,) by each input; None where one changes numbers by which the displacement has none.
+
+        Parameters
+        ----------
+        beside
+            The linkage described anew of inputs beside.
+        """
+        if any(_changes(beside, each) for each in self._others(beside)):
+            return None
+        total = np.zeros(beside.widths.shape)
+        if any(_changes(beside, each) for each in _places(beside)):
+            displaced = through_loops(self.motion, self.nodes, {"sum": self.frame})
+            total += moved_by_numbers(position_sensitivity(self.motion, self.point), self.weight, beside)
+            total += moved_by_numbers(displaced, np.ones((len(self.weight), 1)), beside)
+        for value, trailing, kind, key in self._of_frame(beside):
+            number = np.asarray(value)
+            if _changes(beside, number):
+                slope = np.asarray(_derivative(self.frame, kind, key))
+                total += beside.changed(number, trailing, slope.reshape(len(self.weight), -1))
+        return beside.by_name(total)
+
+    def _of_frame(self, beside: DescribedBeside) -> Iterator[tuple[Any, int, str, tuple[str, ...]]]:
+        """Numbers that the frame has, their trailing axes, and of which kind and name the derivatives by them are."""
+        for name, pair in beside.description.joints.items():
+            if pair.stiffness is not None:
+                yield pair.stiffness, 1, "joints", (name,)
+        for load in beside.description.loads:
+            if load.link != GROUND:
+                yield load.value, 1, "loads", (self._loaded(beside.description.links, load),)
+        for member, element in self._elements(beside):
+            for part in SECTIONS:
+                for size, value in _sizes(element, part).items():
+                    yield value, 0, "sections", (member, size if part == SECTIONS[0] else f"{part}.{size}")
+            if (material := getattr(element, MATERIAL, None)) is not None:
+                yield material.E, 0, "moduli", (member,)
+
+    def _loaded(self, links: Mapping[str, LinkageLink], load: Load) -> str:
+        return self.nodes[load.link, load.point or links[load.link].points[0]]
+
+    def _elements(self, beside: DescribedBeside) -> Iterator[tuple[str, object]]:
+        """Members of the frame with their elements as they are described."""
+        for name, link in beside.description.links.items():
+            yield from zip(self.members.get(name, ()), link.beams.values(), strict=True)
+
+    def _others(self, beside: DescribedBeside) -> Iterator[object]:
+        """Whatever else the displacement depends on."""
+        described = beside.description
+        yield from (pair.axes for pair in described.joints.values())
+        yield described.weight
+        for _, element in self._elements(beside):
+            material = getattr(element, MATERIAL, None)
+            yield getattr(material, "nu", None)
+            if np.any(described.weight):
+                yield getattr(material, "density", None)
+            for part in SECTIONS:
+                yield None if _sizes(element, part) else getattr(element, part, None)
+            yield from (value for name, value in _parts(element) if name not in (*SECTIONS, MATERIAL))
+
+
+def _sizes(element: object, part: str) -> Mapping[str, Any]:
+    """Sizes of a section of an element by name; none where it has no such section."""
+    section: Any = getattr(element, part, None)
+    return section.sizes() if hasattr(section, "sizes") else {}
+
+
+def _derivative(found: Sensitivity, kind: str, key: tuple[str, ...]) -> Any:
+    by: Any = getattr(found, kind)
+    for name in key:
+        by = by[name]
+    return by
+
+
+def _places(beside: DescribedBeside) -> Iterator[object]:
+    """Numbers by which the links lie elsewhere."""
+    described = beside.description
+    yield from described.points.values()
+    yield from (link.length for link in described.links.values())
+    yield from (number for pair in described.joints.values() for number in (pair.pitch, pair.reference))
+
+
+def _parts(value: object) -> list[tuple[str, object]]:
+    """Numbers and other parts of an element, by name."""
+    if is_dataclass(value):
+        return [(each.name, getattr(value, each.name)) for each in fields(value)]
+    return [*getattr(value, "__dict__", {}).items()]
+
+
+def _changes(beside: DescribedBeside, value: object) -> bool:
+    """Whether some number in a part of the description differs below and above some input."""
+    if isinstance(value, np.ndarray):
+        if value.shape[:1] != (beside.rows,) or value.dtype == object:
+            return False
+        below, above = beside.sides(value, value.ndim - 1)
+        return bool(np.any(below != above))
+    if isinstance(value, Mapping):
+        return any(_changes(beside, each) for each in value.values())
+    if isinstance(value, list | tuple):
+        return any(_changes(beside, each) for each in value)
+    return any(_changes(beside, each) for _, each in _parts(value))

@@ -1,0 +1,121 @@
+"""Worst cases of one deviation alone, of loops that are overconstrained, and of fuzzy bearings: nothing is lost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.models import FourBar, Linkage
+from numpy.testing import assert_allclose
+
+FOUR = FourBar(crank=0.1, coupler=0.25, rocker=0.2, ground=0.22, point=(0.12, 0.05))
+
+
+def arm() -> Linkage:
+    linkage = Linkage(A=(0, 0), P=(0.2, 0))
+    linkage.link("arm", "A", "P")
+    linkage.revolute("A", "ground", "arm", drive=True, clearance=1e-5)
+    return linkage
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.5 * np.pi, 1.0, 2.0])
+def test_the_band_of_a_single_deviation_is_as_wide_at_every_angle(angle: float) -> None:
+    """The length of an arm alone deviates: at one pose the region is a segment, square to the path."""
+    motion = arm().move(A=angle)
+    band = motion.worst_case("P", clearances={"A": 0.0}, lengths={"arm": 1e-4}).envelope()
+    along = motion.position("P") / 0.2
+    assert_allclose(np.sort((band - motion.position("P")) @ along), [-1e-4, 1e-4], rtol=1e-9)
+
+
+def test_the_shorter_a_fuzzy_bearing_the_more_it_tilts() -> None:
+    """Each level is the worst case of the shortest bearing of its cut, and holds those of higher levels."""
+    motion = arm().move(A=0.3)
+    found = motion.fuzzy("P", levels=3, journals={"A": (0.01, 0.02, 0.03)})
+    for k, shortest in enumerate((0.01, 0.015, 0.02)):
+        worst = motion.worst_case("P", journals={"A": shortest})
+        assert_allclose([found.worst.greatest[k], found.worst.angle[k]], [worst.greatest, worst.angle], rtol=1e-12)
+    assert np.all(np.diff(found.worst.greatest) < 0.0)
+    along = found.along((0, 0, 1))
+    assert np.all(np.diff(along.upper) <= 0.0)
+
+
+def test_each_pin_of_a_cross_may_be_fuzzy() -> None:
+    linkage = Linkage(A=(0, 0, 0), P=(0.2, 0, 0))
+    linkage.link("arm", "A", "P")
+    linkage.universal("A", "ground", "arm", axis=(0, 0, 1), second=(0, 1, 0), drive=True, clearance=1e-5)
+    motion = linkage.move(A=np.zeros((1, 2)))
+    found = motion.fuzzy("P", levels=2, journals={"A": (0.02, (0.01, 0.02, 0.03))}, end_play={"A": (0.0, (0, 0, 1e-5))})
+    for k, (shortest, play) in enumerate(((0.01, 1e-5), (0.02, 0.0))):
+        worst = motion.worst_case("P", journals={"A": (0.02, shortest)}, end_play={"A": (0.0, play)})
+        assert_allclose(found.worst.greatest[k], worst.greatest, rtol=1e-12)
+
+
+@pytest.mark.parametrize("levels", [3, 4])
+def test_levels_are_an_axis_of_their_own(levels: int) -> None:
+    """Three clearances beside a fuzzy drive: as many levels as clearances are no reason to pair them."""
+    motion, clearances = arm().move(A=0.3), np.array([1e-5, 2e-5, 3e-5])
+    found = motion.fuzzy("P", levels=levels, clearances={"A": clearances}, drives={"A": (-1e-4, 0.0, 1e-4)})
+    drive = 1e-4 * (1.0 - found.levels)
+    assert_allclose(found.worst.greatest, clearances + 0.2 * drive[:, None], rtol=1e-9)
+
+
+def overconstrained() -> Linkage:
+    """A plane four-bar: hinges also hold it across the plane, three times too often."""
+    motion = FOUR.move(1.0)
+    linkage = Linkage({point: motion.position(point) for point in "ABPDE"})
+    for name, points in {"crank": "AB", "coupler": "BPD", "rocker": "DE"}.items():
+        linkage.link(name, *points)
+    linkage.revolute("A", "ground", "crank", drive=True, reference=1.0)
+    for point, first, second in (("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "rocker", "ground")):
+        linkage.revolute(point, first, second, clearance=1e-4)
+    return linkage
+
+
+def test_bearings_that_others_hold_in_the_plane() -> None:
+    """One bearing tilts and no other gives way across the plane: the region lies in the plane and has an area."""
+    motion = overconstrained().move(A=[1.0, 1.5])
+    plane = motion.worst_case("P")
+    tilting = motion.worst_case("P", journals={"D": 0.05})
+    assert tilting.position.stress is not None
+    assert tilting.position.dimension == 2
+    assert_allclose(tilting.volume, 0.0, atol=1e-20)
+    assert_allclose(tilting.area, plane.area, rtol=5e-4)
+    assert_allclose(tilting.greatest, plane.greatest, rtol=1e-5)
+    assert tilting.envelope().shape == (2, 2, 3)
+
+
+def test_three_cranks_have_an_area_and_a_boundary() -> None:
+    """Lengths of parallel cranks that must fit each other: nothing of the boundary lies beyond the region."""
+    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
+    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
+        linkage.link(name, *on)
+    linkage.revolute("A", "ground", "one", drive=True)
+    for point, first, second in (
+        ("B", "one", "coupler"),
+        ("D", "coupler", "two"),
+        ("F", "coupler", "three"),
+        ("C", "two", "ground"),
+        ("E", "three", "ground"),
+    ):
+        linkage.revolute(point, first, second)
+    motion = linkage.move(A=[1.0])
+    worst = motion.worst_case("B", lengths={"two": 2e-4, "one": 1e-4, "three": 1e-4}, clearances={"B": 1e-4})
+    angle = np.linspace(0.0, np.pi, 7)
+    n = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    n = np.concatenate([n, -n])
+    off = (worst.boundary() - motion.position("B")[:, None]) @ n.T
+    assert np.all(off <= worst.support(n[:, None])[:, 0] * (1.0 + 1e-5))
+    assert worst.area[0] > 0.0
+
+
+def test_shares_of_tolerances_that_are_wider_to_one_side() -> None:
+    """A drive that only lags and a crank that is only longer: shares add up to the worst case, to either side."""
+    motion = arm().move(A=[0.0, 1.0])
+    given = {"clearances": {"A": 1e-5}, "lengths": {"arm": (0.0, 2e-4)}, "drives": {"A": (-5e-4, 1e-4)}}
+    worst = motion.worst_case("P", **given)
+    for n in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.3)):
+        assert_allclose(worst.contributors(n).reach.sum(axis=-1), worst.support(n), rtol=1e-12)
+    table = worst.contributors((1.0, 0.0))
+    assert_allclose(table.reach[0], [1e-5, 2e-4, 0.0], atol=1e-18)
+    assert_allclose(worst.contributors().reach.sum(axis=-1), worst.greatest, rtol=1e-9)
+    fitted = motion.allocate("P", 1e-3, diameters={"A": 0.01}, lengths={"arm": (0.0, 2e-4)})
+    assert_allclose(fitted.shares()["length arm"], 2e-4 / fitted.greatest.max(), rtol=1e-9)
