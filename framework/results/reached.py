@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batched.plan import Plan
-from ..error_bounds.compliance import by_unknowns
-from ..error_bounds.equilibrium import Statics
-from ..error_bounds.resolved import groups, ill_conditioned_state
+from ..entries import Entries, Selected
+from ..error_bounds.compliance import by_units, resistances
+from ..error_bounds.equilibrium import Statics, rounded
+from ..error_bounds.resolved import At, distinct, geometry_shape, grouped, ill_conditioned_state, matrix_shape
+
+# Entries handled at a time.
+_MOST = 2**11
 
 
 def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDArray[np.bool_]:
@@ -26,18 +30,55 @@ def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDA
     unknowns
         Numbers of the unknowns that count as loaded at any entry (n,).
     """
-    statics, found = Statics(plan), []
+    if not mask.any():
+        return np.zeros((0, len(unknowns)), dtype=bool)
+    entries = Selected.around(mask)
+    statics, own = Statics(plan, entries=entries), entries.of_all(mask)
     asked = np.isin(unknowns, list(plan.asked_unknowns))
-    for index in groups(mask):
-        state = ill_conditioned_state(statics, index, unknowns)
-        columns, _, stiffness = by_unknowns(
-            state.double, state.double_springs, state.stiffness, state.unknowns, np.float64
-        )
-        count = 1 if index is None else len(index[0])
-        deformed = ((columns != 0.0) & (stiffness != 0.0)[..., None]).astype(np.float32)
-        loaded = np.broadcast_to((state.balance != 0.0).reshape(-1, len(unknowns)) | asked, (count, len(unknowns)))
-        found.append(_coupled(deformed.reshape(prod(deformed.shape[:-2]), *deformed.shape[-2:]), loaded))
-    return np.concatenate([np.zeros((0, len(unknowns)), dtype=bool), *found])
+    out = np.zeros((*own.shape, len(unknowns)), dtype=bool)
+    for index, first, which in grouped(own, matrix_shape(statics), _MOST):
+        deformed, kind = np.unique(_deformed(statics, first, unknowns), axis=0, return_inverse=True)
+        loaded = np.broadcast_to(_loaded(statics, index, unknowns) | asked, (len(which), len(unknowns)))
+        # what is coupled with what, and loaded, is the same at almost all entries
+        both = np.concatenate([kind.reshape(-1, 1)[which], loaded], axis=1)
+        different, like = np.unique(both, axis=0, return_inverse=True)
+        springs = np.unpackbits(deformed[different[:, 0]], axis=-1, count=len(unknowns))
+        found = _coupled(springs.astype(np.float32), different[:, 1:] > 0)
+        out[... if index is None else index] = found[like.reshape(-1)]
+    return out[own]
+
+
+def _deformed(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.uint8]:
+    """Which springs are deformed by which unknowns at some entries (m,), (m, e, ...): eight unknowns in a number."""
+    geometry, like = distinct(index or (), geometry_shape(statics))
+    change, at = Entries(geometry or None), Entries(index)
+    kinematics = statics.kinematics.mapped(change).mapped(rounded)
+    rows = by_units(kinematics, [each.mapped(change).mapped(rounded) for each in statics.springs], unknowns, np.float64)
+    columns = np.moveaxis(_in_rows(rows[0] != 0.0), 0, -1)
+    springs, links = [each.mapped(at) for each in statics.springs], [at(each, 1) for each in statics.stiffness]
+    resisted = resistances(statics.kinematics.mapped(at), springs, links, 1) != 0.0
+    resisted = resisted.reshape(prod(resisted.shape[:-1]), resisted.shape[-1])
+    found = np.packbits((columns if len(columns) == 1 else columns[like]) & resisted[..., None], axis=-1)
+    return np.broadcast_to(found, (len(like), *found.shape[1:]))
+
+
+def _loaded(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.bool_]:
+    """Which unknowns something acts on at some entries (m,), (m or 1, n)."""
+    if any(each is not None for each in statics.imposed):
+        balance = ill_conditioned_state(statics, index, unknowns).balance
+        return np.asarray(balance.reshape(-1, len(unknowns)) != 0.0)
+    shape = np.broadcast_shapes(geometry_shape(statics), statics.loads.forces.shape[:-2])
+    first, like = distinct(index or (), shape)
+    change = Entries(first or None)
+    kinematics, loads = statics.kinematics.mapped(change), statics.loads.mapped(change)
+    found = kinematics.reduced(list(unknowns), kinematics.generalised(loads.forces, [None] * len(kinematics.links)))
+    acts = np.asarray(found != 0.0).reshape(-1, len(unknowns))
+    return acts if len(acts) == 1 else acts[like]
+
+
+def _in_rows(array: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """An array (n, ..., e) with one batch axis, (n, m, e)."""
+    return array.reshape(len(array), prod(array.shape[1:-1]), array.shape[-1])
 
 
 def _coupled(deformed: NDArray[np.float32], out: NDArray[np.bool_]) -> NDArray[np.bool_]:
