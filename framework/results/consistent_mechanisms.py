@@ -22,6 +22,7 @@ from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large
 from .constrained_batch import small
+from .constrained_by_springs import held_by_springs
 from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
@@ -50,10 +51,22 @@ def consistent_mechanisms(
     else:
         unknowns = loaded(plan, solver)
         entries = Selected.around(suspects)
-        statics = Statics(plan, determinate=True, entries=entries)
-        found = ConsistentMechanisms(plan, unknowns, small(statics, entries.of_all(suspects), unknowns), entries)
+        found = ConsistentMechanisms(plan, unknowns, _solved(plan, solver, suspects, unknowns), entries)
         found.rest_where_not(reached(plan, found.mask, unknowns))
     return found if found.mask.any() else None
+
+
+def _solved(
+    plan: Plan, solver: BroadcastSolver | StackedSolver, suspects: NDArray[np.bool_], unknowns: list[int]
+) -> list[ConstrainedSolution]:
+    """Entries that can move, those together of which rounding leaves nothing open."""
+    entries = Selected.around(suspects)
+    left, statics = entries.of_all(suspects).copy(), Statics(plan, determinate=True, entries=entries)
+    held = held_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
+    if held is None:
+        return list(small(statics, left, unknowns))
+    left[held.where] = False
+    return [held, *small(statics, left, unknowns)]
 
 
 def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver) -> list[int]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batched.plan import Plan
-from ..entries import Entries, Selected
+from ..entries import Entries, Index, Selected
 from ..error_bounds.compliance import by_units, resistances
 from ..error_bounds.equilibrium import Statics, rounded
 from ..error_bounds.resolved import At, distinct, geometry_shape, grouped, ill_conditioned_state, matrix_shape
@@ -37,15 +37,22 @@ def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDA
     asked = np.isin(unknowns, list(plan.asked_unknowns))
     out = np.zeros((*own.shape, len(unknowns)), dtype=bool)
     for index, first, which in grouped(own, matrix_shape(statics), _MOST):
-        deformed, kind = np.unique(_deformed(statics, first, unknowns), axis=0, return_inverse=True)
+        deformed = _deformed(statics, first, unknowns)
         loaded = np.broadcast_to(_loaded(statics, index, unknowns) | asked, (len(which), len(unknowns)))
         # what is coupled with what, and loaded, is the same at almost all entries
-        both = np.concatenate([kind.reshape(-1, 1)[which], loaded], axis=1)
-        different, like = np.unique(both, axis=0, return_inverse=True)
-        springs = np.unpackbits(deformed[different[:, 0]], axis=-1, count=len(unknowns))
-        found = _coupled(springs.astype(np.float32), different[:, 1:] > 0)
-        out[... if index is None else index] = found[like.reshape(-1)]
+        kind = _different(deformed.reshape(len(deformed), math.prod(deformed.shape[1:])))[1][which]
+        one, like = _different(np.concatenate([kind[:, None].view(np.uint8), loaded.view(np.uint8)], axis=1))
+        springs = np.unpackbits(deformed[which[one]], axis=-1, count=len(unknowns))
+        out[... if index is None else index] = _coupled(springs.astype(np.float32), loaded[one])[like]
     return out[own]
+
+
+def _different(rows: NDArray[np.uint8]) -> tuple[Index, Index]:
+    """One of each of the rows (m, c) that differ, and which of these each row is like, (m,)."""
+    if not rows.shape[1] or (rows == rows[:1]).all():
+        return np.zeros(1, dtype=np.int64), np.zeros(len(rows), dtype=np.int64)
+    whole = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.shape[1])))[:, 0]
+    return np.unique(whole, return_index=True, return_inverse=True)[1:]
 
 
 def _deformed(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.uint8]:
@@ -57,7 +64,7 @@ def _deformed(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[n
     columns = np.moveaxis(_in_rows(rows[0] != 0.0), 0, -1)
     springs, links = [each.mapped(at) for each in statics.springs], [at(each, 1) for each in statics.stiffness]
     resisted = resistances(statics.kinematics.mapped(at), springs, links, 1) != 0.0
-    resisted = resisted.reshape(prod(resisted.shape[:-1]), resisted.shape[-1])
+    resisted = resisted.reshape(math.prod(resisted.shape[:-1]), resisted.shape[-1])
     found = np.packbits((columns if len(columns) == 1 else columns[like]) & resisted[..., None], axis=-1)
     return np.broadcast_to(found, (len(like), *found.shape[1:]))
 
@@ -78,7 +85,7 @@ def _loaded(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.
 
 def _in_rows(array: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """An array (n, ..., e) with one batch axis, (n, m, e)."""
-    return array.reshape(len(array), prod(array.shape[1:-1]), array.shape[-1])
+    return array.reshape(len(array), math.prod(array.shape[1:-1]), array.shape[-1])
 
 
 def _coupled(deformed: NDArray[np.float32], out: NDArray[np.bool_]) -> NDArray[np.bool_]:
