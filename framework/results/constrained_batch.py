@@ -117,13 +117,9 @@ class Geometries:
     def by_imposed(self, imposed: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
         """Deformations by a unit of each displacement imposed on a link, of (number of the link, component), (u, g, e),
         and sizes of what they are made of."""
-        units: list[Real | None] = [None] * len(self.kinematics.links)
-        for number, (link, component) in enumerate(imposed):
-            one = extended(np.zeros((len(imposed), 1, 6))) if units[link] is None else np.asarray(units[link])
-            one[number, ..., component] = 1.0
-            units[link] = one
+        units = units_of(imposed, len(self.kinematics.links))
         rest = extended(np.zeros((len(imposed), 1, len(self.unknowns))))
-        _, *both = _by_imposed(self.kinematics, self.springs, self.unknowns, rest, units)
+        _, *both = deformed_by_imposed(self.kinematics, self.springs, self.unknowns, rest, units)
         shape = (len(imposed), self.count, both[0].shape[-1])
         deformations, sizes = (np.broadcast_to(each.astype(np.float64), shape) for each in both)
         return deformations, sizes
@@ -224,7 +220,9 @@ class _Loading:
         none: list[Real | None] = [None] * len(kinematics.links)
         self.load = kinematics.reduced(unknowns, kinematics.generalised(loads.forces, none))
         rest = extended(np.zeros((1, len(unknowns))))
-        self.displacements, self.deformations, self.sizes = _by_imposed(kinematics, springs, unknowns, rest, imposed)
+        self.displacements, self.deformations, self.sizes = deformed_by_imposed(
+            kinematics, springs, unknowns, rest, imposed
+        )
 
     @staticmethod
     def shape(statics: Statics) -> Shape:
@@ -286,7 +284,31 @@ def same_constrained(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array,
         left = np.setdiff1d(left, same[good])
 
 
-def _by_imposed(
+def units_of(imposed: Sequence[tuple[int, int]], links: int) -> list[Real | None]:
+    """By link a unit of each displacement imposed, of (number of the link, component), (u, 1, 6)."""
+    units: list[Real | None] = [None] * links
+    for number, (link, component) in enumerate(imposed):
+        known = units[link]
+        one = extended(np.zeros((len(imposed), 1, 6))) if known is None else known
+        one[number, ..., component] = 1.0
+        units[link] = one
+    return units
+
+
+def imposed_components(statics: Statics) -> list[tuple[int, int]]:
+    """Displacements that are imposed at some entry: number of the link, component."""
+    given = [(link, each) for link, each in enumerate(statics.imposed) if each is not None]
+    return [(link, k) for link, each in given for k in range(6) if each[..., k].any()]
+
+
+def imposed_at(statics: Statics, index: Indices, imposed: Sequence[tuple[int, int]]) -> Array:
+    """These at entries (m,), (u, m)."""
+    count = len(index[0]) if index else 1
+    given = [Entries(index)(np.asarray(statics.imposed[link])[..., k], 0).astype(np.float64) for link, k in imposed]
+    return np.stack([np.zeros(count), *(np.broadcast_to(each, (count,)) for each in given)])[1:]
+
+
+def deformed_by_imposed(
     kinematics: FrameKinematics, springs: list[Springs], unknowns: list[int], rest: Real, imposed: list[Real | None]
 ) -> tuple[Real, Real, Real]:
     """Displacements of the nodes (..., nodes, 6) and deformations (..., e) by what is imposed on links (..., 6) alone,

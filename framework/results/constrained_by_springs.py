@@ -26,7 +26,7 @@ from ..error_bounds.tree_members import MEMBER
 from ..joint_protocol import JointElement
 from ..structure.tree import JointTree, TreeSpring
 from .constrained import COMPUTED, GIVEN, ConstrainedSolution, free, weighed
-from .constrained_batch import Geometries, Group, same_constrained, stiffness_at
+from .constrained_batch import Geometries, Group, imposed_at, imposed_components, same_constrained, stiffness_at
 
 # Entries from which on a batch of their own takes less time, and how many of them there are for each geometry at least.
 _MANY, _FOR_EACH = 64, 4
@@ -144,19 +144,14 @@ class _Motions:
     def _within(self, index: tuple[Index, ...], own: Index, values: Array) -> tuple[Array, Array]:
         """Forces in springs at entries (m,) for values (m, n) of the unknowns, and sizes of what they are made of,
         (m, e)."""
-        frames, imposed = self.frames, self.statics.imposed
+        frames = self.frames
         first, like = distinct(index, matrix_shape(self.statics))
         stiffness = np.broadcast_to(stiffness_at(self.statics, first), (len(first[0]), frames.columns.shape[-2]))
         deformed = np.einsum("men,mn->me", frames.double[own], values)
         sizes = np.einsum("nme,mn->me", frames.sizes[:, own], np.abs(values))
-        units = [
-            (link, c) for link, each in enumerate(imposed) if each is not None for c in range(6) if each[..., c].any()
-        ]
-        if units:
-            given = [np.asarray(imposed[link])[..., c] for link, c in units]
-            amounts = [np.broadcast_to(Entries(index)(each, 0).astype(np.float64), own.shape) for each in given]
-            by_unit, size = frames.by_imposed(units)
-            deformed += np.einsum("ume,um->me", by_unit[:, own], np.stack(amounts))
+        if units := imposed_components(self.statics):
+            amounts, (by_unit, size) = imposed_at(self.statics, index, units), frames.by_imposed(units)
+            deformed += np.einsum("ume,um->me", by_unit[:, own], amounts)
             sizes += np.einsum("ume,um->me", size[:, own], np.abs(amounts))
         return deformed * stiffness[like], sizes * np.abs(stiffness)[like]
 

@@ -12,7 +12,9 @@ from ..batched.plan import Plan
 from ..entries import Entries, Index, Selected
 from ..error_bounds.compliance import by_units, resistances
 from ..error_bounds.equilibrium import Statics, rounded
-from ..error_bounds.resolved import At, distinct, geometry_shape, grouped, ill_conditioned_state, matrix_shape
+from ..error_bounds.kinematic_edge import extended
+from ..error_bounds.resolved import At, distinct, geometry_shape, grouped, matrix_shape
+from .constrained_batch import deformed_by_imposed, imposed_at, imposed_components, units_of
 
 # Entries handled at a time.
 _MOST = 2**11
@@ -34,16 +36,24 @@ def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDA
         return np.zeros((0, len(unknowns)), dtype=bool)
     entries = Selected.around(mask)
     statics, own = Statics(plan, entries=entries), entries.of_all(mask)
-    asked = np.isin(unknowns, list(plan.asked_unknowns))
+    asked, imposed = np.isin(unknowns, list(plan.asked_unknowns)), imposed_components(statics)
     out = np.zeros((*own.shape, len(unknowns)), dtype=bool)
     for index, first, which in grouped(own, matrix_shape(statics), _MOST):
-        deformed = _deformed(statics, first, unknowns)
+        geometry, like = distinct(first or (), geometry_shape(statics))
+        columns, given = _deformed(statics, geometry, unknowns, imposed)
+        at, resisted = like[which] if len(columns) > 1 else 0 * which, _resisted(statics, first)
+        resisted = (
+            resisted[which] if len(resisted) > 1 else np.broadcast_to(resisted, (len(which), *resisted.shape[1:]))
+        )
         loaded = np.broadcast_to(_loaded(statics, index, unknowns) | asked, (len(which), len(unknowns)))
-        # what is coupled with what, and loaded, is the same at almost all entries
-        kind = _different(deformed.reshape(len(deformed), math.prod(deformed.shape[1:])))[1][which]
-        one, like = _different(np.concatenate([kind[:, None].view(np.uint8), loaded.view(np.uint8)], axis=1))
-        springs = np.unpackbits(deformed[which[one]], axis=-1, count=len(unknowns))
-        out[... if index is None else index] = _coupled(springs.astype(np.float32), loaded[one])[like]
+        moved = (imposed_at(statics, index or (), imposed) != 0.0).T
+        # what is coupled with what, and acted on, is the same at almost all entries
+        parts = at[:, None].view(np.uint8), resisted.view(np.uint8), loaded.view(np.uint8), moved.view(np.uint8)
+        one, alike = _different(np.concatenate(parts, axis=1))
+        springs = columns[at[one]] & resisted[one][..., None]
+        strained = (moved[one][..., None] & np.moveaxis(given[:, at[one]], 0, 1)).any(axis=1)
+        acted = loaded[one] | (springs & strained[..., None]).any(axis=1)
+        out[... if index is None else index] = _coupled(springs.astype(np.float32), acted)[alike]
     return out[own]
 
 
@@ -55,25 +65,32 @@ def _different(rows: NDArray[np.uint8]) -> tuple[Index, Index]:
     return np.unique(whole, return_index=True, return_inverse=True)[1:]
 
 
-def _deformed(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.uint8]:
-    """Which springs are deformed by which unknowns at some entries (m,), (m, e, ...): eight unknowns in a number."""
-    geometry, like = distinct(index or (), geometry_shape(statics))
-    change, at = Entries(geometry or None), Entries(index)
+def _deformed(
+    statics: Statics, index: tuple[Index, ...], unknowns: Sequence[int], imposed: Sequence[tuple[int, int]]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Which springs are deformed by which unknowns in some geometries, (g, e, n), and by which displacements that are
+    imposed, (u, g, e)."""
+    change, links = Entries(index or None), len(statics.kinematics.links)
     kinematics = statics.kinematics.mapped(change).mapped(rounded)
-    rows = by_units(kinematics, [each.mapped(change).mapped(rounded) for each in statics.springs], unknowns, np.float64)
-    columns = np.moveaxis(_in_rows(rows[0] != 0.0), 0, -1)
+    springs = [each.mapped(change).mapped(rounded) for each in statics.springs]
+    columns = np.moveaxis(_in_rows(by_units(kinematics, springs, unknowns, np.float64)[0] != 0.0), 0, -1)
+    if not imposed:
+        return columns, np.zeros((0, *columns.shape[:2]), dtype=bool)
+    rest, units = extended(np.zeros((len(imposed), 1, len(unknowns)))), units_of(imposed, links)
+    given = deformed_by_imposed(kinematics, springs, list(unknowns), rest, units)[1]
+    return columns, np.broadcast_to(_in_rows(given != 0.0), (len(imposed), *columns.shape[:2]))
+
+
+def _resisted(statics: Statics, index: At) -> NDArray[np.bool_]:
+    """Which deformations springs resist at some entries (m,), (m or 1, e)."""
+    at = Entries(index)
     springs, links = [each.mapped(at) for each in statics.springs], [at(each, 1) for each in statics.stiffness]
-    resisted = resistances(statics.kinematics.mapped(at), springs, links, 1) != 0.0
-    resisted = resisted.reshape(math.prod(resisted.shape[:-1]), resisted.shape[-1])
-    found = np.packbits((columns if len(columns) == 1 else columns[like]) & resisted[..., None], axis=-1)
-    return np.broadcast_to(found, (len(like), *found.shape[1:]))
+    found = resistances(statics.kinematics.mapped(at), springs, links, 1) != 0.0
+    return np.asarray(found.reshape(math.prod(found.shape[:-1]), found.shape[-1]))
 
 
 def _loaded(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.bool_]:
-    """Which unknowns something acts on at some entries (m,), (m or 1, n)."""
-    if any(each is not None for each in statics.imposed):
-        balance = ill_conditioned_state(statics, index, unknowns).balance
-        return np.asarray(balance.reshape(-1, len(unknowns)) != 0.0)
+    """Which unknowns loads act on at some entries (m,), (m or 1, n)."""
     shape = np.broadcast_shapes(geometry_shape(statics), statics.loads.forces.shape[:-2])
     first, like = distinct(index or (), shape)
     change = Entries(first or None)
