@@ -288,10 +288,11 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
     entries = Selected.around(suspects)
     statics = Statics(plan, determinate=True, entries=entries)
     with np.errstate(all="ignore"):
-        for index in groups(entries.of_all(suspects)):
-            state = ill_conditioned_state(statics, index, unknowns)
+        for index, first, which in grouped(entries.of_all(suspects), matrix_shape(statics)):
+            state = ill_conditioned_state(statics, first, unknowns)
             found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
-            out[() if index is None else entries.among_all(index)] = found.distance() > _LEAST
+            stable = np.broadcast_to(found.distance() > _LEAST, (1 if first is None else len(first[0]),))[which]
+            out[... if index is None else entries.among_all(index)] = stable if out.ndim else stable[0]
     return out
 
 

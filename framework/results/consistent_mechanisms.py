@@ -22,7 +22,7 @@ from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large
 from .constrained_batch import small
-from .constrained_by_springs import held_by_springs
+from .constrained_by_springs import carries, held_by_springs
 from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
@@ -51,17 +51,25 @@ def consistent_mechanisms(
     else:
         unknowns = loaded(plan, solver)
         entries = Selected.around(suspects)
-        found = ConsistentMechanisms(plan, unknowns, _solved(plan, solver, suspects, unknowns), entries)
-        found.rest_where_not(reached(plan, found.mask, unknowns))
+        statics = Statics(plan, determinate=True, entries=entries)
+        parts = _solved(plan, solver, statics, entries, suspects, unknowns)
+        found = ConsistentMechanisms(plan, unknowns, parts, entries)
+        if found.mask.any():
+            own = Statics(plan, entries=entries) if carries(statics) else statics
+            found.rest_where_not(reached(plan, own, entries, found.mask, unknowns))
     return found if found.mask.any() else None
 
 
 def _solved(
-    plan: Plan, solver: BroadcastSolver | StackedSolver, suspects: NDArray[np.bool_], unknowns: list[int]
+    plan: Plan,
+    solver: BroadcastSolver | StackedSolver,
+    statics: Statics,
+    entries: Selected,
+    suspects: NDArray[np.bool_],
+    unknowns: list[int],
 ) -> list[ConstrainedSolution]:
     """Entries that can move, those together of which rounding leaves nothing open."""
-    entries = Selected.around(suspects)
-    left, statics = entries.of_all(suspects).copy(), Statics(plan, determinate=True, entries=entries)
+    left = entries.of_all(suspects).copy()
     held = held_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
     if held is None:
         return list(small(statics, left, unknowns))

@@ -54,8 +54,7 @@ def held_by_springs(
         return None
     index = np.nonzero(suspects)
     geometry, own = distinct(index, geometry_shape(statics))
-    carried = any(link.edge.kind == MEMBER for link in statics.kinematics.links)
-    if carried or len(own) < _FOR_EACH * len(geometry[0]) or not alike(statics):
+    if carries(statics) or len(own) < _FOR_EACH * len(geometry[0]) or not alike(statics):
         return None
     motions = _Motions(plan, statics, geometry, unknowns)
     held = motions.held & motions.sure[:, None]
@@ -77,6 +76,11 @@ def held_by_springs(
     where, own, values = tuple(k[known] for k in index), own[known], values[known]
     moved, scale = motions.motions[:, own], motions.frames.length_scale[own]
     return ConstrainedSolution(where, extended(values), moved, scale, np.ones(len(own), dtype=bool))
+
+
+def carries(statics: Statics) -> bool:
+    """Whether one end of a member carries the other, so that coordinates are not those of the frame."""
+    return any(link.edge.kind == MEMBER for link in statics.kinematics.links)
 
 
 class _Motions:

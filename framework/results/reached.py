@@ -20,22 +20,23 @@ from .constrained_batch import deformed_by_imposed, imposed_at, imposed_componen
 _MOST = 2**11
 
 
-def reached(plan: Plan, mask: NDArray[np.bool_], unknowns: Sequence[int]) -> NDArray[np.bool_]:
+def reached(
+    plan: Plan, statics: Statics, entries: Selected, mask: NDArray[np.bool_], unknowns: Sequence[int]
+) -> NDArray[np.bool_]:
     """Which unknowns the loads of some entries reach, (m, n): loaded ones or asked for, and what is coupled with them.
 
     Parameters
     ----------
     plan
         The compiled frame.
+    statics, entries
+        Some of its batch, and the frame there in its own coordinates.
     mask
-        The entries, (...) of the batch shape.
+        Those of them that are asked for, (...) of the batch shape.
     unknowns
         Numbers of the unknowns that count as loaded at any entry (n,).
     """
-    if not mask.any():
-        return np.zeros((0, len(unknowns)), dtype=bool)
-    entries = Selected.around(mask)
-    statics, own = Statics(plan, entries=entries), entries.of_all(mask)
+    own = entries.of_all(mask)
     asked, imposed = np.isin(unknowns, list(plan.asked_unknowns)), imposed_components(statics)
     out = np.zeros((*own.shape, len(unknowns)), dtype=bool)
     for index, first, which in grouped(own, matrix_shape(statics), _MOST):
