@@ -57,21 +57,21 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
     for some, first, which in grouped(suspects, by_matrix, count):
         index, matrices = () if some is None else some, () if first is None else first
         geometry, own = distinct(matrices, by_geometry)
-        frames = Geometries(statics, geometry, unknowns)
+        frames = MovingGeometries(statics, geometry, unknowns)
         k = np.broadcast_to(stiffness_at(statics, matrices), (len(own), frames.columns.shape[-2]))
         # the free motions of a geometry are those of any of its matrices
         scaled, root = weighed(frames.double, frames.sizes, k[np.unique(own, return_index=True)[1]])
         for take, basis, constrained in same_constrained(*free(scaled, frames.count)):
             taken = np.flatnonzero(np.isin(own, take))
             entries = np.flatnonzero(np.isin(which, taken))
-            group = Group(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
+            group = HeldMatrices(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
             held = group.refined(np.moveaxis(basis * root[take][:, None], 1, 0), take)
             part = tuple(each[entries] for each in index)
             found = _solved(statics, part, group, np.searchsorted(taken, which[entries]), held)
             yield found if suspects.ndim else found.alone
 
 
-class Geometries:
+class MovingGeometries:
     """Some geometries of a frame.
 
     Attributes
@@ -141,7 +141,7 @@ class Geometries:
         return out
 
 
-class Group:
+class HeldMatrices:
     """Matrices that some unknowns are held of, the same at all.
 
     Parameters
@@ -156,7 +156,7 @@ class Group:
         Stiffness against the deformations, (m, e).
     """
 
-    def __init__(self, frames: Geometries, kept: Index, own: Index, k: Array) -> None:
+    def __init__(self, frames: MovingGeometries, kept: Index, own: Index, k: Array) -> None:
         self.frames, self.kept, self.own, self.k = frames, kept, own, k
         sizes = frames.sizes[kept]
         found = DenseCompliance.of(frames.double[own][..., kept], sizes[:, own], k)
@@ -234,7 +234,7 @@ class _Loading:
         )
 
 
-def _solved(statics: Statics, index: Indices, group: Group, which: Index, motions: Real) -> ConstrainedSolution:
+def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index, motions: Real) -> ConstrainedSolution:
     """Entries at these indices, of matrices (m,) of a group, with the free motions (r, g, n) of its geometries."""
     frames, own = group.frames, group.own[which]
     first, like = distinct(index, _Loading.shape(statics))
@@ -248,7 +248,9 @@ def _solved(statics: Statics, index: Indices, group: Group, which: Index, motion
     return ConstrainedSolution(index, whole, moving[:, own], frames.length_scale[own], ~driven & group.sure[which])
 
 
-def _least_work(loading: _Loading, like: Index, group: Group, which: Index, motions: Real, values: Real) -> Array:
+def _least_work(
+    loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real
+) -> Array:
     """Work of loads on free motions (r, g, n) that is but rounding, of what is described and what is computed, (r, m),
     for the values (m, n) of the unknowns."""
     frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine

@@ -8,8 +8,6 @@ anything open are left to `linkframe.framework.results.constrained_batch`.
 
 from __future__ import annotations
 
-import copy
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,7 +24,14 @@ from ..error_bounds.tree_members import MEMBER
 from ..joint_protocol import JointElement
 from ..structure.tree import JointTree, TreeSpring
 from .constrained import COMPUTED, GIVEN, ConstrainedSolution, free, weighed
-from .constrained_batch import Geometries, Group, imposed_at, imposed_components, same_constrained, stiffness_at
+from .constrained_batch import (
+    HeldMatrices,
+    MovingGeometries,
+    imposed_at,
+    imposed_components,
+    same_constrained,
+    stiffness_at,
+)
 
 # Entries from which on a batch of their own takes less time, and how many of them there are for each geometry at least.
 _MANY, _FOR_EACH = 64, 4
@@ -56,7 +61,7 @@ def held_by_springs(
     geometry, own = distinct(index, geometry_shape(statics))
     if carries(statics) or len(own) < _FOR_EACH * len(geometry[0]) or not alike(statics):
         return None
-    motions = _Motions(plan, statics, geometry, unknowns)
+    motions = _SharedMotions(plan, statics, geometry, unknowns)
     held = motions.held & motions.sure[:, None]
     springs = {
         unknown: _spread(geometry_shape(statics), geometry, np.where(held[:, k], motions.diagonal[:, k], 0.0))
@@ -83,7 +88,7 @@ def carries(statics: Statics) -> bool:
     return any(link.edge.kind == MEMBER for link in statics.kinematics.links)
 
 
-class _Motions:
+class _SharedMotions:
     """Free motions of some geometries of a frame.
 
     Attributes
@@ -99,7 +104,7 @@ class _Motions:
     """
 
     def __init__(self, plan: Plan, statics: Statics, geometry: tuple[Index, ...], unknowns: list[int]) -> None:
-        self.statics, self.frames = statics, Geometries(statics, geometry, unknowns)
+        self.statics, self.frames = statics, MovingGeometries(statics, geometry, unknowns)
         frames, count, size = self.frames, self.frames.count, len(unknowns)
         k = np.broadcast_to(stiffness_at(statics, geometry), (count, frames.columns.shape[-2]))
         self.diagonal: Array = np.einsum("ge,gen->gn", k, frames.double**2)
@@ -111,7 +116,7 @@ class _Motions:
         on_edges = np.array([unknown // 6 in plan.tree.rows for unknown in unknowns])
         for take, shapes, constrained in same_constrained(bases * on_edges, ranks):
             basis = bases[take, -len(constrained) :]
-            group = Group(frames, np.delete(np.arange(size), constrained), take, k[take])
+            group = HeldMatrices(frames, np.delete(np.arange(size), constrained), take, k[take])
             self.motions[: len(constrained), take] = group.refined(
                 np.moveaxis(basis * root[take][:, None], 1, 0), take
             )[:, take]
@@ -193,7 +198,7 @@ def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> De
     """A frame at some entries of its batch."""
     clone = frame_at(frame, change, shape)
     clone.absent = clone.made_from = None
-    clone.joints = {name: link._replace(element=_at(link.element, change)) for name, link in frame.joints.items()}
+    clone.joints = {name: link._replace(element=_JointAt(link.element, change)) for name, link in frame.joints.items()}
     clone.supports, clone.offsets = (
         {name: {k: change(value, 0) for k, value in given.items()} for name, given in each.items()}
         for each in (frame.supports, frame.offsets)
@@ -201,11 +206,25 @@ def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> De
     return clone
 
 
-def _at(element: JointElement, change: Change) -> JointElement:
-    """A joint at some entries of its batch."""
-    clone = copy.copy(element)
-    for name, trailing in (("stiffness", 1), ("axes", 2), ("pitch", 0), ("clearance", 0)):
-        value = getattr(element, name)
-        if value is not None:
-            object.__setattr__(clone, name, change(value, trailing))
-    return clone
+class _JointAt(JointElement):
+    """A joint without clearance at some entries of its batch."""
+
+    def __init__(self, element: JointElement, change: Change) -> None:
+        self.stiffness = change(element.stiffness, 1)
+        self.axes = None if element.axes is None else change(element.axes, 2)
+        self.pitch = change(element.pitch, 0)
+        self.clearance, self.clearance_directions = np.zeros(()), ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        axes = () if self.axes is None else self.axes.shape[:-2]
+        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.pitch.shape)
+
+    def matrix(self) -> Array:
+        """Stiffness of the two nodes, (..., 12, 12)."""
+        return self.springs_matrix()
+
+    def typical(self) -> _JointAt:
+        """The joint itself."""
+        return self
