@@ -96,4 +96,50 @@ class Stretch(Entries):
         return tuple(self.indices if axis == self.axis else slice(None) for axis in range(self.ndim))
 
 
+@dataclass(frozen=True, kw_only=True)
+class Selected(Entries):
+    """Batch entries at some indices of each axis, which keep the axes of the batch.
+
+    Attributes
+    ----------
+    indices
+        By batch axis which, in order.
+    """
+
+    indices: tuple[Index, ...]
+
+    @classmethod
+    def around(cls, mask: NDArray[np.bool_]) -> Selected:
+        """The fewest that hold all entries of a mask (...)."""
+        axes = range(mask.ndim)
+        along = (mask.any(axis=tuple(other for other in axes if other != axis)) for axis in axes)
+        return cls(indices=tuple(np.flatnonzero(each) for each in along))
+
+    @property
+    def shape(self) -> Shape:
+        """Batch shape of these entries."""
+        return tuple(len(each) for each in self.indices)
+
+    def __call__(self, array: Numbers, trailing: int, leading: int = 0) -> Numbers:
+        """An array at the entries, its axes as they are."""
+        first = array.ndim - trailing - len(self.indices)
+        for axis, indices in enumerate(self.indices, first):
+            if axis >= 0 and len(indices) != array.shape[axis] != 1:
+                array = array[(slice(None),) * axis + (indices,)]
+        return array
+
+    @property
+    def where(self) -> tuple[Index, ...]:
+        """Where they are in an array of the batch."""
+        return np.ix_(*self.indices)
+
+    def of_all(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """A mask (...) of the whole batch at these entries."""
+        return mask[self.where] if self.indices else mask
+
+    def among_all(self, index: tuple[Index, ...]) -> tuple[Index, ...]:
+        """Indices (m,) by axis among these entries as those in the whole batch."""
+        return tuple(own[k] for own, k in zip(self.indices, index, strict=True))
+
+
 WHOLE = Entries()

@@ -29,7 +29,7 @@ Answer = tuple[Array, NDArray[np.bool_], Array]
 # be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
 _UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
 # Entries up to which the stiffness that each has costs no more than one for all.
-_FEW = 32
+_FEW = 1000
 
 
 @dataclass(frozen=True)

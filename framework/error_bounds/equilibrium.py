@@ -14,13 +14,14 @@ import numpy as np
 
 from ..batch import Array, aligned
 from ..batched.plan import Plan
-from ..entries import Change
+from ..entries import WHOLE, Change, Selected
 from ..structure.parts import Extended
 from .applied import AppliedLoads
 from .deformations import Springs, springs
 from .force_sizes import reduced_sizes
 from .kinematic_edge import KinematicEdge, Real, extended
 from .kinematics import FrameKinematics
+from .plan_at import plan_at
 from .sharing import LoadShare, load_shares
 from .tree_members import MEMBER, tree_members
 
@@ -48,18 +49,22 @@ class Statics:
     determinate
         Whether one end of a member is to carry the other where that makes a tree: what is stiff and short then
         stands alone on coordinates of its own, as a joint does.
+    entries
+        Those of the batch of which anything is asked, all where None: `plan` is then that of these alone.
     """
 
-    def __init__(self, plan: Plan, *, determinate: bool = False) -> None:
-        self.plan = plan
-        members, links = tree_members(plan, springs(plan)) if determinate else (springs(plan), [])
-        self.kinematics = FrameKinematics.of(plan, links)
+    def __init__(self, plan: Plan, *, determinate: bool = False, entries: Selected | None = None) -> None:
+        at = WHOLE if entries is None else entries
+        own = self.plan = plan if entries is None else plan_at(plan, entries, entries.shape)
+        members, links = tree_members(own, springs(own)) if determinate else (springs(own), [])
+        self.kinematics = FrameKinematics.of(plan, links, at)
         self.springs = members
-        self.loads = AppliedLoads.of(plan, self.springs)
+        self.loads = AppliedLoads.of(own, self.springs)
         ndim = len(plan.frame.shape)
         links = self.kinematics.links
-        self.stiffness = [six(link.edge.stiffness, ndim) for link in links]
-        self.imposed = [imposed_on(plan, link) for link in links]
+        self.stiffness = [at(six(link.edge.stiffness, ndim), 1) for link in links]
+        imposed = [imposed_on(plan, link) for link in links]
+        self.imposed = [None if each is None else at(each, 1) for each in imposed]
 
 
 class EquilibriumResidual:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from ..batch import aligned, merged, rotated
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
-from ..entries import Change
+from ..entries import WHOLE, Change, Entries
 from ..structure.edge import GROUND, Edge
 from ..structure.parts import is_zero
 from ..structure.topology import Index
@@ -60,7 +60,7 @@ class FrameKinematics:
     redundant: list[RedundantLoops]
 
     @classmethod
-    def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = ()) -> FrameKinematics:
+    def of(cls, plan: Plan, determinate: Sequence[KinematicEdge] = (), entries: Entries = WHOLE) -> FrameKinematics:
         """Kinematics of a frame in extended precision.
 
         Parameters
@@ -68,7 +68,9 @@ class FrameKinematics:
         plan
             The compiled frame.
         determinate
-            Members of which one end is to carry the other, as links.
+            Members of which one end is to carry the other, as links, at the entries.
+        entries
+            At which of the batch.
         """
         tree, topology = plan.tree, plan.topology
         carried = {branch.child for branch in tree.branches} | {link.child for link in determinate}
@@ -76,16 +78,21 @@ class FrameKinematics:
         for node, body in enumerate(topology.bodies):
             if body is not None and node not in carried:
                 own.setdefault(body, []).append(node)
-        bodies = [(np.array(nodes), extended(topology.axes(nodes[0]))[..., None, :, :]) for nodes in own.values()]
-        links = [_link(plan, branch.edge, branch.sign) for branch in tree.branches]
+        bodies = [
+            (np.array(nodes), extended(entries(np.asarray(topology.axes(nodes[0])), 2))[..., None, :, :])
+            for nodes in own.values()
+        ]
+        link = partial(_link, plan, entries)
+        links = [link(branch.edge, branch.sign) for branch in tree.branches]
         links = _parents_first([*links, *determinate]) if determinate else links
-        exchanged, closures = exchanged_links(tree, len(topology.number), [_link(plan, e, 1.0) for e in tree.exchanged])
+        exchanged, closures = exchanged_links(tree, len(topology.number), [link(e, 1.0) for e in tree.exchanged])
         links += exchanged
-        links += [_link(plan, edge, 0.0) for edge, _ in tree.closing if edge not in tree.exchanged]
+        links += [link(edge, 0.0) for edge, _ in tree.closing if edge not in tree.exchanged]
         links += closures
-        dependents = dependent_coordinates(tree, links)
-        idle = {key: np.asarray(where) for key, where in tree.elimination.idle.items()}
-        redundant, count = redundant_loops(plan, links), len(topology.number) + len(exchanged)
+        dependents = _at(dependent_coordinates(tree, links), entries)
+        idle = {key: entries(np.asarray(where), 0) for key, where in tree.elimination.idle.items()}
+        redundant = redundant_loops(plan, links, entries)
+        count = len(topology.number) + len(exchanged)
         return cls(count, _shape(bodies, links, dependents), bodies, links, dependents, idle, redundant)
 
     def mapped(self, change: Change) -> FrameKinematics:
@@ -99,10 +106,7 @@ class FrameKinematics:
             replace(link, axes=each(link.axes, 2), arm=each(link.arm, 1), lead=each(link.lead, 0))
             for link in self.links
         ]
-        dependents = {
-            key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
-            for key, (row, by) in self.dependents.items()
-        }
+        dependents = _at(self.dependents, change)
         idle = {key: change(where, 0) for key, where in self.idle.items()}
         redundant = [loops.mapped(change) for loops in self.redundant]
         shape = _shape(bodies, links, dependents)
@@ -340,14 +344,21 @@ class FrameKinematics:
         return out
 
 
-def _link(plan: Plan, edge: Edge, sign: float) -> KinematicEdge:
-    axes = None if edge.axes is None else extended(edge.axes)
+def _link(plan: Plan, entries: Entries, edge: Edge, sign: float) -> KinematicEdge:
+    axes = None if edge.axes is None else extended(entries(edge.axes, 2))
     arm = None
     if edge.kind == "rigid":
         names = plan.topology.names
-        arm = position(plan, names[edge.second]) - position(plan, names[edge.first])
-    lead = None if is_zero(edge.pitch) or edge.name is None else _lead(plan, edge.name)
+        arm = entries(position(plan, names[edge.second]) - position(plan, names[edge.first]), 1)
+    lead = None if is_zero(edge.pitch) or edge.name is None else entries(_lead(plan, edge.name), 0)
     return KinematicEdge(edge, edge.first, edge.second, sign, axes, arm, lead)
+
+
+def _at(dependents: Dependents, change: Change) -> Dependents:
+    return {
+        key: ({k: change(v, 0) for k, v in row.items()}, {k: change(v, 0) for k, v in by.items()})
+        for key, (row, by) in dependents.items()
+    }
 
 
 def _lead(plan: Plan, joint: str) -> Real:

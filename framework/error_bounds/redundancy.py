@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..batched.plan import Plan
-from ..entries import Change
+from ..entries import WHOLE, Change, Entries
 from ..structure.disjoint_sets import DisjointSets
 from ..structure.edge import GROUND
 from ..structure.topology import Index
@@ -51,7 +51,7 @@ class RedundantLoops:
         return RedundantLoops(self.links, each, change(self.length, 0))
 
 
-def redundant_loops(plan: Plan, links: Sequence[KinematicEdge]) -> list[RedundantLoops]:
+def redundant_loops(plan: Plan, links: Sequence[KinematicEdge], entries: Entries = WHOLE) -> list[RedundantLoops]:
     """The loops of a frame that have redundant components; these do not depend on which edges close them.
 
     Parameters
@@ -59,7 +59,9 @@ def redundant_loops(plan: Plan, links: Sequence[KinematicEdge]) -> list[Redundan
     plan
         The compiled frame.
     links
-        Edges of the tree, parents first, then those that close a loop.
+        Edges of the tree, parents first, then those that close a loop, at the entries.
+    entries
+        At which of the batch.
     """
     elimination = plan.tree.elimination
     if not elimination.self_stresses:
@@ -68,7 +70,7 @@ def redundant_loops(plan: Plan, links: Sequence[KinematicEdge]) -> list[Redundan
     numbers = {link.edge: number for number, link in enumerate(links)}
     found: dict[int, list[dict[tuple[int, int], Real]]] = {}
     for constraint, source in elimination.self_stresses.items():
-        given = ((elimination.given[index], np.asarray(value)) for index, value in source.items())
+        given = ((elimination.given[index], entries(np.asarray(value), 0)) for index, value in source.items())
         own = {(numbers[each.edge], each.component): value for each, value in given}
         found.setdefault(sets.find(numbers[elimination.given[constraint].edge]), []).append(own)
     members: dict[int, list[int]] = {}
@@ -78,7 +80,7 @@ def redundant_loops(plan: Plan, links: Sequence[KinematicEdge]) -> list[Redundan
     for name, stresses in found.items():
         sharing = [links[k] for k in members[name] if links[k].edge.kind in SHARING and links[k].edge.ideal]
         if sharing:
-            out.append(RedundantLoops(np.array(members[name]), stresses, _length(plan, sharing)))
+            out.append(RedundantLoops(np.array(members[name]), stresses, _length(plan, sharing, entries)))
     return out
 
 
@@ -103,10 +105,10 @@ def _way(links: Sequence[KinematicEdge], above: dict[int, int], node: int) -> li
     return out
 
 
-def _length(plan: Plan, links: Sequence[KinematicEdge]) -> Real:
+def _length(plan: Plan, links: Sequence[KinematicEdge], entries: Entries) -> Real:
     """Root of the mean square distance of joints and supports from their middle, and of the advance of screws, (...);
     one where all of them are in one place."""
-    places = [plan.topology.position(link.second) for link in links]
+    places = [entries(plan.topology.position(link.second), 1) for link in links]
     middle = sum(places, np.zeros(3)) / len(places)
     square = sum((np.sum((place - middle) ** 2, axis=-1) for place in places), np.zeros(()))
     far = sum((np.sum(place**2, axis=-1) for place in places), np.zeros(()))

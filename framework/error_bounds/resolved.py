@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
 from ..batched.plan import Plan
-from ..entries import WHOLE, Entries
+from ..entries import WHOLE, Entries, Selected
 from ..solvers.refinement import refined_by_springs
 from ..solvers.sparse import SparseSolver
 from ..solvers.spring_residual import SpringResidual
@@ -82,17 +82,20 @@ class Resolved:
     def __init__(self, plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]) -> None:
         self.plan, self.unknowns = plan, list(unknowns)
         self.mask = np.zeros(plan.frame.shape, dtype=bool)
-        self._values = extended(np.zeros((*plan.frame.shape, len(self.unknowns))))
-        statics = Statics(plan, determinate=True)
+        entries = Selected.around(suspects)
+        self._values = extended(np.zeros((*entries.shape, len(self.unknowns))))
+        statics = Statics(plan, determinate=True, entries=entries)
+        own, found = entries.of_all(suspects), np.zeros(entries.shape, dtype=bool)
         with np.errstate(all="ignore"):
-            for index, first, which in grouped(suspects, matrix_shape(statics)):
-                self._solve(statics, index, first, which)
+            for index, first, which in grouped(own, matrix_shape(statics)):
+                self._solve(statics, index, first, which, found)
+        self.mask[entries.where], self._values = found, self._values[found]
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters at the solved entries, (m, rows)."""
         return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
-    def _solve(self, statics: Statics, index: At, first: At, which: Index) -> None:
+    def _solve(self, statics: Statics, index: At, first: At, which: Index, found: NDArray[np.bool_]) -> None:
         start = ill_conditioned_state(statics, first, self.unknowns)
         rough = DenseCompliance(start.double, start.double_springs, start.stiffness, self.unknowns)
         # One for all entries where the stiffness does not vary over them.
@@ -102,7 +105,7 @@ class Resolved:
         kept = index if index is None else tuple(each[near] for each in index)
         state, compliance = ill_conditioned(statics, kept, self.unknowns)
         where: Any = () if kept is None else kept
-        self.mask[where] = compliance.least > 0.0
+        found[where] = compliance.least > 0.0
         self._values[where] = state.absolute()
 
 
@@ -201,7 +204,7 @@ class ResolvedLarge:
 
     def values(self, rows: Sequence[Row]) -> Real:
         """Values of `rows` over the unknowns and the right-hand-side parameters, (m, rows)."""
-        return combined(self.plan, self.unknowns, self._values, rows, self.mask)
+        return combined(self.plan, self.unknowns, self._values[self.mask], rows, self.mask)
 
     def whole(self, solver: SparseSolver) -> Array:
         """All unknowns of the solver, those that the loads reach as they are resolved, (n, load cases)."""
@@ -229,10 +232,9 @@ def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
 
 
 def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[Row], mask: NDArray[np.bool_]) -> Real:
-    """Values of `rows` over the unknowns (..., n) and the right-hand-side parameters at the entries in a mask,
+    """Values of `rows` over the unknowns (m, n) and the right-hand-side parameters at the m entries in a mask,
     (m, rows)."""
     change, ndim = Entries(np.nonzero(mask) if mask.ndim else ()), mask.ndim
-    values = values[mask]
     at = {k: number for number, k in enumerate(unknowns)}
     out = extended(np.zeros((len(values), len(rows))))
     for number, row in enumerate(rows):
@@ -283,12 +285,14 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
         return out
     if len(unknowns) > MOST:
         return suspects & ~banded(plan).singular(excited=False)
-    statics = Statics(plan, determinate=True)
+    entries = Selected.around(suspects)
+    statics = Statics(plan, determinate=True, entries=entries)
     with np.errstate(all="ignore"):
-        for index in groups(suspects):
-            state = ill_conditioned_state(statics, index, unknowns)
+        for index, first, which in grouped(entries.of_all(suspects), matrix_shape(statics)):
+            state = ill_conditioned_state(statics, first, unknowns)
             found = DenseCompliance(state.double, state.double_springs, state.stiffness, unknowns)
-            out[() if index is None else index] = found.distance() > _LEAST
+            stable = np.broadcast_to(found.distance() > _LEAST, (1 if first is None else len(first[0]),))[which]
+            out[... if index is None else entries.among_all(index)] = stable if out.ndim else stable[0]
     return out
 
 

@@ -8,14 +8,14 @@ neither on the order in which things are described nor on which edges close the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..batch import Array, merged
 from ..structure.edge import GROUND
-from .kinematic_edge import Real
+from .kinematic_edge import KinematicEdge, Real
 from .kinematics import FrameKinematics
 from .redundancy import SHARING, RedundantLoops
 
@@ -101,15 +101,21 @@ def _sharing(kinematics: FrameKinematics, loops: RedundantLoops) -> LoadShare:
     weights = np.ones((*loops.length.shape, len(links), 6))
     weights[..., 3:] /= np.asarray(loops.length, np.float64)[..., None, None]
     weights[..., [k for k, link in enumerate(links) if link.edge.kind not in SHARING], :] = 0.0
-    exerted = np.stack(np.broadcast_arrays(*(link.exerted(stresses[..., k, :]) for k, link in enumerate(links))), -2)
-    weighed = weights * np.asarray(exerted, np.float64)
+    weighed = weights * np.asarray(_of_screws(links, stresses, KinematicEdge.exerted), np.float64)
     inverse, condition = _inverse(merged(weighed, -2, -1))
     inverse = weights * inverse.reshape(weighed.shape)
     # of a screw's forces those on its coordinates
-    each = (np.asarray(link.rest(inverse[..., k, :]), np.float64) for k, link in enumerate(links))
-    parts = np.where(ideal, np.stack(np.broadcast_arrays(*each), -2), 0.0)
+    parts = np.where(ideal, np.asarray(_of_screws(links, inverse, KinematicEdge.rest), np.float64), 0.0)
     rounding = _ROUNDINGS * np.sqrt(6.0 * len(links)) * np.finfo(np.float64).eps * condition
     return LoadShare({int(k): at for at, k in enumerate(loops.links)}, stresses, parts, rounding)
+
+
+def _of_screws(links: Sequence[KinematicEdge], forces: Real, change: Callable[[KinematicEdge, Real], Real]) -> Real:
+    """Forces (..., k, 6) of links, those of screws changed."""
+    if all(link.lead is None for link in links):
+        return forces
+    each = (change(link, forces[..., k, :]) for k, link in enumerate(links))
+    return np.stack(np.broadcast_arrays(*each), -2)
 
 
 def _self_stresses(kinematics: FrameKinematics, loops: RedundantLoops) -> Real:

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, aligned
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
+from ..entries import Entries, Selected
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematic_edge import Real, extended
 from ..error_bounds.resolved import MOST, At, combined, excited
@@ -21,6 +22,7 @@ from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large
 from .constrained_batch import small
+from .constrained_by_springs import carries, held_by_springs
 from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
@@ -42,14 +44,37 @@ def consistent_mechanisms(
         Entries that can move, (...) of the batch shape.
     """
     if isinstance(solver, SparseSolver):
-        found = ConsistentMechanisms(plan, solver.unknown[solver.excited].tolist(), large(Statics(plan), solver))
+        unknowns, entries = solver.unknown[solver.excited].tolist(), Selected.around(np.ones_like(suspects))
+        found = ConsistentMechanisms(plan, unknowns, large(Statics(plan), solver), entries)
     elif len(plan.unknowns) > MOST:
         return None
     else:
         unknowns = loaded(plan, solver)
-        found = ConsistentMechanisms(plan, unknowns, small(Statics(plan, determinate=True), suspects, unknowns))
-        found.rest_where_not(reached(plan, found.mask, unknowns))
+        entries = Selected.around(suspects)
+        statics = Statics(plan, determinate=True, entries=entries)
+        parts = _solved(plan, solver, statics, entries, suspects, unknowns)
+        found = ConsistentMechanisms(plan, unknowns, parts, entries)
+        if found.mask.any():
+            own = Statics(plan, entries=entries) if carries(statics) else statics
+            found.rest_where_not(reached(plan, own, entries, found.mask, unknowns))
     return found if found.mask.any() else None
+
+
+def _solved(
+    plan: Plan,
+    solver: BroadcastSolver | StackedSolver,
+    statics: Statics,
+    entries: Selected,
+    suspects: NDArray[np.bool_],
+    unknowns: list[int],
+) -> list[ConstrainedSolution]:
+    """Entries that can move, those together of which rounding leaves nothing open."""
+    left = entries.of_all(suspects).copy()
+    held = held_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
+    if held is None:
+        return list(small(statics, left, unknowns))
+    left[held.where] = False
+    return [held, *small(statics, left, unknowns)]
 
 
 def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver) -> list[int]:
@@ -70,7 +95,9 @@ class ConsistentMechanisms:
     unknowns
         Numbers of the unknowns that the loads reach (n,).
     parts
-        Solutions of parts of the batch.
+        Solutions of parts of some entries.
+    entries
+        These.
 
     Attributes
     ----------
@@ -81,18 +108,23 @@ class ConsistentMechanisms:
         apart from the loads.
     """
 
-    def __init__(self, plan: Plan, unknowns: Sequence[int], parts: Iterable[ConstrainedSolution]) -> None:
-        found, shape = list(parts), plan.frame.shape
+    def __init__(
+        self, plan: Plan, unknowns: Sequence[int], parts: Iterable[ConstrainedSolution], entries: Selected
+    ) -> None:
+        found, shape = list(parts), entries.shape
         self.plan, self.unknowns = plan, list(unknowns)
-        self.mask = np.zeros(shape, dtype=bool)
-        self.length_scale = np.ones(shape)
-        self._values = extended(np.zeros((*shape, len(self.unknowns))))
-        self._motions = np.zeros((max((len(each.motions) for each in found), default=0), *self._values.shape))
+        own, length_scale = np.zeros(shape, dtype=bool), np.ones(shape)
+        values = extended(np.zeros((*shape, len(self.unknowns))))
+        motions = np.zeros((max((len(each.motions) for each in found), default=0), *values.shape))
         for each in found:
-            self.mask[each.where] = each.consistent
-            self.length_scale[each.where] = each.length_scale
-            self._values[each.where] = each.values
-            self._motions[(slice(len(each.motions)), *each.where)] = each.motions
+            own[each.where] = each.consistent
+            length_scale[each.where] = each.length_scale
+            values[each.where] = each.values
+            motions[(slice(len(each.motions)), *each.where)] = each.motions
+        # of these entries alone, in the order of the mask: (m,), (m, n), (motions, m, n)
+        self.length_scale, self._values, self._motions = length_scale[own], values[own], motions[:, own]
+        self.mask = np.zeros(plan.frame.shape, dtype=bool)
+        self.mask[entries.where] = own
         self.moving = self.mask.copy()
         self._reached = np.zeros((0, len(self.unknowns)), dtype=bool)
 
@@ -102,9 +134,9 @@ class ConsistentMechanisms:
 
     def rest_where_not(self, reached: NDArray[np.bool_]) -> None:
         """Leave undisplaced which of the unknowns (m, n) at these entries are not reached by the loads there."""
-        self._values[self.mask] = np.where(reached, self._values[self.mask], 0.0)
-        self._motions[:, self.mask] = np.where(reached, self._motions[:, self.mask], 0.0)
-        self.moving[self.mask] = (np.abs(self._motions[:, self.mask]) > _STILL).any(axis=(0, -1))
+        self._values = np.where(reached, self._values, 0.0)
+        self._motions = np.where(reached, self._motions, 0.0)
+        self.moving[self.mask] = (np.abs(self._motions) > _STILL).any(axis=(0, -1))
         self._reached = reached[~self.moving[self.mask]]
 
     def apart(self, where: NDArray[np.bool_]) -> Iterator[tuple[At, list[int]]]:
@@ -121,12 +153,12 @@ class ConsistentMechanisms:
     def motions(self, rows: Sequence[Row]) -> Array:
         """Values of `rows` in each free motion of these entries, (motions, m, rows)."""
         at = {k: number for number, k in enumerate(self.unknowns)}
-        motions = self._motions[:, self.mask]
+        motions, change = self._motions, Entries(np.nonzero(self.mask) if self.mask.ndim else ())
         out = np.zeros((*motions.shape[:-1], len(rows)))
         for number, row in enumerate(rows):
             for k, factor in row.items():
                 if k in at:
-                    own = np.broadcast_to(np.asarray(factor, dtype=np.float64), self.plan.frame.shape)[self.mask]
+                    own = change(aligned(np.asarray(factor, dtype=np.float64), self.mask.ndim), 0)
                     out[..., number] += own * motions[..., at[k]]
         return out
 
@@ -140,7 +172,7 @@ class ConsistentMechanisms:
         moved
             The same in each free motion of these entries, (motions, m, 6) or (motions, m, k, 6).
         """
-        length_scale = self.length_scale[self.mask].reshape(-1, *(1,) * (moved.ndim - 2))
+        length_scale = self.length_scale.reshape(-1, *(1,) * (moved.ndim - 2))
         weights = np.concatenate([np.ones((*length_scale.shape[:-1], 3)), np.repeat(length_scale, 3, axis=-1)], axis=-1)
         lost = (np.abs(moved) * weights > _STILL).any(axis=0)
         found[self.mask] = np.where(lost, np.nan, found[self.mask])

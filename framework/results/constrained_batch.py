@@ -8,7 +8,7 @@ left for each entry is to balance ``p - B^T k (B u + e)`` in extended precision,
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property, reduce
 
 import numpy as np
@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, merged
 from ..entries import Entries
 from ..error_bounds.compliance import DenseCompliance, by_units, resistances, together
+from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.resolved import alike, distinct, geometry_shape, grouped, matrix_shape
 from ..error_bounds.tree_members import MEMBER
 from ..solvers.freedom import constrained_unknowns
@@ -55,21 +57,21 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
     for some, first, which in grouped(suspects, by_matrix, count):
         index, matrices = () if some is None else some, () if first is None else first
         geometry, own = distinct(matrices, by_geometry)
-        frames = _Geometries(statics, geometry, unknowns)
-        k = np.broadcast_to(_stiffness(statics, matrices), (len(own), frames.columns.shape[-2]))
+        frames = MovingGeometries(statics, geometry, unknowns)
+        k = np.broadcast_to(stiffness_at(statics, matrices), (len(own), frames.columns.shape[-2]))
         # the free motions of a geometry are those of any of its matrices
         scaled, root = weighed(frames.double, frames.sizes, k[np.unique(own, return_index=True)[1]])
-        for take, basis, constrained in _alike(*free(scaled, frames.count)):
+        for take, basis, constrained in same_constrained(*free(scaled, frames.count)):
             taken = np.flatnonzero(np.isin(own, take))
             entries = np.flatnonzero(np.isin(which, taken))
-            group = _Group(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
+            group = HeldMatrices(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
             held = group.refined(np.moveaxis(basis * root[take][:, None], 1, 0), take)
             part = tuple(each[entries] for each in index)
             found = _solved(statics, part, group, np.searchsorted(taken, which[entries]), held)
             yield found if suspects.ndim else found.alone
 
 
-class _Geometries:
+class MovingGeometries:
     """Some geometries of a frame.
 
     Attributes
@@ -119,6 +121,20 @@ class _Geometries:
         found: Real = np.einsum("rgn,nguk->rguk", motions, units)
         return found
 
+    def by_imposed(self, imposed: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
+        """Deformations by a unit of each displacement imposed on a link, of (number of the link, component), (u, g, e),
+        and sizes of what they are made of."""
+        units = units_of(imposed, len(self.kinematics.links))
+        rest = extended(np.zeros((len(imposed), 1, len(self.unknowns))))
+        _, *both = deformed_by_imposed(self.kinematics, self.springs, self.unknowns, rest, units)
+        shape = (len(imposed), self.count, both[0].shape[-1])
+        deformations, sizes = (np.broadcast_to(each.astype(np.float64), shape) for each in both)
+        return deformations, sizes
+
+    def strained(self, motions: Real) -> Real:
+        """Deformations by motions (r, g, n) of the unknowns, (r, g, e)."""
+        return _forth(self.columns, motions)
+
     def absolute(self, values: Real, own: Index, given: Real) -> Real:
         """Unknowns (..., m, n) as the frame's own coordinates have them, for geometries (m,), with the displacements of
         nodes by what is imposed, (m or 1, nodes, 6)."""
@@ -132,7 +148,7 @@ class _Geometries:
         return out
 
 
-class _Group:
+class HeldMatrices:
     """Matrices that some unknowns are held of, the same at all.
 
     Parameters
@@ -147,7 +163,7 @@ class _Group:
         Stiffness against the deformations, (m, e).
     """
 
-    def __init__(self, frames: _Geometries, kept: Index, own: Index, k: Array) -> None:
+    def __init__(self, frames: MovingGeometries, kept: Index, own: Index, k: Array) -> None:
         self.frames, self.kept, self.own, self.k = frames, kept, own, k
         sizes = frames.sizes[kept]
         found = DenseCompliance.of(frames.double[own][..., kept], sizes[:, own], k)
@@ -210,17 +226,10 @@ class _Loading:
         self.forces, self.error_bound = loads.forces, loads.error_bound
         none: list[Real | None] = [None] * len(kinematics.links)
         self.load = kinematics.reduced(unknowns, kinematics.generalised(loads.forces, none))
-        coordinates = kinematics.coordinates(unknowns, extended(np.zeros((1, len(unknowns)))), imposed)
-        self.displacements = kinematics.displacements(coordinates)
-        spread = kinematics.sizes(coordinates)
-        relative = kinematics.relative_displacements(coordinates, self.displacements)
-        opened = kinematics.displacement_sizes(coordinates, spread)
-        given = [np.zeros((1, 6)) if each is None else each for each in imposed]
-        idle = [extended(np.zeros((1, len(kinematics.idle))))]
-        members = [merged(each.of(self.displacements, coordinates), -2, -1) for each in springs]
-        self.deformations = together([*members, *map(np.subtract, relative, given), *idle])
-        members = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
-        self.sizes = together([*members, *(a + np.abs(b) for a, b in zip(opened, given, strict=True)), *idle])
+        rest = extended(np.zeros((1, len(unknowns))))
+        self.displacements, self.deformations, self.sizes = deformed_by_imposed(
+            kinematics, springs, unknowns, rest, imposed
+        )
 
     @staticmethod
     def shape(statics: Statics) -> Shape:
@@ -232,7 +241,7 @@ class _Loading:
         )
 
 
-def _solved(statics: Statics, index: Indices, group: _Group, which: Index, motions: Real) -> ConstrainedSolution:
+def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index, motions: Real) -> ConstrainedSolution:
     """Entries at these indices, of matrices (m,) of a group, with the free motions (r, g, n) of its geometries."""
     frames, own = group.frames, group.own[which]
     first, like = distinct(index, _Loading.shape(statics))
@@ -246,7 +255,9 @@ def _solved(statics: Statics, index: Indices, group: _Group, which: Index, motio
     return ConstrainedSolution(index, whole, moving[:, own], frames.length_scale[own], ~driven & group.sure[which])
 
 
-def _least_work(loading: _Loading, like: Index, group: _Group, which: Index, motions: Real, values: Real) -> Array:
+def _least_work(
+    loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real
+) -> Array:
     """Work of loads on free motions (r, g, n) that is but rounding, of what is described and what is computed, (r, m),
     for the values (m, n) of the unknowns."""
     frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine
@@ -271,7 +282,7 @@ def _least_work(loading: _Loading, like: Index, group: _Group, which: Index, mot
     return least
 
 
-def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
+def same_constrained(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
     """Geometries of which the same unknowns can be held: their numbers, free motions (m, r, n), and those unknowns."""
     left = np.flatnonzero(ranks)
     while left.size:
@@ -285,7 +296,49 @@ def _alike(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
         left = np.setdiff1d(left, same[good])
 
 
-def _stiffness(statics: Statics, index: Indices) -> Array:
+def units_of(imposed: Sequence[tuple[int, int]], links: int) -> list[Real | None]:
+    """By link a unit of each displacement imposed, of (number of the link, component), (u, 1, 6)."""
+    units: list[Real | None] = [None] * links
+    for number, (link, component) in enumerate(imposed):
+        known = units[link]
+        one = extended(np.zeros((len(imposed), 1, 6))) if known is None else known
+        one[number, ..., component] = 1.0
+        units[link] = one
+    return units
+
+
+def imposed_components(statics: Statics) -> list[tuple[int, int]]:
+    """Displacements that are imposed at some entry: number of the link, component."""
+    given = [(link, each) for link, each in enumerate(statics.imposed) if each is not None]
+    return [(link, k) for link, each in given for k in range(6) if each[..., k].any()]
+
+
+def imposed_at(statics: Statics, index: Indices, imposed: Sequence[tuple[int, int]]) -> Array:
+    """These at entries (m,), (u, m)."""
+    count = len(index[0]) if index else 1
+    given = [Entries(index)(np.asarray(statics.imposed[link])[..., k], 0).astype(np.float64) for link, k in imposed]
+    return np.stack([np.zeros(count), *(np.broadcast_to(each, (count,)) for each in given)])[1:]
+
+
+def deformed_by_imposed(
+    kinematics: FrameKinematics, springs: list[Springs], unknowns: list[int], rest: Real, imposed: list[Real | None]
+) -> tuple[Real, Real, Real]:
+    """Displacements of the nodes (..., nodes, 6) and deformations (..., e) by what is imposed on links (..., 6) alone,
+    with the sizes of what the latter are made of, from unknowns (..., n) at rest."""
+    coordinates = kinematics.coordinates(unknowns, rest, imposed)
+    displacements, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
+    relative = kinematics.relative_displacements(coordinates, displacements)
+    opened = kinematics.displacement_sizes(coordinates, spread)
+    given = [np.zeros((1, 6)) if each is None else each for each in imposed]
+    idle = [extended(np.zeros((1, len(kinematics.idle))))]
+    members = [merged(each.of(displacements, coordinates), -2, -1) for each in springs]
+    deformations = together([*members, *map(np.subtract, relative, given), *idle])
+    members = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
+    sizes = together([*members, *(a + np.abs(b) for a, b in zip(opened, given, strict=True)), *idle])
+    return displacements, deformations, sizes
+
+
+def stiffness_at(statics: Statics, index: Indices) -> Array:
     """Stiffness against deformations at entries, (m or 1, e)."""
     change = Entries(index)
     kinematics, springs = statics.kinematics.mapped(change), [each.mapped(change) for each in statics.springs]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..batched.plan import Plan
-from ..entries import picked
+from ..entries import Selected, picked
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.resolved import MOST, alike, geometry_shape, groups, ill_conditioned_state
 from ..structure.parts import Row, Value, total
@@ -41,7 +41,8 @@ def plain_mechanisms(
     moving, driven = np.zeros(suspects.shape, dtype=bool), np.zeros(suspects.shape, dtype=bool)
     if not (suspects.any() and plan.frame.size) or len(plan.unknowns) > MOST:
         return moving, driven
-    statics = Statics(plan, determinate=True)
+    entries = Selected.around(suspects)
+    statics, suspects = Statics(plan, determinate=True, entries=entries), entries.of_all(suspects)
     if not alike(statics):
         return moving, driven
     shape = geometry_shape(statics)
@@ -50,14 +51,16 @@ def plain_mechanisms(
     with np.errstate(all="ignore"):
         for index in groups(np.asarray(suspects.any(axis=along, keepdims=True))):
             # the same place in the batch of geometries, and one of its entries
-            motions, largest = _motions(statics, index, unknowns, rows)
+            motions, largest = _motions(statics, index, unknowns, rows, entries)
             chosen = np.zeros(shape, dtype=np.int64)
             chosen[... if index is None else index] = 1 if index is None else np.arange(1, 1 + len(index[0]))
             here = suspects & (chosen > 0)
             places = np.nonzero(here) if here.ndim else ()
             found = np.broadcast_to(chosen, here.shape)[here] - 1
-            moving[here] = np.asarray((largest > 0.0).any(axis=0))[found]
-            driven[here] = _driven(plan, motions[:, found], largest[:, found], places)
+            places = entries.among_all(places)
+            where = places or ...
+            moving[where] = np.asarray((largest > 0.0).any(axis=0))[found]
+            driven[where] = _driven(plan, motions[:, found], largest[:, found], places)
     return moving, driven
 
 
@@ -97,7 +100,11 @@ def _imposed(plan: Plan) -> list[Row]:
 
 
 def _motions(
-    statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int], rows: Sequence[Row]
+    statics: Statics,
+    index: tuple[NDArray[np.int64], ...] | None,
+    unknowns: Sequence[int],
+    rows: Sequence[Row],
+    entries: Selected,
 ) -> tuple[Array, Array]:
     """Displacements in the directions of `rows` in each free motion of some entries (m,), (motions, m, rows), and the
     largest there is, (motions, m).
@@ -111,7 +118,7 @@ def _motions(
     for number, row in enumerate(rows):
         for k, factor in row.items():
             if k in at:
-                value = np.asarray(factor, dtype=np.float64)
+                value = entries(np.asarray(factor, dtype=np.float64), 0)
                 out[..., number] += (value if index is None else picked(value, index)) * shapes[..., at[k]]
     return out, largest
 

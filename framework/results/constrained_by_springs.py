@@ -1,0 +1,230 @@
+"""Entries of a batch that can move though no load makes them, held by a spring where each free motion moves most.
+
+The load does no work on the motion, and so the spring bears nothing: what is held by it is regular, and has the forces
+and displacements of the frame itself. Free motions follow from the geometry alone, so that where many entries share one
+they are found once, and the entries are solved as a batch of their own by broadcasting. Those of which rounding leaves
+anything open are left to `linkframe.framework.results.constrained_batch`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import Array, aligned
+from ..batched.broadcast import BroadcastSolver
+from ..batched.plan import Plan
+from ..description import Description
+from ..entries import Change, Entries, Index, Selected
+from ..error_bounds.equilibrium import EquilibriumResidual, Statics
+from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.plan_at import frame_at
+from ..error_bounds.resolved import alike, distinct, geometry_shape, matrix_shape
+from ..error_bounds.tree_members import MEMBER
+from ..joint_protocol import JointElement
+from ..structure.tree import JointTree, TreeSpring
+from .constrained import COMPUTED, GIVEN, ConstrainedSolution, free, weighed
+from .constrained_batch import (
+    HeldMatrices,
+    MovingGeometries,
+    imposed_at,
+    imposed_components,
+    same_constrained,
+    stiffness_at,
+)
+
+# Entries from which on a batch of their own takes less time, and how many of them there are for each geometry at least.
+_MANY, _FOR_EACH = 64, 4
+# Share of the work that may be rounding, below which it surely is.
+_SURE = 0.9
+
+
+def held_by_springs(
+    plan: Plan, statics: Statics, entries: Selected, suspects: NDArray[np.bool_], unknowns: list[int]
+) -> ConstrainedSolution | None:
+    """Those entries of a batch of which this can be told at once; None for none.
+
+    Parameters
+    ----------
+    plan
+        The compiled frame, solved by broadcasting.
+    statics, entries
+        Some of its batch, and the frame there.
+    suspects
+        Which of these to look at, (...).
+    unknowns
+        Numbers of the unknowns that count as loaded.
+    """
+    if suspects.sum() < _MANY or plan.asked_unknowns:
+        return None
+    index = np.nonzero(suspects)
+    geometry, own = distinct(index, geometry_shape(statics))
+    if carries(statics) or len(own) < _FOR_EACH * len(geometry[0]) or not alike(statics):
+        return None
+    motions = _SharedMotions(plan, statics, geometry, unknowns)
+    held = motions.held & motions.sure[:, None]
+    springs = {
+        unknown: _spread(geometry_shape(statics), geometry, np.where(held[:, k], motions.diagonal[:, k], 0.0))
+        for k, unknown in enumerate(unknowns)
+        if held[:, k].any()
+    }
+    solver = _held(plan, entries, springs) if springs else None
+    if solver is None:
+        return None
+    known = motions.sure[own] & ~solver.suspects()[index]
+    values = np.zeros((len(own), len(unknowns)))
+    for k, value in enumerate(solver.values([{unknown: 1.0} for unknown in unknowns])):
+        values[:, k] = Entries(index)(aligned(np.asarray(value, dtype=np.float64), suspects.ndim), 0)
+    known &= motions.without_work(index, own, values)
+    if not known.any():
+        return None
+    where, own, values = tuple(k[known] for k in index), own[known], values[known]
+    moved, scale = motions.motions[:, own], motions.frames.length_scale[own]
+    return ConstrainedSolution(where, extended(values), moved, scale, np.ones(len(own), dtype=bool))
+
+
+def carries(statics: Statics) -> bool:
+    """Whether one end of a member carries the other, so that coordinates are not those of the frame."""
+    return any(link.edge.kind == MEMBER for link in statics.kinematics.links)
+
+
+class _SharedMotions:
+    """Free motions of some geometries of a frame.
+
+    Attributes
+    ----------
+    motions
+        Of the unknowns, the largest displacement being one, (motions, g, n); zero where a geometry has fewer.
+    held
+        Unknowns that hold them, (g, n).
+    diagonal
+        Stiffness of each unknown alone, (g, n).
+    sure
+        Geometries that can move, and are surely held so, (g,).
+    """
+
+    def __init__(self, plan: Plan, statics: Statics, geometry: tuple[Index, ...], unknowns: list[int]) -> None:
+        self.statics, self.frames = statics, MovingGeometries(statics, geometry, unknowns)
+        frames, count, size = self.frames, self.frames.count, len(unknowns)
+        k = np.broadcast_to(stiffness_at(statics, geometry), (count, frames.columns.shape[-2]))
+        self.diagonal: Array = np.einsum("ge,gen->gn", k, frames.double**2)
+        scaled, root = weighed(frames.double, frames.sizes, k)
+        bases, ranks = free(scaled, count)
+        self.motions = extended(np.zeros((int(ranks.max(initial=0)), count, size)))
+        self.held, self.sure = np.zeros((count, size), dtype=bool), np.zeros(count, dtype=bool)
+        # what no joint, tie or support moves has no springs of its own in the frame
+        on_edges = np.array([unknown // 6 in plan.tree.rows for unknown in unknowns])
+        for take, shapes, constrained in same_constrained(bases * on_edges, ranks):
+            basis = bases[take, -len(constrained) :]
+            group = HeldMatrices(frames, np.delete(np.arange(size), constrained), take, k[take])
+            self.motions[: len(constrained), take] = group.refined(
+                np.moveaxis(basis * root[take][:, None], 1, 0), take
+            )[:, take]
+            self.held[np.ix_(take, constrained)] = True
+            independent = np.linalg.svd(shapes[..., constrained], compute_uv=False)[..., -1]
+            self.sure[take] = group.sure & (independent > 1.0 / size)
+
+    def without_work(self, index: tuple[Index, ...], own: Index, values: Array) -> NDArray[np.bool_]:
+        """Whether loads surely do no work on the motions at entries (m,) of these geometries, of which these are the
+        values (m, n) of the unknowns, (m,)."""
+        forces, uncertain = self._loads(index)
+        frames, kinematics, fine = self.frames, self.frames.kinematics, EquilibriumResidual.fine
+        moved, most = frames.displaced(self.motions), np.abs(forces).astype(np.float64)
+        forces_within, sizes_within = self._within(index, own, values)
+        left = np.einsum("rme,me->rm", frames.strained(self.motions)[:, own], forces_within)
+        work = np.abs(_products(moved[:, own], forces) - left)
+        sizes = np.abs(moved).astype(np.float64)
+        sizes[..., :3] += np.max(sizes[..., 3:], axis=-1, keepdims=True) * frames.extent[:, None, None]
+        none: list[Real | None] = [None] * len(kinematics.links)
+        spread = kinematics.sizes(kinematics.coordinates(frames.unknowns, self.motions, none)).astype(np.float64)
+        noise = _products(spread[:, own], uncertain + fine * most)
+        strained = np.einsum("rgn,nge->rge", np.abs(self.motions).astype(np.float64), frames.sizes)
+        noise += fine * np.einsum("rme,me->rm", strained[:, own], sizes_within)
+        least = GIVEN * _products(sizes[:, own], most) + COMPUTED * noise
+        return np.asarray((work <= _SURE * least).all(axis=0))
+
+    def _loads(self, index: tuple[Index, ...]) -> tuple[Real, Array]:
+        """Forces on the nodes at entries (m,), and what they may be off, (m, nodes, 6)."""
+        both = self.statics.loads.forces, self.statics.loads.error_bound
+        first, like = distinct(index, np.broadcast_shapes(*(each.shape[:-2] for each in both)))
+        forces, uncertain = (Entries(first)(each, 2) for each in both)
+        return forces if len(forces) == 1 else forces[like], uncertain if len(uncertain) == 1 else uncertain[like]
+
+    def _within(self, index: tuple[Index, ...], own: Index, values: Array) -> tuple[Array, Array]:
+        """Forces in springs at entries (m,) for values (m, n) of the unknowns, and sizes of what they are made of,
+        (m, e)."""
+        frames = self.frames
+        first, like = distinct(index, matrix_shape(self.statics))
+        stiffness = np.broadcast_to(stiffness_at(self.statics, first), (len(first[0]), frames.columns.shape[-2]))
+        deformed = np.einsum("men,mn->me", frames.double[own], values)
+        sizes = np.einsum("nme,mn->me", frames.sizes[:, own], np.abs(values))
+        if units := imposed_components(self.statics):
+            amounts, (by_unit, size) = imposed_at(self.statics, index, units), frames.by_imposed(units)
+            deformed += np.einsum("ume,um->me", by_unit[:, own], amounts)
+            sizes += np.einsum("ume,um->me", size[:, own], np.abs(amounts))
+        return deformed * stiffness[like], sizes * np.abs(stiffness)[like]
+
+
+def _products(moved: Real, forces: Real) -> Real:
+    """Work (r, m) of forces (m or 1, nodes, 6) on motions (r, m, nodes, 6)."""
+    found: Real = np.einsum("rmuk,muk->rm", moved, np.broadcast_to(forces, moved.shape[1:]))
+    return found
+
+
+def _spread(shape: tuple[int, ...], index: tuple[Index, ...], values: Array) -> Array:
+    """Numbers (g,) at indices of a batch of that shape, zero elsewhere."""
+    out = np.zeros(shape)
+    out[tuple(k if size > 1 else 0 * k for k, size in zip(index, shape, strict=True))] = values
+    return out
+
+
+def _held(plan: Plan, entries: Selected, springs: dict[int, Array]) -> BroadcastSolver | None:
+    """The frame at some entries with springs on some unknowns; None where it has other unknowns there."""
+    own = Plan(_described(plan.frame, entries, entries.shape))
+    if _joined(own.tree) is None or _joined(own.tree) != _joined(plan.tree) or own.unknowns != plan.unknowns:
+        return None
+    own.tree.springs += [TreeSpring({unknown: 1.0}, own.grid.value(values)) for unknown, values in springs.items()]
+    return BroadcastSolver(own)
+
+
+def _joined(tree: JointTree) -> list[object] | None:
+    """What joins which nodes, in order; None where that is not the same at all entries."""
+    branches: list[object] = [(each.edge.name, each.edge.kind, each.parent, each.child) for each in tree.branches]
+    closing = [(edge.name, edge.kind, edge.first, edge.second) for edge, _ in tree.closing]
+    return None if tree.exchanged else [*branches, *closing, *tree.elimination.rows]
+
+
+def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> Description:
+    """A frame at some entries of its batch."""
+    clone = frame_at(frame, change, shape)
+    clone.absent = clone.made_from = None
+    clone.joints = {name: link._replace(element=_JointAt(link.element, change)) for name, link in frame.joints.items()}
+    clone.supports, clone.offsets = (
+        {name: {k: change(value, 0) for k, value in given.items()} for name, given in each.items()}
+        for each in (frame.supports, frame.offsets)
+    )
+    return clone
+
+
+class _JointAt(JointElement):
+    """A joint without clearance at some entries of its batch."""
+
+    def __init__(self, element: JointElement, change: Change) -> None:
+        self.stiffness = change(element.stiffness, 1)
+        self.axes = None if element.axes is None else change(element.axes, 2)
+        self.pitch = change(element.pitch, 0)
+        self.clearance, self.clearance_directions = np.zeros(()), ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape."""
+        axes = () if self.axes is None else self.axes.shape[:-2]
+        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.pitch.shape)
+
+    def matrix(self) -> Array:
+        """Stiffness of the two nodes, (..., 12, 12)."""
+        return self.springs_matrix()
+
+    def typical(self) -> _JointAt:
+        """The joint itself."""
+        return self
