@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from ...framework.errors import FrameError
 from ..job import large_table
-from ..job.figures import draw_histograms, draw_trajectory
 from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
@@ -16,7 +15,6 @@ from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
 from . import reactions
 from .compared_choices import ComparedChoices, compare_choices
-from .drawing import draw_linkage
 from .passages import passages
 from .remarks import beforehand, remarks
 from .report import report
@@ -108,6 +106,9 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, the reactions, and where something was measured its residuals."""
+        from ..job.figures import draw_histograms, draw_trajectory  # with all that draws, which no table needs
+        from .drawing import draw_linkage
+
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
