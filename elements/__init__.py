@@ -5,21 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..framework.lazily import loaded_later
-from .beam import Beam
-from .circle import Circle
-from .cross_section import CrossSection
-from .i_section import ISection
-from .joint import Joint
-from .material import Material
-from .point_mass import PointMass
-from .rectangle import Rectangle
-from .section import Section
-from .spring import Spring
-from .tube import Tube
 
 if TYPE_CHECKING:
     from ..framework.scikit_fem.arc_length import ArcLengthMapping
     from ..framework.scikit_fem.line_frame import ElementLineFrame
+    from .beam import Beam
+    from .circle import Circle
+    from .cross_section import CrossSection
+    from .i_section import ISection
+    from .joint import Joint
+    from .material import Material
+    from .point_mass import PointMass
+    from .rectangle import Rectangle
+    from .section import Section
+    from .spring import Spring
+    from .tube import Tube
 
 __all__ = [
     "ArcLengthMapping",
@@ -37,10 +37,21 @@ __all__ = [
     "Tube",
 ]
 
-# What is scikit-fem's own is imported with it, where it is first asked for.
+# Each name is loaded where it is first used: a beam needs no other shape than its own, and scikit-fem comes late.
 _LATER = {
     "ArcLengthMapping": "..framework.scikit_fem.arc_length",
+    "Beam": ".beam",
+    "Circle": ".circle",
+    "CrossSection": ".cross_section",
     "ElementLineFrame": "..framework.scikit_fem.line_frame",
+    "ISection": ".i_section",
+    "Joint": ".joint",
+    "Material": ".material",
+    "PointMass": ".point_mass",
+    "Rectangle": ".rectangle",
+    "Section": ".section",
+    "Spring": ".spring",
+    "Tube": ".tube",
 }
 
 __getattr__, __dir__ = loaded_later(__name__, _LATER)

@@ -20,8 +20,6 @@ from .errors import FrameError
 from .garbage import without_search
 from .joint_examination import examine_joint
 from .joint_protocol import JointElement
-from .meshes.lines import lines_by_element
-from .meshes.sources import line_mesh_of
 from .names import found, plain
 from .protocol import LineElement, is_proven
 from .stacking import stacked
@@ -87,6 +85,9 @@ class InBulk(Editable):
         >>> float(frame.solve().displacement("3")[1].round(6))
         -0.018568
         """
+        from .meshes.lines import lines_by_element  # with all forms of meshes, which few frames are made of
+        from .meshes.sources import line_mesh_of
+
         whole = line_mesh_of(mesh, scale)
         families = lines_by_element(whole, element)
         kept = np.sort(np.concatenate([at for _, at in families]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import gc
 import os
 import signal
 import sys
@@ -92,6 +93,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             signals.code = signals.code or 128 + signal.SIGINT
             told = [f"linkframe {options.job}: interrupted; files are written all or none", *_notes(interrupt)]
             print("\n".join(told), file=sys.stderr)
+    if arguments is None:
+        # The process ends, and all that it holds with it: to look through that for garbage first takes a while.
+        gc.freeze()
     return signals.code
 
 

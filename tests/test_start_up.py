@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -45,3 +46,28 @@ print(type(FourBar().linkage(0.5)).__module__)
     assert not nothing
     assert not {f"linkframe.models.linkage.{name}" for name in ("linkage", "motion", "graphics.plots")} & {*few.split()}
     assert module == "linkframe.models.linkage.linkage"
+
+
+def test_a_job_without_figures_loads_nothing_that_draws(tmp_path: Path) -> None:
+    """Nor what reads meshes, fits to measurements, keeps checkpoints, or shows a bar on a terminal."""
+    script = """
+import sys
+from linkframe.models.command_line import main
+main()
+for name in sys.modules:
+    if name.startswith(("linkframe.", "tqdm", "matplotlib", "scipy.stats")):
+        print("loaded", name)
+"""
+    words = ["four-bar", "--poses", "30", "30", "1", "--samples", "2", "--figures", "none", "--out", str(tmp_path)]
+    told = subprocess.run(
+        [sys.executable, "-c", script, *words], capture_output=True, check=True, text=True, timeout=100
+    ).stdout
+    loaded = {line.removeprefix("loaded ") for line in told.splitlines() if line.startswith("loaded ")}
+    assert "linkframe.models.paper.job" in loaded
+    idle = {
+        "tqdm", "matplotlib", "scipy.stats", "linkframe.elements.tube", "linkframe.elements.spring",
+        "linkframe.framework.graphics.canvas", "linkframe.framework.graphics.plots", "linkframe.framework.meshes.lines",
+        "linkframe.models.job.figures", "linkframe.models.measured.calibration", "linkframe.models.propagation.chunk",
+        "linkframe.models.propagation.checkpoint", "linkframe.models.propagation.packed",
+    }  # fmt: skip
+    assert not idle & loaded

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from ..graphics.plots import plot_solution
 from ..paraview.export import save
 from .base import Results
 from .tabulated import to_dataframe, to_xarray
@@ -154,4 +153,6 @@ class SavedResults(Results):
         >>> frame.solve().plot("M").get_title(loc="left")
         'bending moment M [N m], on the side in tension'
         """
+        from ..graphics.plots import plot_solution  # with all that draws, which most solutions never need
+
         return plot_solution(self, ax, what, entry, scale, names, units)

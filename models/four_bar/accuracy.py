@@ -144,8 +144,10 @@ class Accuracy:
     @property
     def error_bound(self) -> Array:
         """Bound on the numerical error of `total`, (..., 3); inf where `status` is not regular."""
-        each: Array = self._cases.error_bound("P", components=("ux", "uy", "uz"))
-        return np.broadcast_to(each.sum(axis=0), (*self.shape, 3))
+        in_plane = self._cases.error_bound("P", components=("ux", "uy")).sum(axis=0)
+        # Nothing moves P across the plane, so that this is exactly zero wherever it is anything.
+        across = np.where(np.isfinite(in_plane[..., :1]), 0.0, np.inf)
+        return np.broadcast_to(np.concatenate([in_plane, across], axis=-1), (*self.shape, 3))
 
     @property
     def nonlinearity(self) -> Array:

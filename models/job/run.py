@@ -6,12 +6,14 @@ import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from ...framework.errors import MechanismWarning
+from .beside import Beside
 from .output import results, terminal_width, written
 from .rendered import picture
 from .report import Report
@@ -92,11 +94,16 @@ class Job(ABC):
 
     @abstractmethod
     def save(self, path: Path) -> None:
-        """Write the ParaView files."""
+        """Write the ParaView files, which take no samples."""
+
+    def compared(self) -> object:
+        """What the report compares the job with, which takes none of its samples; it can be pickled."""
+        return None
 
     @abstractmethod
-    def report(self) -> Report:
-        """What ``report.md`` holds beside figures, notes and times."""
+    def report(self, compared: Any = None) -> Report:
+        """What ``report.md`` holds beside figures, notes and times; `compared` is what the method of that name gives,
+        where it is known already."""
 
     @abstractmethod
     def remarks(self) -> list[str]:
@@ -139,10 +146,13 @@ def run(
         is written.
     """
     space, plane = figures == "all" and job.has_beams, figures != "none"
-    stages = Stages(4 + space + 2 * plane, begun)
-    with results(out, job.name, (*job.optional, PAGE)) as stage, picture(space) as drawn, warnings.catch_warnings():
-        # Singular poses are part of the answer: their status says so.
-        warnings.simplefilter("ignore", MechanismWarning)
+    with (
+        results(out, job.name, (*job.optional, PAGE)) as stage,
+        _expected_mechanisms(),
+        Beside(partial(_without_samples, job, stage), worth=bool(job.work)) as other,
+        picture(space) as drawn,
+    ):
+        stages = Stages(4 + space + 2 * plane, begun)
         with stages("solution", job.work) as advance:
             job.compute(advance)
         if space:
@@ -160,14 +170,14 @@ def run(
             with stages("page"):
                 job.page(stage / PAGE)
         with stages("ParaView files"):
-            job.save(stage / "trajectory.pvd")
+            compared = other.outcome()
         notes = []
         if space:
             with stages("3-D picture"):
                 notes = drawn.wait()
         with stages("report"):
             notes = [*job.remarks(), *notes]
-            pictures, report = dict(_pictures(stage, job.captions(), formats)), job.report()
+            pictures, report = dict(_pictures(stage, job.captions(), formats)), job.report(compared)
         text = report.text(pictures, notes, stages.seconds, PAGE if plane else "")
         (stage / "report.md").write_text(text, encoding="utf-8")
         stages.close()
@@ -176,6 +186,20 @@ def run(
     print(folded("\n\n".join([job.summary(None if wide else width), *notes]), width))
     listed = folded(f"Written to {out}: {', '.join(files)}", width)
     print(f"\n{listed}\n{folded(stages.spent, width)}")
+
+
+@contextmanager
+def _expected_mechanisms() -> Iterator[None]:
+    """Singular poses are part of the answer: their status says so."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        yield
+
+
+def _without_samples(job: Job, folder: Path) -> object:
+    """What needs none of the samples, and is done while they are computed."""
+    job.save(folder / "trajectory.pvd")
+    return job.compared()
 
 
 def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:

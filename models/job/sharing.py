@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..propagation.checkpoint import Checkpoint
+    from ..propagation.ordered import StoredChunks
     from .parts import Parts, PartTask
     from .stages import Advance
 
@@ -95,8 +96,7 @@ class Sharing:
         FrameError
             If a sample cannot be computed, or a part cannot be stored.
         """
-        from ..propagation.ordered import StoredChunks, covered, gather
-        from ..propagation.packed import packed_arrays, unpacked_arrays
+        from ..propagation.ordered import covered, gather
         from ..propagation.workers import computed
         from .parts import sparing_what_is_there
 
@@ -106,8 +106,8 @@ class Sharing:
             *([SamplePiece(cut.start, cut.stop, name) for cut in k.parts.cuts] for name, k in wanted.items())
         )
         pieces = [piece for turn in turns for piece in turn if piece is not None]
-        checkpoint = self._opened()
-        stored = {} if checkpoint is None else covered(pieces, _stored(checkpoint))
+        kept = self._opened()
+        stored = {} if kept is None else covered(pieces, _stored(kept.checkpoint))
         # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
         # this process does, tells that soon.
         with sparing_what_is_there(any(part.several for part in task.tasks.values())):
@@ -115,14 +115,18 @@ class Sharing:
                 pieces,
                 lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
                 _Collected(wanted, advance, self.folder),
-                None if checkpoint is None else StoredChunks(checkpoint, packed_arrays, unpacked_arrays),
+                kept,
                 stored,
             )
 
-    def _opened(self) -> Checkpoint | None:
+    def _opened(self) -> StoredChunks[Mapping[str, NDArray[Any]]] | None:
+        if self.folder is None:
+            return None
         from ..propagation.checkpoint import Checkpoint
+        from ..propagation.ordered import StoredChunks
+        from ..propagation.packed import packed_arrays, unpacked_arrays
 
-        return None if self.folder is None else Checkpoint.open(self.folder, _plain(self.about))
+        return StoredChunks(Checkpoint.open(self.folder, _plain(self.about)), packed_arrays, unpacked_arrays)
 
 
 # This process computes all, and nothing is kept.

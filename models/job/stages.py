@@ -7,9 +7,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from threading import Event, Thread
 from time import perf_counter
-from typing import Self
+from typing import TYPE_CHECKING, NoReturn, Self
 
 from ...framework.clock import watched
+
+if TYPE_CHECKING:
+    from tqdm import tqdm
 
 # Seconds of work before a job that nobody watches on a terminal says how far it is, and that must be left if it is to
 # be worth saying; and between two such lines a share of what it has taken, up to this.
@@ -34,10 +37,12 @@ class Stages:
     """
 
     def __init__(self, count: int, begun: float | None = None) -> None:
-        from tqdm import tqdm
-
         self.watched = sys.stderr.isatty()
-        self.bar = tqdm(total=count, disable=not self.watched, leave=False, bar_format="{desc:<20}{bar}| {elapsed}")
+        self.bar: tqdm[NoReturn] | None = None
+        if self.watched:
+            from tqdm import tqdm
+
+            self.bar = tqdm(total=count, leave=False, bar_format="{desc:<20}{bar}| {elapsed}")
         self.seconds: dict[str, float] = {} if begun is None else {"start": perf_counter() - begun}
 
     @contextmanager
@@ -52,12 +57,14 @@ class Stages:
             How much there is of each thing to do. The body says what it has done of it, and before that by 0 that it
             begins; what it has not begun was done by an earlier run, whose time tells nothing.
         """
-        self.bar.set_description_str(name)
+        if self.bar is not None:
+            self.bar.set_description_str(name)
         start, progress = perf_counter(), Progress(work or {})
         with self._shown(name, progress) as advance, watched(progress.inside):
             yield advance
         self.seconds[name] = perf_counter() - start
-        self.bar.update()
+        if self.bar is not None:
+            self.bar.update()
 
     @contextmanager
     def _shown(self, name: str, progress: Progress) -> Iterator[Advance]:
@@ -81,7 +88,8 @@ class Stages:
 
     def close(self) -> None:
         """Clear the terminal."""
-        self.bar.close()
+        if self.bar is not None:
+            self.bar.close()
 
     @property
     def spent(self) -> str:

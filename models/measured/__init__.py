@@ -1,7 +1,26 @@
 """Measured positions: compared with a prediction, and used to find the dimensions behind it."""
 
-from .calibration import Calibration, calibrate
-from .comparison import Comparison, compare
-from .table import Measured, read_measured
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...framework.lazily import loaded_later
+
+if TYPE_CHECKING:
+    from .calibration import Calibration, calibrate
+    from .comparison import Comparison, compare
+    from .table import Measured, read_measured
 
 __all__ = ["Calibration", "Comparison", "Measured", "calibrate", "compare", "read_measured"]
+
+# Each name is loaded where it is first used: to read a table needs nothing that fits dimensions to it.
+_LATER = {
+    "Calibration": ".calibration",
+    "Comparison": ".comparison",
+    "Measured": ".table",
+    "calibrate": ".calibration",
+    "compare": ".comparison",
+    "read_measured": ".table",
+}
+
+__getattr__, __dir__ = loaded_later(__name__, _LATER)

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.batch import numbers
 from ...framework.errors import FrameError
 from ...framework.graphics.style import new_axes, set_title, styled
-from .residual_plot import draw_residuals
 from .table import Measured
 
 if TYPE_CHECKING:
@@ -106,6 +105,8 @@ class Comparison:
         FrameError
             If nothing was compared, or the values are not one a pose.
         """
+        from .residual_plot import draw_residuals  # with what draws, which a comparison in numbers does not need
+
         if not self.count:
             raise FrameError("no component was both measured and predicted: there is nothing to plot")
         found = new_axes(5.6, 3.4) if ax is None else ax

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,11 +12,12 @@ from ..four_bar.clearance import clearance_map
 from ..four_bar.four_bar import FourBar
 from ..job import choices
 from ..job.tables import markdown, readable
+from .compared_choices import ComparedChoices, compare_choices
 from .formulas import equation_6, mean_direction
 from .inputs import Inputs
 from .printed import ORIGIN, Printed, printed
 from .readings import readings
-from .result import SPECTRA, compute
+from .result import SPECTRA
 
 if TYPE_CHECKING:
     from .result import Result
@@ -27,13 +28,15 @@ TURNED = 1.0
 OTHER = "This run is not the paper's linkage: its printed numbers are laid beside Eq. (15), and not beside this run."
 
 
-def points(result: Result) -> list[str]:
+def points(result: Result, compared: ComparedChoices | None = None) -> list[str]:
     """The five points in which the paper errs or is silent, in Markdown.
 
     Parameters
     ----------
     result
         The run.
+    compared
+        What the choices change at the run's pose, where that is known already.
 
     Returns
     -------
@@ -52,7 +55,7 @@ def points(result: Result) -> list[str]:
         "### 4. The singular rows are round-off",
         *_singular(result, table),
         "### 5. What the paper does not say",
-        *_silent(result),
+        *_silent(result, compared),
     ]
 
 
@@ -222,8 +225,8 @@ def _singular(result: Result, table: Printed) -> Iterable[str]:
     )
 
 
-def _silent(result: Result) -> Iterable[str]:
-    inputs, angle = result.inputs, result.degrees[result.pose]
+def _silent(result: Result, compared: ComparedChoices | None) -> Iterable[str]:
+    inputs, angle = result.inputs, float(result.degrees[result.pose])
     some = choices.first(inputs.samples)
     yield (
         f"Each line changes one choice and keeps the rest, at θ = {angle:g}° with the same seed{some}; σ with its"
@@ -231,36 +234,15 @@ def _silent(result: Result) -> Iterable[str]:
         f" about z of every node), is given at the mean inputs, and as its range over {min(inputs.samples, SPECTRA)}"
         " samples."
     )
-    lines, ranges = [], []
-    for name, change in _choices(inputs).items():
-        alone = inputs.but(
-            poses=(angle, angle, 1.0), histogram_pose=None, samples=min(inputs.samples, choices.COMPARED)
-        )
-        other = compute(alone.but(**change), large=False)
-        whole, plane = (each[0] for each in other.sampled_kappa)
-        ranges.append((whole.min(), whole.max()))
-        lines.append(
-            {
-                "choice": name,
-                "compliance, µm": choices.micrometres(other),
-                **dict(choices.deviations(other)),
-                "κ": readable(other.kappa[0], ".3e"),
-                "range of κ": _range(whole),
-                "κ in the plane": readable(other.planar_kappa[0], ".3e"),
-                "its range": _range(plane),
-            }
-        )
-    yield markdown(list(lines[0]), [list(line.values()) for line in lines], left=1)
+    if compared is None or compared.angle != angle:
+        compared = compare_choices(inputs, angle)
+    yield markdown(list(compared.lines[0]), [list(line.values()) for line in compared.lines], left=1)
     yield (
         "ν, and with it G, and the torsion constant J move nothing in a linkage that is loaded in its plane; only κ of"
         " the whole matrix knows of them."
     )
-    yield from _conditions(result, printed(), ranges[0])
+    yield from _conditions(result, printed(), compared.kappa)
     yield from _readings(printed())
-
-
-def _range(values: NDArray[np.float64]) -> str:
-    return f"{readable(values.min(), '.2e')} … {readable(values.max(), '.2e')}"
 
 
 def _conditions(result: Result, table: Printed, sampled: tuple[float, float]) -> Iterable[str]:
@@ -343,24 +325,6 @@ def _span(std: NDArray[np.float64]) -> str:
     """Deviations in metres as text, in mm; one number where they are equal."""
     low, high = (f"{1e3 * value:.3f}" for value in (std.min(), std.max()))
     return low if low == high else f"{low} to {high}"
-
-
-def _choices(inputs: Inputs) -> Mapping[str, Mapping[str, object]]:
-    side = "short" if inputs.in_plane == "long" else "long"
-    draws = "shared" if inputs.joints == "independent" else "independent"
-    gap = "diameter" if inputs.clearance_is == "radius" else "radius"
-    nu = 0.0 if inputs.poisson else 0.3
-    choices: dict[str, dict[str, object]] = {
-        "this run": {},
-        f"the {side} side of the section in the plane": {"in_plane": side},
-        f"ν = {nu:g}": {"poisson": nu},
-        f"{draws} draws of k, ε, γ in the joints": {"joints": draws},
-        f"ε on the {gap}": {"clearance_is": gap},
-        "contact along the joint's force": {"contact": "reaction"},
-    }
-    if isinstance(inputs.contact, str) or not inputs.load:
-        del choices["contact along the joint's force"]
-    return choices
 
 
 def _equation_15(degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

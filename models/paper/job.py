@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...framework.errors import FrameError
 from ..job import large_table
-from ..job.figures import draw_histograms, draw_trajectory
 from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
 from . import reactions
-from .drawing import draw_linkage
+from .compared_choices import ComparedChoices, compare_choices
 from .passages import passages
 from .remarks import beforehand, remarks
 from .report import report
@@ -106,6 +106,9 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, the reactions, and where something was measured its residuals."""
+        from ..job.figures import draw_histograms, draw_trajectory  # with all that draws, which no table needs
+        from .drawing import draw_linkage
+
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
@@ -132,13 +135,20 @@ class FourBarJob(Job):
         """Write the ParaView files; time is the drive angle in degrees."""
         self.solution.save(path, times=self.result.degrees[self.result.assembled])
 
+    def compared(self) -> ComparedChoices | None:
+        """What single choices change at the pose that is expected to be shown."""
+        try:
+            return compare_choices(self.inputs, float(self.result.degrees[self.result.expected_pose]))
+        except FrameError:
+            return None  # there is another pose then, or the job tells the same of its samples
+
     def remarks(self) -> list[str]:
         """What the reader of the numbers should know."""
         return remarks(self.result)
 
-    def report(self) -> Report:
+    def report(self, compared: ComparedChoices | None = None) -> Report:
         """What is reported."""
-        return report(self.result)
+        return report(self.result, compared)
 
     def summary(self, width: int | None = None) -> str:
         """Table 1, large displacement where it is needed, the greatest reactions, and what was measured."""

@@ -18,6 +18,7 @@ from .table import about_errors, as_markdown
 
 if TYPE_CHECKING:
     from ..spread import Spread
+    from .compared_choices import ComparedChoices
     from .result import Result
 
 UNITS = {
@@ -44,8 +45,8 @@ with `displacement`, then *Extract Surface* and *Tube*; *Clean to Grid* first me
 shows the mean inputs without clearance; singular poses have `solved` = 0 and no displacement."""
 
 
-def report(result: Result) -> Report:
-    """What the job reports."""
+def report(result: Result, compared: ComparedChoices | None = None) -> Report:
+    """What the job reports; what the choices change is computed where it is not known already."""
     return Report(
         title="Accuracy of a four-bar linkage",
         summary=list(_summary(result)),
@@ -66,7 +67,7 @@ def report(result: Result) -> Report:
             reactions.as_markdown(result),
         ],
         paraview=PARAVIEW,
-        more=["## Against the paper", *against_paper.points(result)],
+        more=["## Against the paper", *against_paper.points(result, compared)],
     )
 
 

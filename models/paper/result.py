@@ -319,9 +319,7 @@ class Result(Outcome):
     @cached_property
     def pose(self) -> int:
         """Number of the pose that the histograms show."""
-        wanted = self.inputs.histogram_pose
-        distance = np.abs(self.degrees - (USUAL_POSE if wanted is None else wanted))
-        chosen = int(np.argmin(np.where(self.regular, distance, np.inf) if wanted is None else distance))
+        wanted, chosen = self.inputs.histogram_pose, self._nearest(self.regular)
         if not self.regular.any():
             raise FrameError(
                 f"no pose has a result for every sample (at {self.degrees[0]:g}°: {self.status[0]}): give other poses, "
@@ -330,6 +328,17 @@ class Result(Outcome):
         if not self.regular[chosen]:
             raise FrameError(f"--histogram-pose {wanted:g} has no samples, it is {self.status[chosen]}: take another")
         return chosen
+
+    @property
+    def expected_pose(self) -> int:
+        """`pose` if every sample has a result where the mean inputs have one, which asks for no sample."""
+        return self._nearest(self.assembled & ~self.singular)
+
+    def _nearest(self, regular: NDArray[np.bool_]) -> int:
+        """Number of the pose that is asked for, or of the regular one that is nearest to the usual one."""
+        wanted = self.inputs.histogram_pose
+        distance = np.abs(self.degrees - (USUAL_POSE if wanted is None else wanted))
+        return int(np.argmin(np.where(regular, distance, np.inf) if wanted is None else distance))
 
     @cached_property
     def magnify(self) -> float:

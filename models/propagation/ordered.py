@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from time import monotonic
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from ...framework.errors import FrameError
-from .checkpoint import Checkpoint
+
+if TYPE_CHECKING:
+    from .checkpoint import Checkpoint
 
 # A range of samples, and where there are samples of several kinds whose they are: the first and behind the last of
 # them, and a name.

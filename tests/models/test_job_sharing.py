@@ -71,7 +71,7 @@ def test_the_same_files_from_two_processes_and_a_checkpoint(
     job: str, tmp_path: Path, file: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # What the report says of the paper has samples of its own, which are not shared.
-    monkeypatch.setattr(against_paper, "points", lambda _: [])
+    monkeypatch.setattr(against_paper, "points", lambda *_: [])
     words = FOUR_BAR if job == "four-bar" else ["run", file]
     wanted = written(tmp_path, "one", *words)
     kept = ["--checkpoint", str(tmp_path / "kept")]

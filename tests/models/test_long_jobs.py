@@ -24,7 +24,7 @@ from linkframe.models.job import choices, memory, outcome, output, parts, stages
 from linkframe.models.job.stages import Progress, Stages
 from linkframe.models.linkage.job import result as linkage
 from linkframe.models.linkage.job.inputs import read_inputs
-from linkframe.models.paper import against_paper
+from linkframe.models.paper import against_paper, compared_choices
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import BYTES, Result, compute
@@ -95,7 +95,7 @@ def test_the_report_compares_few_samples(monkeypatch: pytest.MonkeyPatch) -> Non
         asked.append((inputs.samples, large))
         return compute(inputs, large=large)
 
-    monkeypatch.setattr(against_paper, "compute", counted)
+    monkeypatch.setattr(compared_choices, "compute", counted)
     monkeypatch.setattr(choices, "COMPARED", 10)
     text = "".join(against_paper.points(result))
     assert asked == [(10, False)] * 6

@@ -63,6 +63,12 @@ def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing =
     FrameError
         If no pose can be assembled, something cannot be solved, or the samples do not fit the memory.
     """
+    return finish(RunResult(inputs), advance, shared)
+
+
+def finish(result: RunResult, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
+    """The outcome of which nothing is computed yet, computed, see `compute`."""
+    inputs = result.inputs
     if inputs.tolerances:
         _check_memory(inputs)
         for draws in sample_blocks(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler):
@@ -70,7 +76,6 @@ def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing =
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):
         pass  # what cannot be chosen is told before anything is computed
-    result = RunResult(inputs)
     with warnings.catch_warnings():
         # Singular poses are part of the answer: their status says so.
         warnings.simplefilter("ignore", MechanismWarning)

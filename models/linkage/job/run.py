@@ -16,7 +16,7 @@ from .inputs import RunInputs
 from .page import write_job_page
 from .remarks import remarks
 from .report import report
-from .result import RunResult, compute, work
+from .result import RunResult, finish, work
 from .table import as_csv, as_text, legend, reactions_csv
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ class LinkageJob(Job):
 
     def __init__(self, inputs: RunInputs, shared: Sharing = ALONE) -> None:
         self.inputs, self.shared = inputs, shared
+        self.result = RunResult(inputs)
 
     @property
     def has_beams(self) -> bool:
@@ -58,7 +59,7 @@ class LinkageJob(Job):
 
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
-        self.result = compute(self.inputs, advance, self.shared)
+        finish(self.result, advance, self.shared)
 
     @property
     def solution(self) -> Solution:
@@ -105,8 +106,8 @@ class LinkageJob(Job):
         """What the reader of the numbers should know."""
         return remarks(self.result)
 
-    def report(self) -> Report:
-        """What is reported."""
+    def report(self, compared: None = None) -> Report:
+        """What is reported; nothing is compared."""
         return report(self.result)
 
     def summary(self, width: int | None = None) -> str:
