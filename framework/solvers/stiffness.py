@@ -129,7 +129,8 @@ class SparseStiffness:
             deformations = Deformations(self.unloaded, rows, np.where(where, np.cumsum(where) - 1, -1))
         if (deformations.springs < 0.0).any():
             return None
-        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs)
+        order = graph.order(graph.band, where)
+        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs, order)
 
     def _iterated(
         self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_], direct: Callable[..., Factor]
