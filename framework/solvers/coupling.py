@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import repeat
 from typing import NamedTuple, Protocol
 
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..batched.stage import Forces
 from ..cache import TERMS
+from ..lazily import cached_property
 from ..structure.group import Group
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mask_of_shape
 from ..structure.topology import Index, Topology

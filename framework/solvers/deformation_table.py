@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -20,6 +19,7 @@ from ..batched.unloaded import Unloaded
 from ..cache import TERMS
 from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
+from ..lazily import cached_property
 from ..program.pair_code import Rows
 from ..structure.topology import Index
 from .evaluation import Picked

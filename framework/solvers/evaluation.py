@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
 from ..entries import picked
+from ..lazily import cached_property
 from ..structure.group import Group
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Together

@@ -8,7 +8,7 @@ entries that share a factor. Each load case is refined as often as it takes unti
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.kinematics import FrameKinematics
+from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .band_factors import in_lanes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 import scipy
@@ -13,6 +13,7 @@ from ..batch import Array
 from ..batched.unloaded import Unloaded
 from ..clock import timed
 from ..examined import Examined
+from ..lazily import cached_property
 from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor

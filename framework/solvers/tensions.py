@@ -10,12 +10,12 @@ motion, whatever they are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ..batch import Array
+from ..lazily import cached_property
 from ..structure.parts import Extended
 from ..structure.topology import Index
 from .factor import MOTIONS, Factor
@@ -70,7 +70,7 @@ class TensionFactor(Factor):
         super().__init__(matrix)
         each = np.repeat(np.sqrt(springs.astype(Extended)), np.diff(deformations.indptr))
         self._deformed = filled(deformations, deformations.data * each * self.root[deformations.indices])
-        self._back = self._deformed.T.tocsr()
+        self._back = self._deformed.T
         self._factor = _factor(self._deformed, np.arange(len(self.root)) if order is None else order)
 
     def _step(self, compatibility: Array, load: Array) -> tuple[Array, Array]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -12,6 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..cache import TERMS
+from ..lazily import cached_property
 from ..structure.topology import Index
 from .patterns import connected, labelled, pattern_by_rows
 
