@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, aligned
 from ..entries import picked
 from ..lazily import cached_property
+from ..protocol import LineElement
 from ..structure.group import Group
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Together
@@ -65,8 +66,10 @@ class Picked:
             out[places] = self.of_array(part, 0, leading=1)
         return out
 
-    def of_group(self, group: Group) -> Group:
-        """The members of a group there."""
+    def of_element(self, group: Group) -> LineElement:
+        """What stands for the members of a group there."""
+        if not group.stacked and set(group.shape) <= {1}:
+            return group.element
         ndim = len(self.shape)
 
         def parameter(array: Array, trailing: int) -> Array:
@@ -76,11 +79,13 @@ class Picked:
                 return self.of_array(array, trailing, leading=1)
             return self.of_array(aligned(array, ndim, trailing), trailing)
 
+        return group.element.cut(parameter)
+
+    def of_group(self, group: Group) -> Group:
+        """The members of a group there."""
         start, end, body = (None if axes is None else self.of_array(axes, 2) for axes in (*group.axes, group.body))
-        alike = not group.stacked and set(group.shape) <= {1}
-        element = group.element if alike else group.element.cut(parameter)
         chord, counts = self.of_array(group.chord, 1, leading=1), group.counts.reshape(-1, 1)
-        return replace(group, element=element, chord=chord, counts=counts, axes=(start, end), body=body)
+        return replace(group, element=self.of_element(group), chord=chord, counts=counts, axes=(start, end), body=body)
 
 
 @dataclass(frozen=True)
@@ -153,7 +158,8 @@ class Sums:
                 continue
             numbers = numbers_of(part.block, picked)
             if part.whole is not None and varies:
-                out += part.whole @ np.ascontiguousarray(np.broadcast_to(numbers, (len(numbers), count)))
+                every = numbers if numbers.shape[1] == count else np.broadcast_to(numbers, (len(numbers), count))
+                out += part.whole @ np.ascontiguousarray(every)
             if part.each is not None:
                 assert factors is not None
                 out += part.each @ _weighted(part, numbers, factors)

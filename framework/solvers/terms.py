@@ -226,11 +226,12 @@ def term_weight(acting: Mask) -> int:
 
 
 def _pairs_of(acting: Mask) -> int:
-    """Terms of a stack of members, about."""
+    """Terms of a stack of members, about: as if all its springs were deformed by equally many displacements."""
+    count = int(np.count_nonzero(acting))
     if acting.ndim == 4:
-        return int(np.count_nonzero(acting))
-    each = np.count_nonzero(acting, axis=-1)
-    return int((each * (each + 1)).sum()) // 2
+        return count
+    springs = max(1, acting.size // 12)
+    return count * (count + springs) // (2 * springs)
 
 
 def _found(
