@@ -24,8 +24,8 @@ else:
             """The value, which is then an attribute of the object."""
             if instance is None:
                 return self
-            found = vars(instance)[self.attrname] = self.func(instance)
-            return found
+            # two threads may both compute it; one of the two is kept
+            return vars(instance).setdefault(self.attrname, self.func(instance))
 
 
 def loaded_later(package: str, places: Mapping[str, str]) -> tuple[Callable[[str], object], Callable[[], list[str]]]:
