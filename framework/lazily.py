@@ -1,10 +1,31 @@
-"""Names of a package that are loaded where they are first used."""
+"""What waits until it is first used: names of a package, and properties that are computed once."""
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
+from typing import TYPE_CHECKING
+
+__all__ = ["cached_property", "loaded_later"]
+
+if TYPE_CHECKING or sys.version_info >= (3, 12):
+    from functools import cached_property
+else:
+
+    class cached_property(functools.cached_property):
+        """That of `functools` as it is from Python 3.12 on: without a lock, which all objects of a class share.
+
+        With it, what one thread solves waits for all that others do; and each property takes twice as long.
+        """
+
+        def __get__(self, instance, owner=None):
+            """The value, which is then an attribute of the object."""
+            if instance is None:
+                return self
+            # two threads may both compute it; one of the two is kept
+            return vars(instance).setdefault(self.attrname, self.func(instance))
 
 
 def loaded_later(package: str, places: Mapping[str, str]) -> tuple[Callable[[str], object], Callable[[], list[str]]]:

@@ -16,6 +16,7 @@ from .entries import Change
 from .errors import FrameError
 
 _Stacked = TypeVar("_Stacked")
+_WITHOUT_ARRAYS = {float, int, bool, str, type(None)}
 
 
 def changed(described: Any, change: Change) -> Any:
@@ -25,15 +26,17 @@ def changed(described: Any, change: Change) -> Any:
         text = "make it one, or give it its own method cut(change)"
         raise FrameError(f"{kind} holds a batch but is no dataclass: {text}")
     clone = object.__new__(type(described))
-    for each in fields(described):
-        value = getattr(described, each.name)
+    for name, trailing in _numbers(type(described)):  # type: ignore[arg-type]
+        value = getattr(described, name)
         if isinstance(value, np.ndarray):
-            value = change(value, each.metadata.get("trailing", 0))
+            value = change(value, trailing)
+        elif type(value) in _WITHOUT_ARRAYS:
+            pass
         elif hasattr(value, "cut"):
             value = value.cut(change)
         elif is_dataclass(value):
             value = changed(value, change)
-        object.__setattr__(clone, each.name, value)
+        object.__setattr__(clone, name, value)
     return clone
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
 from ..clock import timed
+from ..lazily import cached_property
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, combine, unknowns
 from .block import BlockFactor

@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import cached_property
 from time import perf_counter
 from typing import cast
 
@@ -14,6 +13,7 @@ import numpy as np
 from ..cache import Bounded
 from ..clock import timed
 from ..description import Description
+from ..lazily import cached_property
 from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
 from ..solvers.method import Method, choose

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..cache import PATTERNS
 from ..description import Description
+from ..lazily import cached_property
 from ..solvers.graph import Graph, Links
 from ..solvers.method import BROADCAST, LARGE
 from ..structure.assembly import stiffness_entries

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from ..batched.plan import Plan
 from ..description import Description
 from ..error_bounds.resolved import MOST, Resolved, ResolvedByBands, ResolvedLarge, Solved
 from ..factor_cache import Factors
+from ..lazily import cached_property
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver

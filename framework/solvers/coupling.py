@@ -8,9 +8,9 @@ follow entry by entry.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import repeat
 from typing import NamedTuple, Protocol
 
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from ..batched.stage import Forces
 from ..cache import TERMS
+from ..lazily import cached_property
 from ..structure.group import Group
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of, mask_of_shape
 from ..structure.topology import Index, Topology
@@ -29,8 +30,39 @@ from .terms import MOST, Tables, TermPattern, term_pattern, term_weight
 Mask = NDArray[np.bool_]
 # Entries of the batch of which deformations are looked at together, times members.
 _LOOKED = 2**15
+# Bytes of numbers up to which a second copy of them is made.
+_STACKED = 2**27
 # What the deformations of a member weigh.
 _NUMBERS = 72
+
+
+class Together:
+    """Numbers that vary over a batch, those of equal shape as one array, from which entries are taken at once.
+
+    Parameters
+    ----------
+    values
+        The numbers, each at its own batch shape.
+
+    Attributes
+    ----------
+    count
+        How many there are.
+    parts
+        Their places (k,) and an array (k, ...); each by itself where a second copy would take much room.
+    """
+
+    def __init__(self, values: Sequence[Value]) -> None:
+        self.count = len(values)
+        shapes = [value.shape if isinstance(value, np.ndarray) else () for value in values]
+        apart = 8 * sum(map(math.prod, shapes)) > _STACKED
+        places: dict[object, list[int]] = {}
+        for place, shape in enumerate(shapes):
+            places.setdefault(place if apart else shape, []).append(place)
+        self.parts: list[tuple[Index, NDArray[np.float64]]] = [
+            (np.array(at), np.asarray(values[at[0]])[None] if apart else np.array([values[k] for k in at], np.float64))
+            for at in places.values()
+        ]
 
 
 @dataclass(frozen=True)
@@ -61,6 +93,11 @@ class EvaluatedBlock:
     rows: NDArray[np.float64] | None
     values: Sequence[Value]
     mask: int
+
+    @cached_property
+    def together(self) -> Together:
+        """The values by batch shape."""
+        return Together(self.values)
 
 
 class Described(Protocol):

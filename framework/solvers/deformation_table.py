@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -20,6 +19,7 @@ from ..batched.unloaded import Unloaded
 from ..cache import TERMS
 from ..error_bounds.deformations import constant_springs
 from ..error_bounds.kinematic_edge import Real, extended
+from ..lazily import cached_property
 from ..program.pair_code import Rows
 from ..structure.topology import Index
 from .evaluation import Picked
@@ -180,7 +180,7 @@ class Deformations:
         assert self._plan is not None  # of members alone, between places that others have, too
         stiffness = []
         for group, length in zip(self._plan.topology.groups, self._table.lengths, strict=True):
-            found = _first(self._plan).of_group(group).element.spring_stiffness(length)
+            found = _first(self._plan).of_element(group).spring_stiffness(length)
             found = found.reshape(-1, found.shape[-1])
             stiffness.append(np.broadcast_to(found, (len(length), found.shape[-1])).T.reshape(-1))
         whole = stiffness[0] if len(stiffness) == 1 else np.concatenate([np.zeros(0), *stiffness])
@@ -229,7 +229,7 @@ def _first(plan: Plan | Unloaded) -> Picked:
 def _found(plan: Plan | Unloaded, rows: Transformation, place: Index) -> tuple[_Table, Array]:
     """The deformations of a frame, and the stiffness of all its springs at the first entry of the batch."""
     picked, groups = _first(plan), plan.topology.groups
-    each = [constant_springs(plan, group, picked.of_group(group).element) for group in groups]
+    each = [constant_springs(plan, group, picked.of_element(group)) for group in groups]
     found = [rows for _, _, rows in each]
     used = [each.astype(bool) for each in found]
     dofs, joints = [group.dofs for group in groups], len(plan.tree.springs)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -11,10 +10,11 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
 from ..entries import picked
+from ..lazily import cached_property
+from ..protocol import LineElement
 from ..structure.group import Group
-from ..structure.parts import Value
 from ..structure.topology import Index
-from .coupling import Coupling, EvaluatedBlock
+from .coupling import Coupling, EvaluatedBlock, Together
 from .patterns import filled
 from .terms import Ordered, SumPattern
 
@@ -59,16 +59,17 @@ class Picked:
         """An array (leading..., batch..., trailing...) there, (leading..., m or 1, trailing...)."""
         return picked(array, self.index, trailing, leading)
 
-    def of_values(self, values: list[Value]) -> Array:
+    def of_values(self, values: Together) -> Array:
         """Numbers, each at its own batch shape, there, (numbers, m)."""
-        count = len(self.index[0]) if self.index else 1
-        out = np.empty((len(values), count))
-        for number, value in enumerate(values):
-            out[number] = self.of_array(np.asarray(value, dtype=np.float64), 0)
+        out = np.empty((values.count, len(self.index[0]) if self.index else 1))
+        for places, part in values.parts:
+            out[places] = self.of_array(part, 0, leading=1)
         return out
 
-    def of_group(self, group: Group) -> Group:
-        """The members of a group there."""
+    def of_element(self, group: Group) -> LineElement:
+        """What stands for the members of a group there."""
+        if not group.stacked and set(group.shape) <= {1}:
+            return group.element
         ndim = len(self.shape)
 
         def parameter(array: Array, trailing: int) -> Array:
@@ -78,11 +79,13 @@ class Picked:
                 return self.of_array(array, trailing, leading=1)
             return self.of_array(aligned(array, ndim, trailing), trailing)
 
+        return group.element.cut(parameter)
+
+    def of_group(self, group: Group) -> Group:
+        """The members of a group there."""
         start, end, body = (None if axes is None else self.of_array(axes, 2) for axes in (*group.axes, group.body))
-        alike = not group.stacked and set(group.shape) <= {1}
-        element = group.element if alike else group.element.cut(parameter)
         chord, counts = self.of_array(group.chord, 1, leading=1), group.counts.reshape(-1, 1)
-        return replace(group, element=element, chord=chord, counts=counts, axes=(start, end), body=body)
+        return replace(group, element=self.of_element(group), chord=chord, counts=counts, axes=(start, end), body=body)
 
 
 @dataclass(frozen=True)
@@ -139,18 +142,24 @@ class Sums:
                 out += part.whole @ numbers_of(part.block, picked)[:, 0]
         return out
 
+    @cached_property
+    def _factors(self) -> Together | None:
+        """What terms are multiplied by that varies; None where none are."""
+        return Together(self.coupling.factors) if any(part.each is not None for part in self.parts) else None
+
     def at(self, picked: Picked) -> Array:
         """The sums at some entries, (targets, m)."""
         count = len(picked.index[0]) if picked.index else 1
         out = np.repeat(self.constant[:, None], count, axis=1)
-        factors = picked.of_values(self.coupling.factors) if any(part.each is not None for part in self.parts) else None
+        factors = None if self._factors is None else picked.of_values(self._factors)
         for part in self.parts:
             varies = part.block.mask != 0
             if not varies and part.each is None:
                 continue
             numbers = numbers_of(part.block, picked)
             if part.whole is not None and varies:
-                out += part.whole @ np.ascontiguousarray(np.broadcast_to(numbers, (len(numbers), count)))
+                every = numbers if numbers.shape[1] == count else np.broadcast_to(numbers, (len(numbers), count))
+                out += part.whole @ np.ascontiguousarray(every)
             if part.each is not None:
                 assert factors is not None
                 out += part.each @ _weighted(part, numbers, factors)
@@ -168,7 +177,7 @@ def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]
 def numbers_of(block: EvaluatedBlock, picked: Picked) -> Array:
     """Numbers of a block at some entries, (count, m or 1)."""
     if block.group is None:
-        return picked.of_values(list(block.values))
+        return picked.of_values(block.together)
     if block.rows is not None:
         return picked.springs(block)
     stiffness = np.moveaxis(picked.of_group(block.group).stiffness(), (-2, -1), (0, 1))

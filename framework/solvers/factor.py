@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ..batch import Array
+from ..lazily import cached_property
 from .patterns import filled, kept, rows_of
 from .rounding import zero_eigenvalue
 

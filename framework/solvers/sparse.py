@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache, cached_property, partial
+from functools import cache, partial
 
 import numpy as np
 import scipy
@@ -14,6 +14,7 @@ from ..batch import Array, rotated
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.equilibrium import Statics
+from ..lazily import cached_property
 from ..structure.assembly import component_loads, mass_loads, member_loads
 from ..structure.matrices import Matrices
 from ..structure.parts import Row, Value

@@ -8,7 +8,7 @@ entries that share a factor. Each load case is refined as often as it takes unti
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -19,9 +19,11 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.kinematics import FrameKinematics
+from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .band_factors import in_lanes
+from .coupling import Together
 from .deformation_table import Deformations
 from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
@@ -322,11 +324,19 @@ class _Solved:
         found = (self._loads if imposed else self._forces).at(picked).reshape(len(solver.sources), size, -1)
         if solver.by_units:
             return np.ascontiguousarray(found[columns].transpose(1, 2, 0))
-        rhs_parameters = picked.of_values(
-            [self.plan.rhs_parameters.values[source] for source in solver.sources.tolist()]
-        )
-        whole: Array = np.einsum("snm,sm->nm", found, rhs_parameters)
+        whole: Array = np.einsum("snm,sm->nm", found, picked.of_values(self._acting))
         return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
+
+    @cached_property
+    def _acting(self) -> Together:
+        """The right-hand-side parameters that act on what is solved."""
+        values = self.plan.rhs_parameters.values
+        return Together([values[source] for source in self.solver.sources.tolist()])
+
+    @cached_property
+    def _given(self) -> Together:
+        """All right-hand-side parameters."""
+        return Together(self.plan.rhs_parameters.values)
 
     @cached_property
     def _loads(self) -> Sums:
@@ -395,7 +405,7 @@ class _Solved:
         stiffness = factor.numbers(deformations.acting, entries)
         given, forces = None, right
         if self.coupling.imposed:
-            given = picked.of_values(self.plan.rhs_parameters.values)
+            given = picked.of_values(self._given)
             forces = self._right(matrices, columns, imposed=False)
         residual = SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given)
         return BySprings(residual, in_pairs=self.bands.in_pairs)

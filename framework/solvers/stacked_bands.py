@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..lazily import cached_property
 from ..structure.topology import Index
 from .band_factors import BandFactors, OneByOne, SideBySide, in_pairs, side_by_side
 from .coupling import Coupling

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 import scipy
@@ -13,6 +13,7 @@ from ..batch import Array
 from ..batched.unloaded import Unloaded
 from ..clock import timed
 from ..examined import Examined
+from ..lazily import cached_property
 from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor
@@ -129,7 +130,8 @@ class SparseStiffness:
             deformations = Deformations(self.unloaded, rows, np.where(where, np.cumsum(where) - 1, -1))
         if (deformations.springs < 0.0).any():
             return None
-        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs)
+        order = graph.order(graph.band, where)
+        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs, order)
 
     def _iterated(
         self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_], direct: Callable[..., Factor]

@@ -10,16 +10,16 @@ motion, whatever they are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ..batch import Array
+from ..lazily import cached_property
 from ..structure.parts import Extended
 from ..structure.topology import Index
 from .factor import MOTIONS, Factor
-from .patterns import connected_by, filled
+from .patterns import connected_by, filled, rows_of
 
 # Singular values of A, with columns of length one, that are those of a mechanism: coordinates in double precision may
 # make as much of one.
@@ -34,6 +34,8 @@ _UNBALANCED = 1e-3
 _LOADS, _ROUNDS = 2, 4
 # Unknowns times the square of their band up to which the factor, which needs pivots, takes less than a second or so.
 _MOST = 1e8
+# Width of a band up to which LAPACK takes less time than a factor in an order of its own.
+_NARROW = 100
 
 
 def affordable(unknowns: int, width: int) -> bool:
@@ -52,22 +54,24 @@ class TensionFactor(Factor):
         Deformations of the springs by its unknowns (springs, n), in extended precision.
     springs
         Their stiffness, (springs,), not negative.
+    order
+        The unknowns in an order in which those that are coupled are near each other, (n,); as they are where None.
     """
 
     precise = True
 
-    def __init__(self, matrix: scipy.sparse.csr_matrix, deformations: scipy.sparse.csr_matrix, springs: Array) -> None:
+    def __init__(
+        self,
+        matrix: scipy.sparse.csr_matrix,
+        deformations: scipy.sparse.csr_matrix,
+        springs: Array,
+        order: Index | None = None,
+    ) -> None:
         super().__init__(matrix)
         each = np.repeat(np.sqrt(springs.astype(Extended)), np.diff(deformations.indptr))
         self._deformed = filled(deformations, deformations.data * each * self.root[deformations.indices])
-        self._back = self._deformed.T.tocsr()
-        rough = filled(self._deformed, self._deformed.data.astype(np.float64))
-        count, size = rough.shape
-        soft, shift = (scipy.sparse.csr_matrix(scipy.sparse.eye(many)) for many in (count, size))
-        whole = scipy.sparse.bmat(
-            [[-_SOFT * soft, rough], [scipy.sparse.csr_matrix(rough.T), _SHIFT / _SOFT * shift]], format="csc"
-        )
-        self._factor = scipy.sparse.linalg.splu(whole, permc_spec="COLAMD")
+        self._back = self._deformed.T
+        self._factor = _factor(self._deformed, np.arange(len(self.root)) if order is None else order)
 
     def _step(self, compatibility: Array, load: Array) -> tuple[Array, Array]:
         """Tensions and displacements for what these two equations lack."""
@@ -135,6 +139,58 @@ class TensionFactor(Factor):
         rank = int(np.count_nonzero(values > _LEAST))
         motions: Array = self.root[:, None] * (basis @ rows[rank:].T)
         return motions
+
+
+def _factor(deformations: scipy.sparse.csr_matrix, order: Index) -> _InBand | scipy.sparse.linalg.SuperLU:
+    """Factor of ``[[-a, A], [A^T, b]]`` with A the deformations (springs, n), and unknowns in that order, (n,)."""
+    count, size = deformations.shape
+    place = _amid(deformations, order)
+    spring, unknown = rows_of(deformations), count + deformations.indices
+    rough, width = deformations.data.astype(np.float64), int(np.abs(place[spring] - place[unknown]).max(initial=0))
+    each = np.arange(count + size)
+    data = np.concatenate([np.where(each < count, -_SOFT, _SHIFT / _SOFT), rough, rough])
+    row, column = np.concatenate([each, spring, unknown]), np.concatenate([each, unknown, spring])
+    if width <= _NARROW:
+        return _InBand(data, row, column, place, width)
+    whole = scipy.sparse.csc_matrix((data, (row, column)), shape=(len(each),) * 2)
+    return scipy.sparse.linalg.splu(whole, permc_spec="COLAMD")
+
+
+def _amid(deformations: scipy.sparse.csr_matrix, order: Index) -> Index:
+    """Where springs, and behind them unknowns, stand where each spring is amid the unknowns that it joins."""
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    joined, starts = place[deformations.indices], deformations.indptr[:-1]
+    middle = 0.5 * (np.minimum.reduceat(joined, starts) + np.maximum.reduceat(joined, starts))
+    return np.argsort(np.argsort(np.concatenate([middle, place]), kind="stable"))
+
+
+class _InBand:
+    """LAPACK's factor, with pivots, of a matrix within a band.
+
+    Parameters
+    ----------
+    data, row, column
+        Its entries, of each place one.
+    place
+        Where each row and column goes in the band, (n,).
+    width
+        Diagonals of this on either side of the main one.
+    """
+
+    def __init__(self, data: Array, row: Index, column: Index, place: Index, width: int) -> None:
+        self._place, self._order, self._width = place, np.argsort(place), width
+        height = 3 * width + 1  # pivots fill as many more above
+        numbers = np.zeros(len(place) * height)
+        numbers[height * place[column] + 2 * width + place[row] - place[column]] = data
+        band = numbers.reshape(len(place), height).T
+        self._band, self._pivots, _ = scipy.linalg.lapack.dgbtrf(band, width, width, overwrite_ab=1)
+
+    def solve(self, right: Array) -> Array:
+        """Solutions (n, k) for right-hand sides (n, k)."""
+        found, _ = scipy.linalg.lapack.dgbtrs(self._band, self._width, self._width, right[self._order], self._pivots)
+        out: Array = found[self._place]
+        return out
 
 
 def _lengths(vectors: Array, label: Index) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -12,6 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from ..cache import TERMS
+from ..lazily import cached_property
 from ..structure.topology import Index
 from .patterns import connected, labelled, pattern_by_rows
 
@@ -226,11 +226,12 @@ def term_weight(acting: Mask) -> int:
 
 
 def _pairs_of(acting: Mask) -> int:
-    """Terms of a stack of members, about."""
+    """Terms of a stack of members, about: as if all its springs were deformed by equally many displacements."""
+    count = int(np.count_nonzero(acting))
     if acting.ndim == 4:
-        return int(np.count_nonzero(acting))
-    each = np.count_nonzero(acting, axis=-1)
-    return int((each * (each + 1)).sum()) // 2
+        return count
+    springs = max(1, acting.size // 12)
+    return count * (count + springs) // (2 * springs)
 
 
 def _found(

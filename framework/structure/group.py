@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from ..batch import Array, rotated
 from ..entries import Stretch
 from ..examined import Examined
+from ..lazily import cached_property
 from ..protocol import LineElement
 from .parts import Extended, Grid
 

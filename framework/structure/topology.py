@@ -5,7 +5,6 @@ from __future__ import annotations
 import copy
 from collections.abc import Collection, Hashable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from ..batch import Array, Shape, aligned, distinct
 from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
+from ..lazily import cached_property
 from ..protocol import LineElement, is_proven
 from ..stacking import changed, stacked
 from .group import Group, Index
