@@ -17,7 +17,7 @@ from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame, read_names
 from linkframe.framework.paraview.blocks import write_collection
 from linkframe.framework.paraview.guide import MEANINGS
-from linkframe.framework.structure import topology
+from linkframe.framework.structure import numbered_pieces
 from linkframe.framework.structure.mesh import line_mesh
 from numpy.testing import assert_allclose
 
@@ -183,7 +183,7 @@ def test_cells_are_those_of_the_mesh(tmp_path: Path, monkeypatch: pytest.MonkeyP
     def turned(points: Any, kinds: Any, *given: Any) -> Any:
         return line_mesh(points, {**kinds, "beam": kinds["beam"][::-1, ::-1]}, *given)
 
-    monkeypatch.setattr(topology, "line_mesh", turned)
+    monkeypatch.setattr(numbered_pieces, "line_mesh", turned)
     frame.solve().save(tmp_path / "turned.vtu", stations=cells)
     assert_allclose(meshio.read(tmp_path / "turned.vtu").points[: cells + 1], read.points[cells::-1], atol=1e-15)
 

@@ -7,8 +7,7 @@ kinds have end play or a bearing of some length is in `worst_case.limits`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 
@@ -29,12 +28,23 @@ class Kind:
         Components in which it has clearance.
     tied
         Component that its first coordinate carries along, by the pitch of a thread; empty for none.
+    moving
+        All components that move, the tied one last.
+    slides
+        Whether its two links part at the joint's point of the first.
     """
 
     name: str
     coordinates: tuple[str, ...]
     clearance: tuple[str, ...]
     tied: str = ""
+    moving: tuple[str, ...] = field(init=False)
+    slides: bool = field(init=False)
+
+    def __post_init__(self) -> None:
+        moving = (*self.coordinates, self.tied) if self.tied else self.coordinates
+        object.__setattr__(self, "moving", moving)
+        object.__setattr__(self, "slides", any(name[0] == "u" for name in moving))
 
     @property
     def freedom(self) -> int:
@@ -50,16 +60,6 @@ class Kind:
     def rows(self) -> int:
         """Number of scalar constraints: 6 less the freedom."""
         return 6 - self.freedom
-
-    @cached_property
-    def moving(self) -> tuple[str, ...]:
-        """All components that move, the tied one last."""
-        return (*self.coordinates, self.tied) if self.tied else self.coordinates
-
-    @cached_property
-    def slides(self) -> bool:
-        """Whether its two links part at the joint's point of the first."""
-        return any(name[0] == "u" for name in self.moving)
 
 
 KINDS = {
