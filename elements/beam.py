@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -158,21 +159,26 @@ class Beam(BeamSectionLaw):
         return found
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
-        # differences of displacements come first, so that a large motion of the whole costs no digits
-        length = as_real(length)
         u = np.moveaxis(np.asarray(displacement, dtype=np.float64), -1, 0)
-        shape = np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape)
-        forces = np.zeros((*shape, 12))
+        forces = np.empty((*np.broadcast_shapes(u.shape[1:], np.shape(length), self.sections_shape), 12))
+        for k, force in enumerate(self.end_force_numbers(length, u)):
+            forces[..., k] = force
+        return forces
+
+    def end_force_numbers(self, length: Array | float, displacement: Sequence[Any] | Array) -> list[Any]:
+        # differences of displacements come first, so that a large motion of the whole costs no digits
+        length, u = as_real(length), displacement
+        forces: list[Any] = [0.0] * 12
         for i in BARS:
             axial_force = self._bar(i, length) * (u[i + 6] - u[i])
-            forces[..., i], forces[..., i + 6] = -axial_force, axial_force
+            forces[i], forces[i + 6] = -axial_force, axial_force
         for direction in DIRECTIONS:
             v1, r1, v2, r2 = direction.dofs
             acting = plane_forces(
                 self._plane(direction, length), u[v1], direction.sign * u[r1], u[v2], direction.sign * u[r2]
             )
             for dof, sign, force in zip(direction.dofs, direction.signs, acting, strict=True):
-                forces[..., dof] = sign * force
+                forces[dof] = sign * force
         return forces
 
     # -- shape ------------------------------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ element are in its local axes, start node before end node, each ``ux uy uz rx ry
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 from typing import Any, Self, TypeVar
 
 import numpy as np
@@ -346,6 +346,23 @@ class LineElement(SectionLaw):
         pulls = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
         out: Array = (pulls[..., None, :] @ rows)[..., 0, :]
         return out
+
+    def end_force_numbers(self, length: Array, displacement: Sequence[Any]) -> Sequence[Any] | None:
+        """The numbers of `end_forces` one by one, by arithmetic alone, so that a program can be written of it.
+
+        Parameters
+        ----------
+        length
+            Length of the member, (...).
+        displacement
+            The twelve end displacements in local axes: each (...), a float, or a term of a program.
+
+        Returns
+        -------
+        sequence or None
+            Twelve of the kind that they were given as; None, as by default, where the element has no such formula.
+        """
+        return None
 
     def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
         """Energy, force and tangent at a deformation, of an element with a law of its own.

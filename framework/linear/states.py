@@ -175,6 +175,7 @@ class FrameStates(SolvedFrame):
 
     def _present(self, array: Array, mask: float = np.nan) -> Array:
         if self.frame.absent is not None:
+            array = _own(array)
             array[np.broadcast_to(self.frame.absent, self.shape)] = mask
         return array
 
@@ -189,6 +190,7 @@ class FrameStates(SolvedFrame):
             if not self._warned:
                 self._warned = True
                 warnings.warn(self._warning(singular), MechanismWarning, stacklevel=_reader())
+            array = _own(array)
             array[singular] = mask
         return array
 
@@ -244,6 +246,11 @@ class FrameStates(SolvedFrame):
             if self.consistent_mechanisms is None
             else self._announced(found, self.consistent_mechanisms.motions(rows))
         )
+
+
+def _own(array: Array) -> Array:
+    """The array where it may be written to, else a copy."""
+    return array if array.flags.writeable else array.copy(order="K")
 
 
 def _reader() -> int:

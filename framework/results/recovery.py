@@ -17,6 +17,7 @@ from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.parts import Row, add_row, product
 from .along_member import AlongMembers
 from .member_field import deflection, end_loads, internal_forces
+from .piece_program import forces_on_ends
 from .primary import Primary
 
 
@@ -39,9 +40,11 @@ class Recovery(AlongMembers):
     # -- members ----------------------------------------------------------------------------------------------------
 
     def end_forces(self, member: str) -> Array:
-        """Forces on both ends of a member in its local axes, (..., 12)."""
+        """Forces on both ends of a member in its local axes, (..., 12), not to be written to."""
         pieces = self.topology.pieces_of[member]
         start, end = self.piece_forces(pieces[0]), self.piece_forces(pieces[-1])
+        if start is end:
+            return start
         return np.concatenate([start[..., :6], end[..., 6:]], axis=-1)
 
     def moved(self, piece: int, x: Array) -> Array:
@@ -83,9 +86,15 @@ class Recovery(AlongMembers):
         """Forces on both ends of a piece in its local axes, (..., 12)."""
         if piece not in self._pieces:
             group, position = self.group(piece)
-            forces = group.of(position).end_forces(group.length[position], self.piece_displacement(piece))
-            loads = end_loads(self.topology, group, np.array([position]))
-            self._pieces[piece] = np.broadcast_to(forces - loads[0], (*self.solution.shape, 12))
+            rows = self._rows(piece)
+            nodal = self.solution.stacked(rows)
+            loads = end_loads(self.topology, group, np.array([position]))[0]
+            with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
+                found = forces_on_ends(self.plan.grid, group, position, rows, nodal, loads)
+                if found is None:
+                    local = group.local(position, nodal)
+                    found = group.of(position).end_forces(group.length[position], local) - loads
+            self._pieces[piece] = np.broadcast_to(found, (*self.solution.shape, 12))
         return self._pieces[piece]
 
     def internal(self, piece: int, x: Array) -> Array:
@@ -140,7 +149,8 @@ class Recovery(AlongMembers):
         out = self._tree_springs(branch)
         if edge.ideal:
             transmitted = -branch.sign * self._in_axes(edge, self._carried_force(branch.child, closed=True))
-            out[..., list(edge.ideal)] = transmitted[..., list(edge.ideal)]
+            for k in edge.ideal:
+                out[..., k] = transmitted[..., k]
             if ALONG in edge.ideal and ABOUT not in edge.ideal:
                 out[..., ABOUT] -= edge.pitch * out[..., ALONG]
         return out
@@ -226,7 +236,7 @@ class Recovery(AlongMembers):
         return transferred(force, arm)
 
     def _residual(self, node: int, *, closed: bool) -> Array:
-        total: Array = np.zeros((*self.solution.shape, 6))
+        total: Array = np.moveaxis(np.zeros((6, *self.solution.shape)), 0, -1)
         for piece, side in self._touching.get(node, []):
             group, position = self.group(piece)
             end = self.piece_forces(piece)[..., 6 * side : 6 * side + 6]

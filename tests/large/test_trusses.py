@@ -73,7 +73,11 @@ def test_a_path_that_ends_too_early_says_so() -> None:
 
 @pytest.mark.parametrize(
     ("given", "told"),
-    [({"steps": 0}, "steps of the path of .B. is 0"), ({"steps": True}, "steps .* is True"), ({"first": -1.0}, "first = -1.0")],
+    [
+        ({"steps": 0}, "steps of the path of 'B' is 0"),
+        ({"steps": True}, "steps of the path of 'B' is True"),
+        ({"first": -1.0}, "first = -1.0"),
+    ],
 )
 def test_paths_refuse_steps_that_cannot_be(given: dict[str, float], told: str) -> None:
     with pytest.raises(FrameError, match=told):
