@@ -18,7 +18,7 @@ from ..described.parts import Tie
 from ..description import Description
 from .connections import Connections, TreeEdge
 from .constraints import Constraint, Elimination, eliminate
-from .edge import ABOUT, ALONG, GROUND, Edge
+from .edge import ABOUT, ALONG, GROUND, Edge, preference
 from .forest import rooted, spanning
 from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
 from .topology import Topology
@@ -97,7 +97,8 @@ class JointTree:
     def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
-        tree.grow(*spanning(strongest_first(tree.edges)))
+        order = preference([(e.first, e.second) for e in tree.edges], [e.strength for e in tree.edges])
+        tree.grow(*spanning([tree.edges[k] for k in order]))
         return tree
 
     @classmethod
