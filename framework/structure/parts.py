@@ -8,7 +8,7 @@ parts are added up only when the sum is needed, so that most arithmetic happens 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -180,13 +180,13 @@ def scaled(row: Row, factor: Value) -> Row:
     return {key: product(value, factor) for key, value in row.items()}
 
 
-def dyad(value: Value, pairs: Iterable[tuple[int, Value, Row]]) -> Iterator[tuple[int, int, Value]]:
-    """Entries of ``a value b^T``, given by place the numbers of a and what they meet of b: of a zero zero, of one the
-    other number itself."""
+def dyad(value: Value, pairs: Iterable[tuple[int, Value, Row]]) -> list[tuple[int, int, Value]]:
+    """Entries (i, j) of ``a value b^T``, given for each i the number of a and what it meets of b."""
+    out = []
     for i, factor, met in pairs:
         half = product(factor, value)
-        for j, known in met.items():
-            yield i, j, product(known, half)
+        out += [(i, j, product(known, half)) for j, known in met.items()]
+    return out
 
 
 def nonzero(row: Row) -> Row:
