@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from types import MappingProxyType
 
 from .errors import FrameError
 
@@ -25,9 +26,10 @@ def new(what: str, given: str, *known: Collection[str]) -> str:
     return name
 
 
-def found(what: str, given: str, known: Collection[str]) -> str:
-    """The name of something that is there."""
+def found(what: str, given: str, known: Collection[str], aliases: Mapping[str, str] = MappingProxyType({})) -> str:
+    """The name of something that is there, which may be given by an alias."""
     name = plain(what, given)
+    name = aliases.get(name, name)
     if name not in known:
         listed = [repr(name) for name in known]
         more = " ..." if len(listed) > _MOST else ""

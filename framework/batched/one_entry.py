@@ -18,11 +18,12 @@ from ..description import Description
 from ..protocol import is_proven
 from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.disjoint_sets import DisjointSets
+from ..structure.edge import GROUND, preference
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Group, Topology
 
-# What stands where of a joint, tie or support, and how strong it is.
-Head = tuple[Hashable, tuple[int, float]]
+# What stands where of a joint, tie or support, between which nodes, and how strong it is.
+Head = tuple[Hashable, tuple[int, int], tuple[int, float]]
 
 # Numbers of each joint, tie and support: six springs, the pitch, and six offsets.
 PITCH, OFFSETS, EACH = 6, 7, 13
@@ -46,7 +47,7 @@ class EntryLinks:
     turns
         Axes of joints, arms of rigid links, axes of bodies.
     order
-        Places of joints, ties and supports, the strongest first.
+        Places of joints, ties and supports in order of preference for the tree.
     key
         What stands where.
     """
@@ -56,14 +57,20 @@ class EntryLinks:
         self.edges: list[float] = []
         self.turns: list[float] = []
         heads = [*self._joints(frame), *self._ties(frame), *self._supports(frame)]
-        self.order = sorted(range(len(heads)), key=[strength for _, strength in heads].__getitem__, reverse=True)
+        self.order = preference([ends for _, ends, _ in heads], [strength for _, _, strength in heads])
         places: dict[str, int] = {}
         on = tuple([None if body is None else places.setdefault(body, len(places)) for body in topology.bodies])
         for body in places:
             self.turns += frame.bodies[body].axes.reshape(-1).tolist()
         turns = tuple([turn if turn in _UNITS else 2.0 for turn in self.turns])
         nonzero = (np.array(self.edges) != 0.0).tobytes()
-        self.key: tuple[Hashable, ...] = on, (*self.order,), (*(head for head, _ in heads),), nonzero, turns
+        self.key: tuple[Hashable, ...] = (
+            on,
+            (*self.order,),
+            (*((head, ends) for head, ends, _ in heads),),
+            nonzero,
+            turns,
+        )
 
     def _joints(self, frame: Description) -> list[Head]:
         number, heads = self._number, list[Head]()
@@ -78,8 +85,8 @@ class EntryLinks:
             self.edges += [*springs, float(element.pitch / (2.0 * np.pi)), *offsets]
             if element.axes is not None:
                 self.turns += element.axes.reshape(-1).tolist()
-            head = "joint", number[link.first], number[link.second], ideal, element.axes is None
-            heads.append((head, (len(ideal), max(springs))))
+            ends = number[link.first], number[link.second]
+            heads.append((("joint", ideal, element.axes is None), ends, (len(ideal), max(springs))))
         return heads
 
     def _ties(self, frame: Description) -> list[Head]:
@@ -88,8 +95,8 @@ class EntryLinks:
             self.edges += _ALL_OF_THEM
             if tie.rigid:
                 self.turns += (frame.position(tie.slave) - frame.position(tie.master)).reshape(-1).tolist()
-            head = "tie", number[tie.master], number[tie.slave], tie.components, tie.rigid
-            heads.append((head, (len(tie.components), 0.0)))
+            ends = number[tie.master], number[tie.slave]
+            heads.append((("tie", tie.components, tie.rigid), ends, (len(tie.components), 0.0)))
         return heads
 
     def _supports(self, frame: Description) -> list[Head]:
@@ -97,7 +104,7 @@ class EntryLinks:
         for node, constrained in frame.supports.items():
             self.edges += (*_ALL_OF_THEM[:OFFSETS], *_six(constrained))
             ideal = (*sorted(constrained),)
-            heads.append((("support", number[node], ideal), (len(ideal), 0.0)))
+            heads.append((("support", ideal), (GROUND, number[node]), (len(ideal), 0.0)))
         return heads
 
 

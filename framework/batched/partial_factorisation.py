@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..program.recording import Term
-from ..structure.parts import Row, Value, add, add_row, combine, enter, product, unknowns
+from ..structure.parts import Row, Value, add, add_all, add_row, combine, dyad, enter_terms, product, scaled, unknowns
 from .order import Masks, Order, Springs
 from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row, subtract
 
@@ -163,29 +163,27 @@ class PartialFactorisation:
                     for mask, value in parts.items():
                         self._congruence((a, row), (b, self.rows[b]), (mask, value), wanted)
             for i in unknowns(row):
-                over, factor = self.masks.rows[a][i], row[i]
-                for mask, value in inner.scale.get(a, {}).items():
-                    if _is(outer, wanted, mask | over):
-                        term = product(factor, product(factor, value))
-                        add(outer.scale.setdefault(i, {}), mask | over, term)
+                over = self.masks.rows[a][i]
+                now = {m: value for m, value in inner.scale.get(a, {}).items() if _is(outer, wanted, m | over)}
+                twice = scaled(scaled(now, row[i]), row[i])
+                add_all(outer.scale, ((i, mask | over, term) for mask, term in twice.items()))
 
     def _congruence(
         self, left: tuple[int, Row], right: tuple[int, Row], part: tuple[int, Value], wanted: Wanted
     ) -> None:
         (a, row), (b, other), (mask, value) = left, right, part
         first, second = self.masks.rows[a], self.masks.rows[b]
-        outer, twice = self.outer, a != b
+        twice = a != b
+        pairs = []
         for i, factor in row.items():
-            half: Value | None = None
             of_first = mask | first[i]
-            for j, known in other.items():
-                if twice or (i >= 0 and (j >= i or j < 0)):
-                    over = of_first | second[j]
-                    if not wanted[over]:
-                        outer.complete = False
-                        continue
-                    half = product(factor, value) if half is None else half
-                    self._put(i, j, over, product(known, half), twice)
+            met = other if twice else {j: known for j, known in other.items() if i >= 0 and (j >= i or j < 0)}
+            now = {j: known for j, known in met.items() if wanted[of_first | second[j]]}
+            if len(now) < len(met):
+                self.outer.complete = False
+            if now:
+                pairs.append((i, factor, now))
+        self._put([(i, j, mask | first[i] | second[j], term) for i, j, term in dyad(value, pairs)], twice)
 
     def _add_springs(self, wanted: Wanted, *, given: bool) -> None:
         """Add k r r^T and -k r times the known part of every spring to the second stage."""
@@ -199,16 +197,17 @@ class PartialFactorisation:
                     now = _is(outer, wanted, over) if masks[i] | masks[j] else given
                     if now and (j >= i or j < 0):
                         term = product(second, half)
-                        self._put(i, j, over, term, False)
+                        self._put([(i, j, over, term)], False)
                         if i == j:
                             add(outer.scale.setdefault(i, {}), over, term)
 
-    def _put(self, i: int, j: int, mask: int, term: Value, twice: bool) -> None:
-        """Add a term of the stiffness to the matrix or, where it meets a right-hand-side parameter, to the load."""
-        if i >= 0 and j >= 0:
-            enter(self.outer.matrix, i, j, mask, 2.0 * term if twice and i == j else term)
-        elif i >= 0 or j >= 0:
-            subtract(self.imposed.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), mask, term)
+    def _put(self, terms: list[tuple[int, int, int, Value]], twice: bool) -> None:
+        """Add terms of the stiffness to the matrix or, where they meet a right-hand-side parameter, to the load."""
+        own = [(i, j, mask, 2.0 * term if twice and i == j else term) for i, j, mask, term in terms if min(i, j) >= 0]
+        enter_terms(self.outer.matrix, own)
+        for i, j, mask, term in terms:
+            if min(i, j) < 0 <= max(i, j):
+                subtract(self.imposed.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), mask, term)
 
     # -- the loads --------------------------------------------------------------------------------------------------
 

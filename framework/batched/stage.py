@@ -7,7 +7,21 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..structure.parts import Matrix, Parts, Row, Value, add, add_row, combine, enter, is_zero, total
+from ..structure.parts import (
+    Matrix,
+    Parts,
+    Row,
+    Value,
+    add,
+    add_all,
+    add_row,
+    combine,
+    enter,
+    is_zero,
+    less,
+    total,
+    totals,
+)
 from .order import Order
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
@@ -99,7 +113,7 @@ class Stage:
         row = self.matrix.pop(k, {})
         varying, pivot = total(row.get(k, {}))
         inverse = reciprocal(pivot)
-        columns = [(j, *total(row[j])) for j in below if row.get(j)]
+        columns = totals(row, below)
         lower = {j: value * inverse for j, _, value in columns}
         over, weight = total(self.scale.pop(k, {}))
         self._judge(varying | over, pivot, weight)
@@ -111,7 +125,7 @@ class Stage:
                 if j not in filled:
                     filled[j] = self.matrix.setdefault(j, {})[i] = {}
                 subtract(filled[j], own | other | varying, low * value)
-            add(self.scale.setdefault(i, {}), own | varying | over, low * low * weight)
+        add_all(self.scale, ((i, own | varying | over, lower[i] * lower[i] * weight) for i, own, _ in columns))
         self.pivots[k] = Pivot(mask, inverse, lower)
 
     def _judge(self, mask: int, pivot: Value, weight: Value) -> None:
@@ -165,10 +179,7 @@ def backward(
         if k in needed:
             step = stage.pivots[k]
             value = collapsed(stage.forces.get(k, {}), rhs_parameters) * step.inverse
-            for j, low in step.lower.items():
-                if not is_zero(known[j]):
-                    value = value - low * known[j]
-            known[k] = value
+            known[k] = less(value, [(low, known[j]) for j, low in step.lower.items()])
 
 
 def carried(order: Order, row: Row, stage: Stage) -> Row:

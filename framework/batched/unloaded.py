@@ -17,7 +17,7 @@ from ..structure.assembly import stiffness_entries
 from ..structure.connections import of_supports
 from ..structure.disjoint_sets import least_of_sets
 from ..structure.own_trees import joint_tree
-from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, add, mask_of_shape, unknowns
+from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, Row, add, mask_of_shape, unknowns
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
@@ -107,8 +107,9 @@ class Unloaded:
         if self.grid.sizes[-1] == 1:
             return True
         tree = self.tree
-        numbers = [row[k] for rows in tree.rows.values() for row in rows for k in unknowns(row)]
-        numbers += [v for s in tree.springs for v in (s.stiffness, *(s.row[k] for k in unknowns(s.row)))]
+        rows = [row for rows in tree.rows.values() for row in rows] + [spring.row for spring in tree.springs]
+        numbers = [value for row in rows for k, value in row.items() if k >= 0]
+        numbers += [spring.stiffness for spring in tree.springs]
         same = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
         return same and all(isinstance(v, float) for v in numbers)
 
@@ -281,11 +282,15 @@ class Chained:
             self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
+    def _is_of(self, row: Row, component: int) -> bool:
+        """Whether a combination is of unknowns of a component, which all of them are where one is."""
+        return next((self.component[k] for k in row if k >= 0), None) == component
+
     def _assembled(self, component: int) -> tuple[Block, set[int]]:
         tree = self.unloaded.tree
         unknown = {k for k in self.members[component] if k // 6 not in self.condensed.nodes}
         rows = {6 * node + k: row for node, rows in tree.rows.items() for k, row in enumerate(rows) if row}
-        ends = {a: row for a, row in rows.items() if any(self.component[k] == component for k in unknowns(row)[:1])}
+        ends = {a: row for a, row in rows.items() if self._is_of(row, component)}
         inner = sorted(k for k in unknown if k // 6 not in tree.rows)
         own = set(inner) | set(ends)
         ends |= {b: rows[b] for a in own for b in self.matrix.get(a, {}) if b not in own and b in rows}
@@ -295,11 +300,7 @@ class Chained:
             matrix[a].setdefault(a, {})
         for b in set(ends) - own:
             matrix[b] = {a: matrix[a][b] for a in own if b in matrix[a]} | {b: {}}
-        springs = [
-            (s.row, s.stiffness)
-            for s in tree.springs
-            if any(self.component[k] == component for k in unknowns(s.row)[:1])
-        ]
+        springs = [(spring.row, spring.stiffness) for spring in tree.springs if self._is_of(spring.row, component)]
         varying = self.unloaded.varying.within(own, coupled)
         pattern = pattern_of(matrix, ends)
         for entry in varying.entries if varying else ():

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, joined
 from ..errors import FrameError
 from ..loads import MemberLoad
-from ..names import found, plain
+from ..names import found
 from ..provenance import GivenStatus, HasStatus
 from .parts import Body, JointLink, MassPoint, Member, Node, Tie
 
@@ -99,8 +99,7 @@ class DescriptionData:
     # -- names and shapes -------------------------------------------------------------------------------------------
 
     def _node(self, name: str, of: str = "") -> str:
-        what = f"{of} node".strip()
-        return found(what, self.aliases.get(plain(what, name), name), self.nodes)
+        return found(f"{of} node".strip(), name, self.nodes, self.aliases)
 
     def _member(self, name: str, of: str = "") -> str:
         return found(f"{of} member".strip(), name, self.members)

@@ -24,7 +24,7 @@ from ..description import Description, excluding
 from ..dofs import component
 from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
-from ..names import found, plain
+from ..names import found
 from .elimination import StackFactor
 from .load_stepping import LoadStepping
 from .model import Model
@@ -89,7 +89,7 @@ class EquilibriumPath:
         FrameError
             If the node is unknown.
         """
-        name = found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
+        name = found("node", node, self.frame.nodes, self.frame.aliases)
         number = self._model.topology.number[name]
         parts = [
             np.concatenate([s.displacements[:, number], rotation.logarithm(s.rotations[:, number])])
@@ -114,7 +114,7 @@ class EquilibriumPath:
 
 def follow(frame: Description, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
     """Follow the path from rest until a displacement component passes `to`; see `Frame.path`."""
-    node = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
+    node = found("node", node, frame.nodes, frame.aliases)
     if to == 0.0 or not np.isfinite(to):
         raise FrameError(f"path to {name} = {to!r} of {node!r}: give a displacement that is not zero")
     whole_number(steps, f"steps of the path of {node!r}", 1)

@@ -35,6 +35,9 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.abs: lambda a: _recording(a).write(Operation.ABSOLUTE, a),
 }
 
+# Kinds of the constants of a formula; to put them together anew for each step takes longer than to look.
+_PLAIN_NUMBERS = (float, int)
+
 # Operations whose operands may change their signs with that of the result.
 _SIGNED = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE, Operation.NEGATE})
 
@@ -133,7 +136,7 @@ class Term:
 
 
 def _constant(value: object, constant: float) -> bool:
-    return isinstance(value, float | int) and value == constant
+    return isinstance(value, _PLAIN_NUMBERS) and value == constant
 
 
 def _number(value: Any) -> int:

@@ -16,7 +16,7 @@ from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError, MechanismWarning
 from ..listing import counted, html_table, number
-from ..names import found, plain
+from ..names import found
 from ..provenance import regular_there
 from ..states import SolutionState, States, among
 
@@ -361,7 +361,7 @@ class Results(ABC):
 
     def _node(self, node: str) -> str:
         """The name of a node in the description."""
-        return found("node", self.frame.aliases.get(plain("node", node), node), self.frame.nodes)
+        return found("node", node, self.frame.nodes, self.frame.aliases)
 
     def _supported(self, node: str) -> str:
         node = self._node(node)

@@ -9,7 +9,7 @@ import numpy as np
 from ..batch import Array
 from ..batched.plan import Plan
 from ..errors import FrameError
-from ..names import found, plain
+from ..names import found
 from . import dense
 
 
@@ -40,7 +40,7 @@ class Shapes:
             If the node is unknown.
         """
         frame, number = self._plan.frame, self._plan.topology.number
-        name = found("node", frame.aliases.get(plain("node", node), node), frame.nodes)
+        name = found("node", node, frame.nodes, frame.aliases)
         return np.swapaxes(dense.global_substitution(self._plan, [number[name]]) @ self._vectors, -1, -2)
 
 

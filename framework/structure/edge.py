@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from .disjoint_sets import DisjointSets
 from .parts import Row, Value, add_row, product
 
 GROUND = -1
@@ -76,3 +78,24 @@ class Edge:
             add_row(row, offset, -1.0)
         add_row(out[ALONG], moved[ABOUT], product(-1.0, self.pitch))
         return out
+
+
+def preference(ends: list[tuple[int, int]], strengths: Iterable[tuple[int, float]]) -> list[int]:
+    """Places of edges in order of preference for the tree: the strongest first of those that connect one set of nodes.
+
+    Between edges of different sets, which the ground alone connects, the tree has no choice: which of them is stronger
+    does not matter, and frames that differ in nothing else are solved alike.
+
+    Parameters
+    ----------
+    ends
+        First and second node of each edge.
+    strengths
+        Of each edge, see `Edge.strength`.
+    """
+    sets = DisjointSets[int]()
+    for first, second in ends:
+        if min(first, second) != GROUND:
+            sets.join(first, second)
+    keys = [(sets.find(max(pair)), -ideal, -stiffest) for pair, (ideal, stiffest) in zip(ends, strengths, strict=True)]
+    return sorted(range(len(keys)), key=keys.__getitem__)

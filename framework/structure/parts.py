@@ -89,6 +89,12 @@ def add(parts: Parts, mask: int, value: Value) -> None:
     parts[mask] = parts[mask] + value if mask in parts else value
 
 
+def add_all(sums: dict[int, Parts], terms: Iterable[tuple[int, int, Value]]) -> None:
+    """Add terms, each of a key, of the axes over which it varies and of its value, to the sums of their keys."""
+    for key, mask, value in terms:
+        add(sums.setdefault(key, {}), mask, value)
+
+
 def entry(matrix: Matrix, i: int, j: int) -> Parts:
     """Parts of the entries (i, j) and (j, i), made where there are none."""
     row = matrix.get(i)
@@ -103,6 +109,12 @@ def entry(matrix: Matrix, i: int, j: int) -> Parts:
 def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
     """Add a term, which varies over `mask`, to the entries (i, j) and (j, i)."""
     add(entry(matrix, i, j), mask, value)
+
+
+def enter_terms(matrix: Matrix, terms: Iterable[tuple[int, int, int, Value]]) -> None:
+    """Add terms, each to the entries (i, j) and (j, i) of its row and column and at the axes over which it varies."""
+    for i, j, mask, value in terms:
+        add(entry(matrix, i, j), mask, value)
 
 
 def enter_all(matrix: Matrix, rows: Iterable[int], columns: Iterable[int], values: Iterable[Value]) -> None:
@@ -121,6 +133,11 @@ def total(parts: Parts) -> tuple[int, Value]:
         varying |= mask
         result = parts[mask] if is_zero(result) else result + parts[mask]
     return varying, result
+
+
+def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, Value]]:
+    """Key, mask and value of those sums of a row that have any part."""
+    return [(key, *total(row[key])) for key in keys if row.get(key)]
 
 
 def product(a: Value, b: Value) -> Value:
@@ -148,6 +165,42 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
         else:
             result, owned = result + product, True
     return result
+
+
+def less(value: Value, terms: Iterable[tuple[Value, Value]]) -> Value:
+    """`value` less products, without those whose second factor is exactly zero."""
+    for a, b in terms:
+        if not is_zero(b):
+            value = value - a * b
+    return value
+
+
+def scaled(row: Row, factor: Value) -> Row:
+    """`factor` times a sparse row."""
+    return {key: product(value, factor) for key, value in row.items()}
+
+
+def dyad(value: Value, pairs: Iterable[tuple[int, Value, Row]]) -> list[tuple[int, int, Value]]:
+    """Entries (i, j) of ``a value b^T``, given for each i the number of a and what it meets of b."""
+    out = []
+    for i, factor, met in pairs:
+        half = product(factor, value)
+        out += [(i, j, product(known, half)) for j, known in met.items()]
+    return out
+
+
+def nonzero(row: Row) -> Row:
+    """A sparse row without what is exactly zero."""
+    return {key: value for key, value in row.items() if not is_zero(value)}
+
+
+def combined(terms: Iterable[tuple[Value, Row]]) -> Row:
+    """Sum of products of numbers with sparse rows."""
+    out: Row = {}
+    for factor, row in terms:
+        if not is_zero(factor):
+            add_row(out, row, factor)
+    return out
 
 
 def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:

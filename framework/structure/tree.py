@@ -18,9 +18,9 @@ from ..described.parts import Tie
 from ..description import Description
 from .connections import Connections, TreeEdge
 from .constraints import Constraint, Elimination, eliminate
-from .edge import ABOUT, ALONG, GROUND, Edge
+from .edge import ABOUT, ALONG, GROUND, Edge, preference
 from .forest import rooted, spanning
-from .parts import Grid, RightHandSideParameters, Row, Value, add_row, is_zero, product
+from .parts import Grid, RightHandSideParameters, Row, Value, add_row, combined, is_zero, nonzero, product, scaled
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
@@ -97,7 +97,8 @@ class JointTree:
     def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
         """Choose the tree and express all nodes by it."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
-        tree.grow(*spanning(strongest_first(tree.edges)))
+        order = preference([(e.first, e.second) for e in tree.edges], [e.strength for e in tree.edges])
+        tree.grow(*spanning([tree.edges[k] for k in order]))
         return tree
 
     @classmethod
@@ -167,13 +168,13 @@ class JointTree:
             free, offset = k not in edge.ideal, edge.offset[k]
             if not free and not offset:
                 continue
-            for i, factor in _column(axes, k, sign):
+            for i, factor in _column(axes, k, sign).items():
                 add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
         if not is_zero(edge.pitch):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
-            for i, factor in _column(axes, ALONG, sign):
+            for i, factor in _column(axes, ALONG, sign).items():
                 add_row(rows[i], turn, product(edge.pitch, factor))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
@@ -280,13 +281,12 @@ def entries(grid: Grid, axes: Array | None) -> Matrix3:
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
-def _column(axes: Matrix3, k: int, sign: float) -> list[tuple[int, Value]]:
+def _column(axes: Matrix3, k: int, sign: float) -> Row:
     """Where, and by how much, a unit of component `k` along its axis shows."""
     if axes is None:
-        return [(k, sign)]
+        return {k: sign}
     block, axis = divmod(k, 3)
-    parts = [(3 * block + i, product(sign, axes[i][axis])) for i in range(3)]
-    return [part for part in parts if not is_zero(part[1])]
+    return nonzero(scaled({3 * block + i: axes[i][axis] for i in range(3)}, sign))
 
 
 def _transposed(matrix: Matrix3) -> Matrix3:
@@ -297,10 +297,4 @@ def _rotated(matrix: Matrix3, rows: list[Row]) -> list[Row]:
     """Both three-component blocks multiplied by `matrix`."""
     if matrix is None:
         return rows
-    new: list[Row] = [{} for _ in _SIX]
-    for block in (0, 3):
-        for i in range(3):
-            for j in range(3):
-                if not is_zero(matrix[i][j]):
-                    add_row(new[block + i], rows[block + j], matrix[i][j])
-    return new
+    return [combined(zip(three, rows[block : block + 3], strict=True)) for block in (0, 3) for three in matrix]

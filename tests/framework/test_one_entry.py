@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -224,6 +225,25 @@ def test_threads_share_what_is_written_down(monkeypatch: pytest.MonkeyPatch) -> 
     PROGRAMS.clear()
     alone = [work(number) for number in range(15)]
     assert together == [alone[number % 15] for number in range(60)]
+
+
+def test_which_joint_is_stiffest_makes_no_topology_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[object] = []
+    program = entry_recording._written
+
+    def counted(*given: Any) -> Any:
+        written.append(given)
+        return program(*given)
+
+    monkeypatch.setattr(entry_recording, "_written", counted)
+    frame, orders = four_bar(), [(1.0, 2.0, 3.0), (2.0, 3.0, 1.0), (3.0, 1.0, 2.0), (3.0, 2.0, 1.0)]
+    for shares in orders * MET:
+        for name, share in zip("bde", shares, strict=True):
+            frame.change(name, Joint(stiffness=(*(share * 1e11,) * 5, 0.0)))
+        changed = frame.solve().displacement("P")
+        fresh = frame.copy().solve("banded").displacement("P")
+        assert np.abs(changed - fresh).max() < 1e-12 * np.abs(fresh).max()
+    assert len(written) == 1
 
 
 def test_load_alone_takes_up_the_factor() -> None:

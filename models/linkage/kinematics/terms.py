@@ -14,37 +14,61 @@ Scalar = float | Term
 Vector = Sequence[Scalar]
 
 
+def product(x: Scalar, y: Scalar) -> Scalar:
+    """x y; most components of axes are exactly zero or one, and of these nothing is written down."""
+    if type(x) is float:
+        x, y = y, x
+    if type(x) is Term and type(y) is float:
+        if y == 0.0:
+            return 0.0
+        if y == 1.0:
+            return x
+    return x * y
+
+
+def total(x: Scalar, y: Scalar) -> Scalar:
+    """x + y, likewise."""
+    if type(x) is float:
+        x, y = y, x
+    return x if type(x) is Term and type(y) is float and y == 0.0 else x + y
+
+
+def difference(x: Scalar, y: Scalar) -> Scalar:
+    """x - y, likewise."""
+    return x if type(x) is Term and type(y) is float and y == 0.0 else x - y
+
+
 def plus(a: Vector, b: Vector) -> list[Scalar]:
     """a + b."""
-    return [x + y for x, y in zip(a, b, strict=True)]
+    return [total(x, y) for x, y in zip(a, b, strict=True)]
 
 
 def minus(a: Vector, b: Vector) -> list[Scalar]:
     """a - b."""
-    return [x - y for x, y in zip(a, b, strict=True)]
+    return [difference(x, y) for x, y in zip(a, b, strict=True)]
 
 
 def times(factor: Scalar, a: Vector) -> list[Scalar]:
     """A vector times a number."""
-    return [factor * x for x in a]
+    return [product(factor, x) for x in a]
 
 
 def dot(a: Vector, b: Vector) -> Scalar:
     """Scalar product."""
-    total: Scalar = 0.0
+    out: Scalar = 0.0
     for x, y in zip(a, b, strict=True):
-        total = total + x * y
-    return total
+        out = total(out, product(x, y))
+    return out
 
 
 def cross(a: Vector, b: Vector) -> list[Scalar]:
     """Vector product."""
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    return [difference(product(a[i], b[j]), product(a[j], b[i])) for i, j in ((1, 2), (2, 0), (0, 1))]
 
 
 def combine(axes: Sequence[Vector], a: Vector) -> list[Scalar]:
     """Sum of the three `axes` times the components of `a`: the vector that has them along these axes."""
-    total: list[Scalar] = [0.0, 0.0, 0.0]
+    out: list[Scalar] = [0.0, 0.0, 0.0]
     for axis, x in zip(axes, a, strict=True):
-        total = plus(total, times(x, axis))
-    return total
+        out = plus(out, times(x, axis))
+    return out
