@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.results import consistent_mechanisms
 from linkframe.models import FourBar
 from numpy.testing import assert_allclose
 
@@ -19,7 +18,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWa
 
 
 def varied(some: slice | int) -> Frame:
-    """A four-bar with a rigid arm, a mass, weight, a screw and a bracket on two ideal joints, all other at each pose."""
+    """A four-bar with a rigid arm, a mass, weight, a screw and a bracket on two ideal joints, other at each pose."""
     scale = SCALE[some]
     motion = FourBar(beam=BAR, stiffness=dict.fromkeys("BDE", (2e8, 2e8, 2e8, 1e5, 1e5, 0.0))).move(
         np.radians(DEGREES[some])
