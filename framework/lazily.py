@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 
 __all__ = ["cached_property", "loaded_later"]
 
-if TYPE_CHECKING or sys.version_info >= (3, 12):
+if TYPE_CHECKING:
     from functools import cached_property
 else:
 
     class cached_property(functools.cached_property):
-        """That of `functools` as it is from Python 3.12 on: without a lock, which all objects of a class share.
+        """That of `functools`, without a lock, and one object for all threads.
 
-        With it, what one thread solves waits for all that others do; and each property takes twice as long.
+        Before Python 3.12 all objects of a class share a lock, so that what one thread solves waits for all that others
+        do; from then on each of several threads may have an object of its own.
         """
 
         def __get__(self, instance, owner=None):

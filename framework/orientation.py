@@ -17,7 +17,7 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     numbers = default_axis_numbers(chord)
-    axes = np.empty((*np.shape(numbers[0]), 3, 3), np.result_type(chord, np.float64))
+    axes = np.empty((*np.shape(numbers[0]), 3, 3), np.result_type(numbers[0]))
     for k, number in enumerate(numbers):
         axes[..., k // 3, k % 3] = number
     return axes

@@ -169,7 +169,7 @@ def _given(group: Group) -> list[Sequence[Number]]:
     """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end."""
     stiffness, deformed = group.element.spring_numbers(group.length)
     local = [deformed.get((spring, dof), 0.0) for spring in range(len(stiffness)) for dof in range(12)]
-    if group.axes == (None, None):
+    if all(axes is None for axes in group.axes):
         return [stiffness, local, group.element.axis_numbers(group.chord)]
     start, end = group.end_axes
     turns = [start] if end is start else [start, end]

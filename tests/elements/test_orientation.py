@@ -60,6 +60,11 @@ def test_nearly_vertical_members_lose_no_digits() -> None:
     assert_allclose(R[1], np.array([-2.0, 1.0, 0.0]) / np.sqrt(5), rtol=1e-15, atol=0.0)
 
 
+def test_a_chord_may_be_given_as_a_list() -> None:
+    """Of whole numbers, too."""
+    assert_allclose(BEAM.axes([0, 2, 0]), [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], atol=0.0)
+
+
 def test_a_batch_is_its_members() -> None:
     chords = np.array([[[1.0, 2.0, 3.0], [0.0, 0.0, 1.0]], [[0.0, 0.0, -2.0], [1.0, 0.0, 0.0]]])
     batch = BEAM.axes(chords)

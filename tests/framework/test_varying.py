@@ -29,10 +29,11 @@ def described(
     places: bool = False,
     up: bool = False,
     turned: bool = False,
+    across: bool = False,
     loaded: bool = False,
     **beam: object,
 ) -> Frame:
-    """Three members, the last behind a joint whose axes may vary, in a body that may."""
+    """Three members, the last behind a joint whose axes may vary, in a body that may; and one from without into it."""
     section = Rectangle(y=0.02 * r, z=0.03) if sizes else Rectangle(y=0.02, z=0.03)
     end = Rectangle(y=0.03, z=0.02 * r) if beam.pop("taper", False) else None
     towards = np.stack([0.3 * r, 0.1 + 0.0 * r, 1.0 + 0.0 * r], axis=-1) if up else None
@@ -48,6 +49,8 @@ def described(
     frame.add("a", bar, "n0", "n1")
     frame.add("b", bar, "n1", "n2")
     frame.add("c", bar, "hand", "tip")
+    if across:
+        frame.add("d", bar, "n1", "tip")
     frame.add("joint", Joint(stiffness=(1e6, 1e6, np.inf, 1e4, 1e4, 1e3), axes=axes), "n2", "hand")
     frame.fix("n0")
     frame.load("tip", fy=1.0, fz=2.0)
@@ -64,7 +67,7 @@ CASES: dict[str, Described] = {
     "taper": lambda r: described(r, taper=True, shear=True),
     "places": lambda r: described(r, places=True),
     "axes": lambda r: described(r, up=True),
-    "bodies": lambda r: described(r, turned=True),
+    "bodies": lambda r: described(r, turned=True, across=True),
     "all, loaded": lambda r: described(r, modulus=True, sizes=True, places=True, up=True, turned=True, loaded=True),
     "loads": lambda r: described(r, loaded=True),
 }

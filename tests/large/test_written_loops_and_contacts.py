@@ -210,3 +210,32 @@ def test_one_step_leads_where_many_do() -> None:
     one, many = loose.solve(large=True), loose.solve(large=True, steps=12)
     assert one.displacement("P") == pytest.approx(many.displacement("P"), rel=1e-9, abs=1e-15)
     assert one.iterations <= 6
+
+
+def test_each_choice_of_clearance_has_a_program_of_its_own() -> None:
+    """Of frames alike in all else; one that is described again has the same."""
+
+    def loose(directions: tuple[str, ...], rigid: bool) -> Frame:
+        frame, springs = Frame(), [1e6] * 3 + [200.0] * 3
+        if rigid:
+            springs[:2] = INF, INF
+        for name, x in (("A", 0.0), ("A1", 0.0), ("B", 0.5)):
+            frame.node(name, (x, 0.0, 0.0))
+        bearing = Joint(tuple(springs), clearance=np.array([1e-3, 2e-3]), clearance_directions=directions)
+        frame.add("bearing", bearing, "A", "A1")
+        frame.add("bar", Beam(BAR, STEEL), "A1", "B")
+        frame.fix("A")
+        frame.load("B", fx=50.0, fy=100.0, fz=70.0)
+        return frame
+
+    found = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(newton_program._Costs, "pay_compiled", lambda *_: False)
+        patch.setattr(newton_program._Costs, "pay_by_numpy", lambda *_: True)
+        for directions, rigid in ((("ux", "uy"), False), (("ux", "uz"), False), (("ux", "uy"), True)):
+            for _ in range(2):
+                program = loose(directions, rigid).solve(large=True)._load_stepping.newton.program
+                assert program is not None
+                found.append(id(program.recorded))
+    assert found[::2] == found[1::2]
+    assert len(set(found)) == 3
