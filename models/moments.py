@@ -94,6 +94,9 @@ class Moments:
             if not there[0].all():
                 base = np.take_along_axis(parts.mean, there.argmax(axis=0)[None], axis=0)[0]
             mean = base + np.sum(n * np.where(there, parts.mean - base, 0.0), axis=0) / np.maximum(total, 1)
+            infinite = np.isinf(parts.mean).any(axis=0)
+            if infinite.any():  # as the mean of all samples at once has it: NaN of both infinities alone
+                mean = np.where(infinite, np.sum(np.where(there, parts.mean, 0.0), axis=0), mean)
             d = np.where(there, parts.mean - mean, 0.0)
             square = d * d
             apart = n * square

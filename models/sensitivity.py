@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Share of its size by which a constant may vary from sample to sample.
+ROUNDING = 16.0 * np.finfo(np.float64).eps
 # Inputs that the figure shows by name.
 MOST_DRAWN = 12
 # Inputs up to which a table has a column for each.
@@ -189,7 +191,7 @@ def sobol_indices(
     -------
     SobolIndices
         First-order and total indices (Saltelli et al., Computer Physics Communications 181, 2010,
-        doi:10.1016/j.cpc.2009.09.018); NaN where a sample is.
+        doi:10.1016/j.cpc.2009.09.018); NaN where a sample is NaN or infinite, 0 of what does not vary but by rounding.
 
     Raises
     ------
@@ -217,6 +219,7 @@ def sobol_indices(
     shape: list[tuple[int, ...]] = []
     lost: list[int] = []
     holes: list[NDArray[np.bool_]] = []
+    ends: list[Array] = []
 
     def rows(points: Array) -> Array:
         """Results (s, m) at points (k, m)."""
@@ -225,11 +228,14 @@ def sobol_indices(
             part = points[:, start : start + chunk]
             parts.append(samples_first(fn(**dict(zip(names, part, strict=False))), part.shape[1], axis))
         results = np.concatenate(parts)
-        missing = np.isnan(results).reshape(len(results), -1)
+        flat = results.reshape(len(results), -1)
+        missing = ~np.isfinite(flat)
         lost.append(int(np.count_nonzero(missing.any(axis=1))))
         holes.append(np.asarray(missing.any(axis=0)))
         shape.append(results.shape[1:])
-        return results.reshape(len(results), -1).T
+        there = np.where(missing, 0.0, flat)
+        ends.append(np.stack([there.min(axis=0), there.max(axis=0)]))
+        return np.asarray(there.T)
 
     marginals = [_Inside(distribution) for distribution in given.values()]
     # SciPy takes two inputs or more: an idle one beside a single one.
@@ -245,19 +251,26 @@ def sobol_indices(
     found = stats.sobol_indices(func=rows, n=n, dists=marginals, rng=generator, method=method)
     if any(lost):
         warnings.warn(
-            f"{sum(lost)} of {n * (len(marginals) + 2)} samples are NaN somewhere; the Sobol indices are NaN there, "
-            "as each "
-            "needs all samples",
+            f"{sum(lost)} of {n * (len(marginals) + 2)} samples are NaN or infinite somewhere; the Sobol indices are "
+            "NaN there, as each needs all samples",
             SampleWarning,
             stacklevel=2,
         )
-    # SciPy returns 0 where a sample is NaN.
-    there = np.where(np.any(holes, axis=0), np.nan, 1.0)[:, None]
-    first, total, alone, together = (
-        np.reshape(there * order.reshape(len(there), -1), (*shape[0], len(marginals)))[..., : len(names)]
+    hole, steady = np.any(holes, axis=0), constant(np.min(ends, axis=(0, 1)), np.max(ends, axis=(0, 1)))
+    each = (
+        np.where(steady[:, None], 0.0, order.reshape(len(hole), len(marginals)))
         for order in (found.first_order, found.total_order, *errors)
     )
+    first, total, alone, together = (
+        np.reshape(np.where(hole[:, None], np.nan, order), (*shape[0], len(marginals)))[..., : len(names)]
+        for order in each
+    )
     return SobolIndices(names, first, total, alone, together)
+
+
+def constant(least: Array, greatest: Array) -> NDArray[np.bool_]:
+    """Whether results between two ends, (...) each, differ by no more than rounding: no input has a share of that."""
+    return np.asarray(greatest - least <= ROUNDING * np.maximum(np.abs(least), np.abs(greatest)))
 
 
 def _replicated(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -101,8 +102,25 @@ def quantiles(samples: Array, p: ArrayLike, axis: int, nan_policy: str = "propag
         raise FrameError(f"probability p of a quantile is {asked.tolist()}: give numbers from 0 to 1")
     lost = np.isnan(samples)
     if nan_policy != "omit" or not lost.any():
-        return np.asarray(np.quantile(samples, asked, axis=axis))
+        return _linear(np.quantile, samples, asked, axis)
     # Where every sample is NaN, NumPy would warn of what is told already.
     none = lost.all(axis=axis, keepdims=True)
-    found = np.nanquantile(np.where(none, 0.0, samples), asked, axis=axis)
+    found = _linear(np.nanquantile, np.where(none, 0.0, samples), asked, axis)
     return np.where(np.squeeze(none, axis=axis), np.nan, found)
+
+
+def _linear(quantile: Callable[..., ArrayLike], samples: Array, asked: Array, axis: int) -> Array:
+    """Quantiles by a function of NumPy, which finds none where one of the two samples beside it is infinite."""
+    with np.errstate(invalid="ignore"):
+        found = np.asarray(quantile(samples, asked, axis=axis))
+    if not np.isnan(found).any():
+        return found
+    low, high = (np.asarray(quantile(samples, asked, axis=axis, method=side)) for side in ("lower", "higher"))
+    return np.where(np.isnan(found), between(low, high, np.full(found.shape, 0.5)), found)
+
+
+def between(low: Array, high: Array, share: Array) -> Array:
+    """What lies a share of the way from one sample to the next, (...); that which is infinite where one is."""
+    with np.errstate(invalid="ignore"):
+        infinite = np.where(low == high, low, low + high)
+        return np.where(np.isinf(low) | np.isinf(high), infinite, low + share * (high - low))

@@ -14,6 +14,7 @@ from .design_points import DesignPoints, added_points, distinct, joined, likely
 from .edges import Edges, beyond_edges
 from .importance import Estimate, Mixture, importance_sampling
 from .limit_state import LimitState
+from .second_order import STEP
 from .subset import Value, subset_simulation
 
 Array = NDArray[np.float64]
@@ -22,6 +23,8 @@ Array = NDArray[np.float64]
 EXPLORED = 500
 # How often searches begin from samples that the points found so far do not explain.
 SEARCHES = 3
+# Curvature that differences with their step find at an edge alone.
+SHARP = 0.1 / STEP
 # Runs of subset simulation.
 RUNS = 5
 
@@ -39,6 +42,10 @@ class LimitStateProblems:
         """How many probabilities are asked for."""
         return 1 if self.together else self.state.poses or 1
 
+    def _where(self, problem: int) -> str:
+        """Which of several problems, in words."""
+        return f" at pose number {problem}" if self.state.poses and not self.together else ""
+
     def _values(self, scores: Array, which: NDArray[np.int64]) -> Array:
         if self.together:
             return self.state.worst(scores[0])[None]
@@ -51,6 +58,17 @@ class LimitStateProblems:
     def second_order(self, points: DesignPoints) -> Estimate:
         """Probabilities beyond the paraboloids of the points."""
         edges = points.paraboloids(self.state)
+        if edges.curvature is not None:
+            # The nearest point of each pose stands first.
+            nearest = np.unique(points.pose, return_index=True)[1]
+            kinks = nearest[(np.abs(edges.curvature[nearest]) >= SHARP).any(axis=1)]
+            if kinks.size:
+                problem = 0 if self.together else int(points.pose[kinks[0]])
+                raise FrameError(
+                    f"sorm: a likely failure{self._where(problem)}, at a distance of {points.beta[kinks[0]]:.3g} from "
+                    "the median, lies at an edge of the limit state, which no paraboloid touches: use the method "
+                    "'importance'"
+                )
         known = ~np.isnan(edges.probability)
         if not known.any():
             raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
@@ -63,9 +81,15 @@ class LimitStateProblems:
         for problem in np.unique(pose):
             mine, rng = pose == problem, stream(self.root, f"planes {problem}")
             out[problem] = beyond_edges(edges[mine], poses[mine], rng)
+            if out[problem] == 0.0 and (edges.beta[mine] < 0.0).any():
+                where = self._where(int(problem))
+                raise FrameError(
+                    f"the median fails{where}, but what was found around it leaves it no room: the failures are within "
+                    "a small closed surface, of which planes and paraboloids say nothing; use the method 'importance'"
+                )
         lost = np.setdiff1d(np.arange(self.problems), pose)
         if lost.size:
-            where = f" at pose number {lost[0]}" if self.state.poses and not self.together else ""
+            where = self._where(int(lost[0]))
             raise FrameError(f"no failure was found{where}: use the method 'importance' or 'subset', or more starts")
         return Estimate(out, np.full(self.problems, np.nan), np.zeros(self.problems, dtype=np.int64))
 
@@ -139,7 +163,7 @@ class LimitStateProblems:
         if not np.any(missed > error):
             return
         worst = int(np.argmax(np.where(missed > error, missed, 0.0)))
-        where = f" at pose number {worst}" if self.state.poses and not self.together else ""
+        where = self._where(worst)
         warnings.warn(
             f"subset simulation was led astray{where}: a failure beyond whose tangent plane the probability is "
             f"{missed[worst]:.3g} lies where none of its samples went. Its probability is too low, and the interval is "

@@ -231,7 +231,8 @@ def reliability(
     Raises
     ------
     FrameError
-        If a name or number is none of those above, or no failure can be found by a method that needs one.
+        If a name or number is none of those above, no failure can be found by a method that needs one, or the
+        likeliest one lies where a plane or paraboloid says nothing.
 
     Warns
     -----

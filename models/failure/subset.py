@@ -89,12 +89,12 @@ def _chains(
     """Markov chains below a threshold, (length, chains, k), their values, and the spread for the next ones."""
     scores, table = np.empty((length, *start.shape)), np.empty((length, len(start)))
     scores[0], table[0] = start, found
-    accepted = 0.0
     for step in range(1, length):
         candidate = np.sqrt(1.0 - spread**2) * scores[step - 1] + spread * rng.normal(size=start.shape)
         there = value(candidate)
         taken = there <= threshold
         scores[step] = np.where(taken[:, None], candidate, scores[step - 1])
         table[step] = np.where(taken, there, table[step - 1])
-        accepted += float(taken.mean()) / (length - 1)
-    return scores, table, min(1.0, spread * float(np.exp(accepted - BEST)))
+        # At every step, as a level may be many times as narrow as the one before.
+        spread = min(1.0, spread * float(np.exp(taken.mean() - BEST)))
+    return scores, table, spread

@@ -46,6 +46,8 @@ LOWER = {
 }
 # Grades for which k has the deviation of the table; it is 0 for others.
 K_GRADES = (4, 5, 6, 7)
+# Finest grade of holes K to P, and the coarsest one whose deviation grows by the step to the next finer grade.
+FINEST_HOLE, COARSEST = 3, {"k": 8, "m": 8, "n": 8, "p": 7}
 
 CLASS = re.compile(r"(?P<letter>[A-Za-z]{1,2})(?P<grade>\d{1,2})")
 MICRO = 1e-6
@@ -106,8 +108,8 @@ def limits_of_size(size: float, tolerance_class: str) -> LimitsOfSize:
     size
         Nominal size, m, up to 0.5.
     tolerance_class
-        Such as ``"H7"`` of a hole or ``"g6"`` of a shaft: letters d to h, js, k, m, n, p of shafts and D to H, JS of
-        holes, grades 1 to 12.
+        Such as ``"H7"`` of a hole or ``"g6"`` of a shaft: letters d to h, js, k, m, n, p of shafts and D to H, JS, K,
+        M, N, P of holes, grades 1 to 12; of holes K to P grades from 3 on, of K to 8 beyond 3 mm.
 
     Returns
     -------
@@ -141,10 +143,34 @@ def limits_of_size(size: float, tolerance_class: str) -> LimitsOfSize:
     if letter.isupper() and small in UPPER:
         # A hole D to H lies as far above the line as the shaft of that letter lies below.
         return _limits(size, -UPPER[small][at], -UPPER[small][at] + width)
+    if letter.isupper() and small in LOWER:
+        upper = _upper_of_hole(tolerance_class, small, grade, at)
+        return _limits(size, upper - width, upper)
     raise FrameError(
         f"tolerance class {tolerance_class!r}: of shafts there are {', '.join([*UPPER, 'js', *LOWER])}, of holes "
-        f"{', '.join([*(each.upper() for each in UPPER), 'JS'])}"
+        f"{', '.join([*(each.upper() for each in UPPER), 'JS', *(each.upper() for each in LOWER)])}"
     )
+
+
+def _upper_of_hole(tolerance_class: str, small: str, grade: int, at: int) -> float:
+    """Upper deviation of holes K to P, µm (table 3): that of the shaft below the line, raised in the finer grades.
+
+    A hole is so raised by the step between its grade and the next finer one that it fits a shaft of that grade as a
+    hole H fits the shaft of the same letter.
+    """
+    if grade < FINEST_HOLE or (small == "k" and grade > COARSEST["k"] and at > 0):
+        raise FrameError(
+            f"tolerance class {tolerance_class!r}: holes K to P have grades from {FINEST_HOLE} on, and K beyond 3 mm "
+            f"to {COARSEST['k']}"
+        )
+    below = -float(LOWER[small][at])
+    if at == 0:
+        return below
+    if grade > COARSEST[small]:
+        return 0.0 if small == "n" else below
+    if (small, grade, SIZES[at]) == ("m", 6, 315):
+        return -9.0  # as the standard prints it; the rule gives -11
+    return below + GRADES[grade][at] - GRADES[grade - 1][at]
 
 
 @dataclass(frozen=True)

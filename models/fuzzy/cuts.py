@@ -174,7 +174,7 @@ def propagate_fuzzy(
         corners_only(found)
     else:
         search(found, whole_number(samples, "samples", 1))
-    least, greatest = np.where(np.isfinite(found.value), found.value, np.nan) * np.array([1.0, -1.0])[:, None, None]
+    least, greatest = np.where(found.value < np.inf, found.value, np.nan) * np.array([1.0, -1.0])[:, None, None]
     at_least, at_greatest = (
         {name: function.shaped(points[..., k]) for k, name in enumerate(given)} for points in found.point
     )
@@ -203,7 +203,7 @@ def _first_order(
     stencil = np.concatenate([middle[None], (middle + steps).reshape(-1, len(middle))])
     values = function(stencil if gradient is None else np.stack([middle] * 2))
     if gradient is None:
-        two, one, other, last = values[1:].reshape(4, len(middle), -1)
+        two, one, other, last = values[1:].reshape(4, len(middle), values.shape[1])
         width = np.where(half > 0.0, 12.0 * STEP * half, 1.0)[:, None]
         slopes = (8.0 * (other - one) - (last - two)) / width
     else:

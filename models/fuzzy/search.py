@@ -148,9 +148,9 @@ def _best_start(found: Extremes, values: Array, unit: Array) -> Array:
     """Of some points of each box the best for each result, both ways, (2, a, m, k)."""
     points, _ = _in_boxes(found, unit)
     a, n = len(found.lower), len(unit)
-    table = values.reshape(a, n, -1)
+    table = values.reshape(a, n, values.shape[1])
     best = np.stack([np.argmin(np.where(np.isnan(table), np.inf, sign * table), axis=1) for sign in (1.0, -1.0)])
-    return np.asarray(points.reshape(a, n, -1)[np.arange(a)[:, None], best])
+    return np.asarray(points.reshape(a, n, points.shape[1])[np.arange(a)[:, None], best])
 
 
 @dataclass(eq=False)
@@ -180,7 +180,8 @@ def _refine(found: Extremes, start: Array, radius: float) -> None:
         np.full(side.size, radius),
     )
     for _ in range(STEPS):
-        spread = -(found.value[0] + found.value[1])
+        with np.errstate(invalid="ignore"):  # of infinite results there is none
+            spread = -(found.value[0] + found.value[1])
         going = _step(found, tasks, np.where(np.isfinite(spread), spread, 0.0))
         tasks = tasks[going]
         if not going.any():
@@ -208,8 +209,10 @@ def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
     inside = (tasks.at == low) | (tasks.at == high) | ((tasks.at > first) & (tasks.at < last)) | (first == last)
     tasks.radius = np.where(inside.all(axis=1) | (tasks.at == at).all(axis=1), SHRINK * tasks.radius, tasks.radius)
     least = GAIN * spread[tasks.box, tasks.result]
-    gained = np.where(np.isfinite(before), before - tasks.value, np.inf)
-    return (gained > least) | (np.where(np.isfinite(model), tasks.value - model, np.inf) > least)
+    with np.errstate(invalid="ignore"):
+        gained = np.where(np.isfinite(before), before - tasks.value, np.inf)
+        lacking = np.where(np.isfinite(model), tasks.value - model, np.inf)
+    return (gained > least) | (lacking > least)
 
 
 def _stencil(k: int) -> Array:
@@ -235,7 +238,7 @@ def _own(found: Extremes, tasks: _Tasks, points: Array) -> Array:
     """The result that each task is after, as it counts for it, (n, s), at its points (n, s, k)."""
     n, s, k = points.shape
     out = np.empty((n, s))
-    size = max(1, TOGETHER // (s * found.value.shape[2]))
+    size = max(1, TOGETHER // max(s * found.value.shape[2], 1))
     for start in range(0, n, size):
         part = slice(start, start + size)
         values = found.evaluate(points[part].reshape(-1, k), np.repeat(tasks.box[part], s))

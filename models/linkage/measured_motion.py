@@ -116,11 +116,14 @@ class MeasuredMotion(UncertainMotion):
             columns = {name: values[:, None] for name, values in dimensions.items()}
             return built(build, columns).move(drives).position(point)
 
-        sizes = checked_scales(scales, start)
-        steps = {name: STEP * size for name, size in sizes.items()}
+        sizes, own = checked_scales(scales, start), scales or {}
 
         def gradient(**dimensions: float) -> dict[str, Array]:
             rows = {name: np.full(len(measured.position), value) for name, value in dimensions.items()}
+            steps = {
+                name: STEP * (sizes[name] if name in own else max(sizes[name], abs(value)))
+                for name, value in dimensions.items()
+            }
             ends = {name: (values - steps[name], values + steps[name]) for name, values in rows.items()}
             by = position_sensitivity(built(build, rows).move(drives), point)
             weights = np.broadcast_to(np.eye(3)[:, None], (3, len(measured.position), 3))
@@ -128,7 +131,7 @@ class MeasuredMotion(UncertainMotion):
             return {name: np.stack([slopes[name] for slopes in each], axis=-1) for name in rows}
 
         return calibrate(
-            predict, start, measured.position, uncertainty=measured.uncertainty, scales=sizes, gradient=gradient
+            predict, start, measured.position, uncertainty=measured.uncertainty, scales=scales, gradient=gradient
         )
 
 

@@ -21,7 +21,9 @@ Gradient = Callable[..., Mapping[str, ArrayLike]]
 
 # Step of the central differences, as a share of a parameter's scale: the cube root of rounding.
 STEP = 6e-6
-# Singular value, as a share of the greatest, below which the data cannot tell a combination of parameters: well above
+# Share of a prediction by which one that a parameter does not change may differ over a step: some times its rounding.
+ROUNDING = 64.0 * np.finfo(np.float64).eps
+# Singular value, of effects of unit size, below which the data cannot tell a combination of parameters: well above
 # what differences leave of one that is zero. And its share of a parameter below which that is not in it.
 LEAST, PART = 1e-7, 0.03
 
@@ -114,7 +116,8 @@ def calibrate(
         Their standard uncertainty, (...) or what broadcasts to it. Where it is not given all are taken as equally
         uncertain, by as much as the residuals spread.
     scales
-        Sizes by which parameters may change, by name; their values in `start` by default, which must not be 0 then.
+        Sizes by which parameters may change, by name. By default their own sizes in the course of the search, from
+        their values in `start` on, which must not be 0 then.
     gradient
         Called with the parameters by name, one number each, as keywords; returns the derivatives of what is predicted
         by each, by name, (...). Left out, and where one of them is NaN, differences are taken.
@@ -145,7 +148,8 @@ def calibrate(
     there = np.isfinite(target)
     spread = checked_uncertainty(uncertainty, target.shape)
     weight = (np.ones(target.shape) if spread is None else 1.0 / spread)[there]
-    model = _Model(predict, start, checked_scales(scales, start), target.shape, there, weight, gradient)
+    given = np.array([scales is not None and name in scales for name in start])
+    model = _Model(predict, start, checked_scales(scales, start), target.shape, there, weight, given, gradient)
     if not np.isfinite(model.residual(np.zeros(len(start)))).all():
         raise FrameError("the model predicts no value at the start for something measured: begin elsewhere")
 
@@ -207,6 +211,7 @@ class _Model:
     shape: tuple[int, ...]
     there: NDArray[np.bool_]
     weight: Array
+    given: NDArray[np.bool_]
     gradient: Gradient | None = None
 
     @property
@@ -240,14 +245,32 @@ class _Model:
         given = None if self.gradient is None else self._given(changes, self.gradient)
         if given is not None and np.isfinite(given).all():
             return given
-        steps = STEP * np.eye(len(changes))
+        size = self._steps(changes)
+        steps = np.diag(size)
         found = self.residual(np.concatenate([changes + steps, changes - steps]))
         if not np.isfinite(found).all():
             raise FrameError(
                 f"the search for the parameters came to {self.told(changes)}, where the model predicts no value for "
                 "something measured: begin elsewhere, or leave out what was measured there"
             )
-        return np.asarray((found[: len(steps)] - found[len(steps) :]).T / (2.0 * STEP))
+        return np.asarray((found[: len(steps)] - found[len(steps) :]).T / (2.0 * size))
+
+    def _steps(self, changes: Array) -> Array:
+        """Steps of differences, (p,): of scales that are given, or else of what the parameters have grown to."""
+        grown = np.maximum(1.0, np.abs(self.values(changes)) / self.sizes)
+        return STEP * np.where(self.given, 1.0, grown)
+
+    def effects(self, changes: Array) -> tuple[Array, Array]:
+        """Effects on the residuals, of unit size or, where they are rounding, zero, (n, p), and of what changes, (p,).
+
+        So what the data can tell does not depend on the scales of the parameters.
+        """
+        slopes = self.slopes(changes)
+        size = np.linalg.norm(slopes, axis=0)
+        least = ROUNDING * np.linalg.norm(self.residual(changes)) / self._steps(changes)
+        some = size > least
+        unit = np.where(some, slopes / np.where(some, size, 1.0), 0.0)
+        return unit, self.sizes / np.where(some, size, 1.0)
 
     def _given(self, changes: Array, gradient: Gradient) -> Array:
         by_name = gradient(**dict(zip(self.start, self.values(changes).tolist(), strict=True)))
@@ -260,14 +283,15 @@ class _Model:
 
 def _calibration(model: _Model, changes: Array, target: Array, *, known: bool) -> Calibration:
     names = tuple(model.start)
-    _, size, rows = np.linalg.svd(model.slopes(changes), full_matrices=True)
+    effects, units = model.effects(changes)
+    _, size, rows = np.linalg.svd(effects, full_matrices=True)
     size = np.concatenate([size, np.zeros(len(names) - len(size))])
     text = size > LEAST * max(float(size[0]), 1e-300)
     values, off = model.values(changes), model.off(changes, target)
     freedom = int(off.size - text.sum())
     chi_squared = float(off @ off)
     variance = 1.0 if known else chi_squared / freedom if freedom else np.nan
-    directions = rows[text] * model.sizes
+    directions = rows[text] * units
     covariance = variance * (directions.T / size[text] ** 2) @ directions
     lost = np.abs(rows[~text]).max(axis=0, initial=0.0) > PART
     covariance[lost] = covariance[:, lost] = np.nan

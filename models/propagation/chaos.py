@@ -17,7 +17,7 @@ from ...framework.errors import FrameError, SampleWarning
 from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, by_error, checked_level
 from ..sampling import BLOCK, Sampler, Seed, points_of, root_seed, samples_first
-from ..sensitivity import SobolIndices
+from ..sensitivity import SobolIndices, constant
 from .chunk import Function
 from .correlation import GaussianCopula, Pairs
 from .germ import Germ
@@ -55,12 +55,12 @@ class LeftOver:
     points: str
 
     @classmethod
-    def of(cls, errors: Array, variance: Array, shape: tuple[int, ...], points: str) -> LeftOver:
-        """From errors (m, e) at points and the variance (e,) of the function; nothing is left of a constant."""
-        square = errors**2 / np.where(variance > 0.0, variance, 1.0)
+    def of(cls, errors: Array, results: Array, shape: tuple[int, ...], points: str) -> LeftOver:
+        """From errors (m, e) at points and the results (m', e) of the function; nothing is left of a constant."""
+        steady = _constant(results)
+        square = errors**2 / np.where(steady, 1.0, np.var(results, axis=0))
         share, error = np.mean(square, axis=0), np.std(square, axis=0, ddof=1) / np.sqrt(len(square))
-        constant = variance == 0.0
-        share, error = (np.where(constant, 0.0, each).reshape(shape) for each in (share, error))
+        share, error = (np.where(steady, 0.0, each).reshape(shape) for each in (share, error))
         return cls(share, error, points)
 
     def interval(self, level: float) -> ConfidenceInterval:
@@ -141,14 +141,15 @@ class PolynomialChaos:
     def _share(self, which: NDArray[np.bool_]) -> tuple[Array, Array]:
         """Shares of the variance of the terms of each input, which (terms, k), and their standard errors, (..., k)."""
         square = self.coefficients**2
-        with np.errstate(invalid="ignore", divide="ignore"):
-            share = np.moveaxis(np.tensordot(which.T, square, axes=1) / self.variance, 0, -1)
-            slopes = []
-            for k in range(which.shape[1]):
-                inside = which[:, k].reshape(-1, *(1,) * (square.ndim - 1)) - share[..., k]
-                slope = 2.0 * self.coefficients * inside / self.variance
-                slope[0] = 0.0
-                slopes.append(self._error(slope))
+        # Of what does not vary no input has a share.
+        variance = np.where(self.variance == 0.0, 1.0, self.variance)
+        share = np.moveaxis(np.tensordot(which.T, square, axes=1) / variance, 0, -1)
+        slopes = []
+        for k in range(which.shape[1]):
+            inside = which[:, k].reshape(len(which), *(1,) * (square.ndim - 1)) - share[..., k]
+            slope = 2.0 * self.coefficients * inside / variance
+            slope[0] = 0.0
+            slopes.append(self._error(slope))
         return share, np.stack(slopes, axis=-1)
 
     def _error(self, slope: Array) -> Array:
@@ -189,8 +190,7 @@ class PolynomialChaos:
             slope = np.zeros_like(self.coefficients)
             slope[0] = 1.0
             return by_error(self.mean, self._error(slope), level, freedom)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            slope = self.coefficients / self.std
+        slope = self.coefficients / np.where(self.std == 0.0, 1.0, self.std)
         slope[0] = 0.0
         return by_error(self.std, self._error(slope), level, freedom, least=0.0)
 
@@ -256,7 +256,7 @@ def polynomial_chaos(
     Warns
     -----
     SampleWarning
-        If some samples are NaN; they are left out.
+        If some samples are NaN or infinite; they are left out.
 
     Examples
     --------
@@ -321,12 +321,15 @@ def _by_quadrature(
     together = {name: np.concatenate([inputs[name], others[name]]) for name in joint.names}
     results = samples_first(fn(**together), count + CHECKED, axis)
     flat = results.reshape(len(results), -1)
-    found = (germ.terms_at(powers, list(nodes.T)) * weights[:, None]).T @ flat[:count]
+    flat = np.where(np.isfinite(flat), flat, np.nan)
+    found = _of_varying((germ.terms_at(powers, list(nodes.T)) * weights[:, None]).T @ flat[:count], flat)
     expected = germ.terms(powers, others) @ found
     shape = results.shape[1:]
-    left = LeftOver.of(flat[count:] - expected, np.var(flat[count:], axis=0), shape, f"{CHECKED} random points")
+    left = LeftOver.of(flat[count:] - expected, flat[count:], shape, f"{CHECKED} random points")
     nothing = np.zeros(shape)
-    return PolynomialChaos(joint.names, powers, found.reshape(-1, *shape), len(results), germ, None, nothing, left)
+    return PolynomialChaos(
+        joint.names, powers, found.reshape(len(powers), *shape), len(results), germ, None, nothing, left
+    )
 
 
 def _by_regression(fn: Function, germ: Germ, powers: Powers, axis: int, inputs: Mapping[str, Array]) -> PolynomialChaos:
@@ -352,7 +355,7 @@ def _fitted(
     q, r = np.linalg.qr(terms)
     if np.linalg.cond(r) > 1e8:
         raise FrameError(f"{len(flat)} samples do not determine {len(powers)} coefficients: give more")
-    found = np.linalg.solve(r, q.T @ flat)
+    found = _of_varying(np.linalg.solve(r, q.T @ flat), flat)
     residual = flat - terms @ found
     without = residual / (1.0 - np.sum(q**2, axis=1))[:, None]
     inverse = np.linalg.inv(r)
@@ -360,24 +363,42 @@ def _fitted(
     return PolynomialChaos(
         germ.joint.names,
         powers,
-        found.reshape(-1, *shape),
+        found.reshape(len(powers), *shape),
         len(flat),
         germ,
         inverse @ inverse.T,
         (np.sum(residual**2, axis=0) / freedom).reshape(shape),
-        LeftOver.of(without, np.var(flat, axis=0), shape, "samples, left out of the fit one after the other"),
+        LeftOver.of(without, flat, shape, "samples, left out of the fit one after the other"),
     )
+
+
+def _constant(results: Array) -> NDArray[np.bool_]:
+    """Which entries of results (m, e) do not vary but by rounding, (e,)."""
+    return constant(results.min(axis=0), results.max(axis=0))
+
+
+def _of_varying(coefficients: Array, results: Array) -> Array:
+    """Coefficients (terms, e) from results (m, e), of what does not vary the constant one alone."""
+    steady = _constant(results)
+    coefficients[:, steady] = 0.0
+    coefficients[0, steady] = results[0, steady]
+    return coefficients
 
 
 def _without_failures(flat: Array, terms: int) -> tuple[Array, NDArray[np.bool_]]:
     """Samples that have a result wherever another has one, and which they are."""
-    lost = np.isnan(flat)
+    lost = ~np.isfinite(flat)
     kept = np.asarray(~(lost & ~lost.all(axis=0)).any(axis=1))
     count = int(np.count_nonzero(~kept))
+    flat = np.where(lost, np.nan, flat)
     if len(flat) - count <= terms:
-        raise FrameError(f"{count} of {len(flat)} samples are NaN: too few are left for {terms} coefficients")
+        raise FrameError(
+            f"{count} of {len(flat)} samples are NaN or infinite: too few are left for {terms} coefficients"
+        )
     if count:
         warnings.warn(
-            f"{count} of {len(flat)} samples are NaN and left out of the regression", SampleWarning, stacklevel=4
+            f"{count} of {len(flat)} samples are NaN or infinite and left out of the regression",
+            SampleWarning,
+            stacklevel=4,
         )
     return flat[kept], kept

@@ -50,10 +50,12 @@ class Comoments:
         """Of both sets of samples together, by the formula of Chan, Golub & LeVeque (1983) for products."""
         a, b = self.n, other.n
         n = a + b
-        d = np.where(np.minimum(a, b)[..., None] > 0, other.mean - self.mean, 0.0)
+        with np.errstate(invalid="ignore"):
+            d = np.where(np.minimum(a, b)[..., None] > 0, other.mean - self.mean, 0.0)
         weight = a * b / np.maximum(n, 1)
-        second = self.second + other.second + weight[..., None, None] * d[..., :, None] * d[..., None, :]
-        mean = np.where(a[..., None] > 0, self.mean, other.mean) + d * (b / np.maximum(n, 1))[..., None]
+        with np.errstate(invalid="ignore"):  # infinite samples have no covariance
+            second = self.second + other.second + weight[..., None, None] * d[..., :, None] * d[..., None, :]
+            mean = np.where(a[..., None] > 0, self.mean, other.mean) + d * (b / np.maximum(n, 1))[..., None]
         return Comoments(n, mean, second, self.scatter.merge(other.scatter))
 
     @property
@@ -79,9 +81,10 @@ def _parts(block: Array, nan_policy: str) -> Iterator[Comoments]:
         there: NDArray[np.bool_] = np.asarray(~lost)
         n: NDArray[np.int64] = np.asarray(there.sum(axis=0, dtype=np.int64))
         kept = np.where(there[..., None], part, 0.0)
-        mean = np.asarray(kept.sum(axis=0) / np.where(n > 0, n, 1)[..., None])
-        off = np.where(there[..., None], part - mean, 0.0)
-        second = np.einsum("m...i,m...j->...ij", off, off)
+        with np.errstate(invalid="ignore"):
+            mean = np.asarray(kept.sum(axis=0) / np.where(n > 0, n, 1)[..., None])
+            off = np.where(there[..., None], part - mean, 0.0)
+            second = np.einsum("m...i,m...j->...ij", off, off)
         few = n[..., None, None] > 1
         own = second / np.where(few, n[..., None, None] - 1, 1)
         nothing = np.zeros(second.shape)

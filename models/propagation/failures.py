@@ -116,6 +116,10 @@ class Failures:
         How many failed for each reason, as the function told it.
     numbers
         Numbers of the first 10 000 of them, (f,).
+    entries, empty
+        Number of entries of the result, and of those that no sample has, which make no sample fail.
+    empty_reasons
+        Where no sample has any entry, how many have none for each reason.
     """
 
     n: int
@@ -123,6 +127,9 @@ class Failures:
     reasons: Mapping[str, int]
     numbers: NDArray[np.int64]
     _drawn: Callable[[NDArray[np.int64]], dict[str, Array]] = field(repr=False)
+    entries: int = 1
+    empty: int = 0
+    empty_reasons: Mapping[str, int] = field(default_factory=dict)
 
     @cached_property
     def inputs(self) -> dict[str, Array]:
@@ -130,11 +137,18 @@ class Failures:
         return self._drawn(self.numbers)
 
     def __repr__(self) -> str:
-        if not self.count:
-            return f"none of {self.n} samples failed"
-        lines = [f"{self.count} of {self.n} samples failed"]
-        lines += [f"  {times:>8} {reason}" for reason, times in self.reasons.items()]
+        if self.empty and self.empty == self.entries:
+            lines = [f"none of {self.n} samples has a result"]
+            return "\n".join([*lines, *_told(self.empty_reasons)])
+        lines = [f"{self.count or 'none'} of {self.n} samples failed", *_told(self.reasons)]
+        if self.empty:
+            lines.append(f"{self.empty} of {self.entries} numbers of the result are NaN in every sample")
         return "\n".join(lines)
+
+
+def _told(reasons: Mapping[str, int]) -> list[str]:
+    """A line a reason."""
+    return [f"  {times:>8} {reason}" for reason, times in reasons.items()]
 
 
 def in_words(failures: Failures, of: str) -> str:
@@ -168,13 +182,14 @@ class FailureCount:
     nan_policy: str
     drawn: Callable[[NDArray[np.int64]], dict[str, Array]]
     seen: int = 0
+    entries: int = 1
     _always: Flags = field(default_factory=lambda: np.ones((), dtype=bool))
     _chunks: list[tuple[int, int, FailedRows]] = field(default_factory=list)
 
     def note(self, start: int, count: int, entries: int, failed: FailedRows) -> None:
         """Count the samples `start` to `start + count`."""
         whole = np.zeros(entries, dtype=bool) if failed.whole is None else failed.whole
-        self._always = self._always & whole
+        self._always, self.entries = self._always & whole, entries
         self.seen = start + count
         if len(failed.rows) or failed.whole is not None:
             self._chunks.append((start, count, failed))
@@ -203,4 +218,18 @@ class FailureCount:
                 numbers.append(start + rows[: MOST_KEPT - held])
                 held += len(numbers[-1])
         together = np.concatenate(numbers) if numbers else np.empty(0, np.int64)
-        return Failures(self.n, count, dict(reasons.most_common()), together, self.drawn)
+        always, none = np.broadcast_to(self._always, self.entries) & (self.seen > 0), Counter[str]()
+        if always.size and always.all():
+            for _, _, failed in self._chunks:
+                assert failed.otherwise is not None
+                none += failed.otherwise.count()
+        return Failures(
+            self.n,
+            count,
+            dict(reasons.most_common()),
+            together,
+            self.drawn,
+            self.entries,
+            int(np.count_nonzero(always)),
+            dict(none.most_common()),
+        )

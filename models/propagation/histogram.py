@@ -35,6 +35,8 @@ class Bins:
     @classmethod
     def of(cls, block: Array) -> Bins:
         """Bins for samples like those of a block, (m, e)."""
+        if not block.shape[1]:  # of no entry NumPy has no three quantiles
+            return cls(np.zeros(0), np.zeros(0))
         there = np.isfinite(block)
         filled = np.where(there, block, np.nan)
         some = there.any(axis=0)
@@ -117,7 +119,11 @@ class BinnedSamples:
         """Value of the sample of a rank from 0 on, (e,), interpolated within its bin."""
         number, before, inside = self._bin(rank)
         share = np.clip((rank + 0.5 - before) / np.maximum(inside, 1), 0.0, 1.0)
-        return self._within(self.bins.place(_EDGES[number] + share * (_EDGES[1] - _EDGES[0])))
+        value = self.bins.place(_EDGES[number] + share * (_EDGES[1] - _EDGES[0]))
+        # The outermost bins reach to the extremes, which may be infinite.
+        value = np.where((number == 0) & np.isinf(self.least), self.least, value)
+        value = np.where((number == BINS - 1) & np.isinf(self.greatest), self.greatest, value)
+        return self._within(value)
 
     def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Bounds on the samples of two ranks, (e,) each: the lower one from below, the higher one from above."""

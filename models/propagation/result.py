@@ -258,6 +258,6 @@ class Propagation(SampledResult):
             lines.append("".join([f"{str(list(index)) if shape else '':>12}", *cells]))
         if np.size(self.mean) > MOST_SHOWN:
             lines.append(f"{'...':>12}  {np.size(self.mean) - MOST_SHOWN} more of shape {shape}")
-        if self.failures.count:
+        if self.failures.count or self.failures.empty:
             lines.append(repr(self.failures))
         return "\n".join(lines)

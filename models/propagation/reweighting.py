@@ -75,14 +75,15 @@ class Reweighted:
     @property
     def standard_error(self) -> Array:
         """Standard error of the mean of independent samples, √Σ w² (x − mean)², (...)."""
-        return np.asarray(np.sqrt(np.sum((self._of_each * (self._filled - self.mean)) ** 2, axis=0)))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.sqrt(np.sum((self._of_each * (self._filled - self.mean)) ** 2, axis=0)))
 
     @property
     def std_standard_error(self) -> Array:
         """Standard error of `std`, (...), by the derivative of the weighted variance to each weight."""
-        square = (self._filled - self.mean) ** 2
-        error = np.sqrt(np.sum((self._of_each * (square - self.std**2)) ** 2, axis=0))
         with np.errstate(invalid="ignore", divide="ignore"):
+            square = (self._filled - self.mean) ** 2
+            error = np.sqrt(np.sum((self._of_each * (square - self.std**2)) ** 2, axis=0))
             return np.where(self.std == 0.0, 0.0, error / (2.0 * self.std))
 
     def quantile(self, p: ArrayLike) -> Array:

@@ -17,7 +17,7 @@ from ..intervals import (
 from ..moments import Moments, Statistics
 from ..sampling import BLOCK
 from ..sensitivity import SobolIndices
-from ..spread import quantiles
+from ..spread import between, quantiles
 from .chunk import ChunkTask
 from .comoments import Comoments
 from .failures import MOST_NAMED, Failures
@@ -70,7 +70,8 @@ class SampledResult(Statistics):
 
     def _between(self, values: Array) -> Array:
         """Standard error of a mean of values (r, ...) of independent replicates, (...)."""
-        return np.asarray(np.std(values, axis=0, ddof=1) / np.sqrt(len(values)))
+        with np.errstate(invalid="ignore"):  # of infinite ones there is none
+            return np.asarray(np.std(values, axis=0, ddof=1) / np.sqrt(len(values)))
 
     def require_independent_inputs(self, what: str) -> None:
         """Refuse what has no meaning where inputs depend on each other.
@@ -165,7 +166,7 @@ class SampledResult(Statistics):
             below = np.floor(rank)
             pair = zip(of(binned, below), of(binned, np.ceil(rank)), strict=True)
             # Between two samples as NumPy does it.
-            found.append([low + (rank - below) * (high - low) for low, high in pair])
+            found.append([between(low, high, rank - below) for low, high in pair])
         there = self._there()
         return tuple(
             np.where(there, np.reshape(np.array(each), (*asked.shape, *shape)), np.nan)

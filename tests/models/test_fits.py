@@ -144,3 +144,25 @@ def test_costs_in_any_unit(unit: float, seed: int) -> None:
         if np.max(off) <= limit:
             best = min(best, sum(cost for _, cost in chosen))
     assert allocate(effects, choices, limit).cost == pytest.approx(best, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("size", "name", "lower", "upper"),
+    [
+        (25, "K7", -15, 6), (25, "M7", -21, 0), (25, "N7", -28, -7), (25, "P7", -35, -14), (25, "K6", -11, 2),
+        (25, "N6", -24, -11), (25, "P6", -31, -18), (25, "K8", -23, 10), (25, "M8", -29, 4), (25, "N8", -36, -3),
+        (25, "N9", -52, 0), (25, "P9", -74, -22), (3, "K7", -10, 0), (3, "M7", -12, -2), (3, "N7", -14, -4),
+        (3, "P7", -16, -6), (3, "N9", -29, -4), (3, "P9", -31, -6), (300, "M6", -41, -9), (300, "M7", -52, 0),
+        (50, "K7", -18, 7), (50, "N7", -33, -8), (50, "P7", -42, -17), (80, "K7", -21, 9), (100, "P7", -59, -24),
+    ],
+)  # fmt: skip
+def test_holes_of_interference_fits_as_the_standard_prints_them(size: int, name: str, lower: int, upper: int) -> None:
+    found = limits_of_size(1e-3 * size, name)
+    assert (found.lower, found.upper) == (pytest.approx(1e-6 * lower), pytest.approx(1e-6 * upper))
+
+
+def test_grades_that_holes_do_not_have() -> None:
+    for name in ("K2", "P1", "K9"):
+        with pytest.raises(FrameError, match=f"tolerance class '{name}': holes K to P have grades from 3 on"):
+            limits_of_size(0.025, name)
+    assert fit(0.025, "P7/h6").greatest_clearance == pytest.approx(-1e-6)

@@ -196,3 +196,34 @@ def test_a_comparison_of_nothing_is_refused() -> None:
     """As where degrees were taken for radians, and no pose is assembled: it would lie within every band."""
     with pytest.raises(FrameError, match="no pose that was measured"):
         compare(np.full((2, 3), np.nan), Measured(np.ones((2, 3)), 1e-3, {}))
+
+
+@pytest.mark.parametrize("begin", [{"a": 1e-9, "b": 1.0}, {"a": 1.0, "b": 1e-9}, {"a": 1e9, "b": 1e-9}])
+@pytest.mark.parametrize("exact", [False, True])
+def test_what_the_data_tells_does_not_depend_on_where_the_search_begins(begin: dict[str, float], exact: bool) -> None:
+    def line(a: Array, b: Array) -> Array:
+        return np.asarray(a[:, None] + b[:, None] * PLACES)
+
+    columns = np.stack([np.ones_like(PLACES), PLACES], axis=1)
+    target = columns @ [0.5, 3.0]
+    given = (lambda a, b: {"a": columns[:, 0], "b": columns[:, 1]}) if exact else None
+    found = calibrate(line, begin, target, uncertainty=0.01, gradient=given)
+    assert not found.undetermined
+    assert_allclose([found.values["a"], found.values["b"]], [0.5, 3.0], rtol=1e-6)
+    assert_allclose(found.covariance, 1e-4 * np.linalg.inv(columns.T @ columns), rtol=1e-6)
+
+
+def test_units_do_not_decide_what_the_data_tells() -> None:
+    """A stiffness known to a fifth is told, and what it is taken together with is as uncertain as that makes it."""
+
+    def stretched(k: Array, length: Array) -> Array:
+        return np.asarray(length[:, None] + PLACES / k[:, None])
+
+    found = calibrate(stretched, {"k": 1e8, "length": 1.0}, 1.01 + PLACES / 2e8, uncertainty=1e-9)
+    slopes = np.stack([-PLACES / 2e8**2, np.ones_like(PLACES)], axis=1) / [1e-16, 1.0]
+    error = 1e-9 * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes))) / [1e-16, 1.0]
+    assert_allclose(found.values["k"], 2e8, rtol=1e-3)
+    assert_allclose(list(found.standard_error.values()), error, rtol=1e-2)
+    together = calibrate(lambda a, b: (a + b)[:, None] + 0.0 * PLACES, {"a": 1.0, "b": 100.0}, 3.0 + PLACES)
+    assert [set(each) for each in together.undetermined] == [{"a", "b"}]
+    assert np.isinf(list(together.standard_error.values())).all()

@@ -235,7 +235,7 @@ def test_searches_begin_from_samples_that_are_not_explained(seed: int) -> None:
     assert sorted(np.sign(found.points.scores[:4]).tolist()) == [[-1, -1], [-1, 1], [1, -1], [1, 1]]
 
 
-@pytest.mark.parametrize("seed", [5, 7])
+@pytest.mark.parametrize("seed", [7])
 def test_subset_simulation_that_is_led_astray_warns(seed: int) -> None:
     """All runs go where the limit state falls first, never to the failure that is a hundred times as likely."""
     problem = PROBLEMS["RP110"]
