@@ -34,6 +34,12 @@ class Joint(JointElement):
     where there are two, a stretch where there is one) and stiff beyond: in contact along the unit vector n,
     ``d = (ε + f/k) n`` with the force f n. There is no friction.
 
+    However far it turns, displacements are along axes that follow the first node. Rotations of the least stiffness turn
+    together, by one rotation vector, about axes that the stiffer ones carry. So two free rotations make a
+    constant-velocity joint, which never twists about the third axis, and not a universal joint, whose cross turns about
+    an axis of each of its two members: that one is two joints in series, each free about one axis, with a node of the
+    cross between them.
+
     Parameters
     ----------
     stiffness : array_like

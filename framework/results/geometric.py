@@ -25,7 +25,6 @@ import numpy as np
 from ..arm import cross_matrix
 from ..batch import Array
 from ..error_bounds.kinematic_edge import KinematicEdge
-from ..structure.edge import Edge
 
 _X = np.array([1.0, 0.0, 0.0])
 # Spins of the ends by the twelve end displacements.
@@ -102,7 +101,7 @@ def of_link(link: KinematicEdge, stiffness: Array, force: Array) -> Array:
     link
         The joint, rigid link or tie.
     stiffness
-        Its springs, (..., 6).
+        Its springs, (..., 6), inf where it is ideal.
     force
         Force and moment on its first node, in its axes, (..., 6).
     """
@@ -111,7 +110,7 @@ def of_link(link: KinematicEdge, stiffness: Array, force: Array) -> Array:
         push, moment = (np.einsum("...ij,...j->...i", axes, part) for part in (force[..., :3], force[..., 3:]))
     else:
         axes, push, moment = None, force[..., :3], force[..., 3:]
-    order = _order(link.edge, stiffness, force[..., 3:])
+    order = _order(stiffness[..., 3:], force[..., 3:])
     order = order if axes is None else axes @ order @ np.swapaxes(axes, -1, -2)
     shapes = [push.shape[:-1], order.shape[:-2], *(part.shape[:-1] for part in (link.arm,) if part is not None)]
     out = np.zeros((*np.broadcast_shapes(*shapes), 12, 12))
@@ -144,9 +143,8 @@ def _stretch(length: Array) -> Array:
     return out
 
 
-def _order(edge: Edge, stiffness: Array, moment: Array) -> Array:
+def _order(turns: Array, moment: Array) -> Array:
     """Twice the symmetric matrix (..., 3, 3) of ``moment . h x l / 2`` for stiffer turns h and softer ones l."""
-    turns = np.where(np.isin((3, 4, 5), edge.ideal), np.inf, stiffness[..., 3:])
     soft = turns == turns.min(axis=-1, keepdims=True)
     mixed = np.where(soft[..., :, None] & ~soft[..., None, :], 0.5 * cross_matrix(moment), 0.0)
     return mixed + np.swapaxes(mixed, -1, -2)

@@ -8,13 +8,14 @@ import numpy as np
 
 from ..batch import Array, aligned, block_diagonal
 from ..batched.plan import Plan
+from ..description import Description
 from ..entries import Stretch, picked
 from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.link_forces import link_forces, link_roundings
 from ..error_bounds.tree_members import MEMBER
 from ..structure.assembly import offset_weights
-from ..structure.edge import GROUND
+from ..structure.edge import GROUND, Edge
 from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
 from . import dense
@@ -26,7 +27,7 @@ _EPS = float(np.finfo(float).eps)
 Stack = tuple[Index, Array]
 
 
-def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
+def geometric_stacks(state: EquilibriumResidual, frame: Description | None = None) -> list[Stack]:
     """Node numbers (n, k) and geometric stiffness (n, ..., 6 k, 6 k) in the nodes' axes.
 
     Forces that are zero but for rounding count as zero.
@@ -35,6 +36,9 @@ def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
     ----------
     state
         The solution of the whole batch, or a part of it, in its equations of equilibrium.
+    frame
+        The frame that is displaced, whose springs decide which rotations of a joint turn first; that of the solution
+        where None.
     """
     topology = _part(state)
     out, roundings = [], []
@@ -44,7 +48,7 @@ def geometric_stacks(state: EquilibriumResidual) -> list[Stack]:
         ends = np.where(np.abs(ends) < error_bound, 0.0, ends)
         matrices = _members(topology, group, np.moveaxis(ends, -2, 0))
         out.append((group.nodes, group.in_node_axes(matrices)))
-    return [*out, *_links(state, roundings), *_weights(state)]
+    return [*out, *_links(state, frame, roundings), *_weights(state)]
 
 
 def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
@@ -76,7 +80,7 @@ def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     state
         The solution of the whole batch in its equations of equilibrium.
     """
-    return dense.reduced(plan, over_dofs(plan, geometric_stacks(state)))
+    return dense.reduced(plan, over_dofs(plan, geometric_stacks(state, None if plan is state.plan else plan.frame)))
 
 
 def over_dofs(plan: Plan, stacks: list[Stack]) -> Array:
@@ -138,7 +142,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
     return out
 
 
-def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
+def _links(state: EquilibriumResidual, frame: Description | None, roundings: list[Array]) -> list[Stack]:
     """Joints, rigid links and ties that pass on forces."""
     nodes, matrices = [], []
     forces, error_bounds = link_forces(state), link_roundings(state, roundings)
@@ -147,7 +151,7 @@ def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
         force = np.where(np.abs(force) < np.repeat(error_bound, 3, axis=-1), 0.0, force)
-        matrix = of_link(link, stiffness, force)
+        matrix = of_link(link, _springs(state, frame, link.edge, stiffness), force)
         if np.any(matrix):
             nodes.append((link.first, link.second))
             matrices.append(_in_axes(state, (link.first, link.second), matrix))
@@ -155,6 +159,13 @@ def _links(state: EquilibriumResidual, roundings: list[Array]) -> list[Stack]:
         return []
     shape = np.broadcast_shapes(*(matrix.shape for matrix in matrices))
     return [(np.array(nodes), np.stack([np.broadcast_to(matrix, shape) for matrix in matrices]))]
+
+
+def _springs(state: EquilibriumResidual, frame: Description | None, edge: Edge, stiffness: Array) -> Array:
+    """Springs of an edge (..., 6), inf where it is ideal, in the frame that is displaced."""
+    if frame is None or edge.kind != "joint" or edge.name is None:
+        return np.where(np.isin(range(6), edge.ideal), np.inf, stiffness)
+    return state.change(aligned(frame.joints[edge.name].element.stiffness, len(frame.shape), 1), 1)
 
 
 def _weights(state: EquilibriumResidual) -> Iterator[Stack]:

@@ -164,7 +164,8 @@ def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
         if GROUND in (link.first, link.second) or link.edge.kind == MEMBER:
             continue
         ends = np.concatenate([moved[..., link.first, :], moved[..., link.second, :]], axis=-1)
-        by_rotation = np.einsum("...ij,...j->...i", of_link(link, k, force), ends)
+        springs = np.where(np.isin(range(6), link.edge.ideal), np.inf, k)
+        by_rotation = np.einsum("...ij,...j->...i", of_link(link, springs, force), ends)
         out[..., link.first, :] -= by_rotation[..., :6]
         out[..., link.second, :] -= by_rotation[..., 6:]
         if link.arm is not None:

@@ -268,7 +268,8 @@ class LoadedMotion(FramedPoses):
         About the pose under the linkage's springs, loads and weights: these make links stiffer or softer as they turn
         (geometric stiffness), rigid ones as well. On a linkage of one degree of freedom whose drive has a stiffness k
         it is ``1 / (k + V'')`` with the potential V of springs, loads and weights (Thompson & Hunt, *A General Theory
-        of Elastic Stability*, 1973).
+        of Elastic Stability*, 1973). Loads keep the direction that they have at the pose, those that turn with a link,
+        too.
 
         Parameters
         ----------

@@ -234,6 +234,7 @@ def test_what_the_file_says_is_what_is_described(tmp_path: Path) -> None:
         ("nu = 0.3", "", 69, "materials.steel", "give one of the two, nu or G"),
         ("[materials.steel]", "[material.steel]", 69, "material", "no such table: use one of"),
         ("gravity = [0.0, -9.81]", "gravity = 9.81", 2, "gravity", "shape"),
+        ("gravity = [0.0, -9.81]", 'drives = ["B"]', 2, "drives", "is B: name each driven joint once, they are A"),
         ("[points]", "[points", 4, "", "this is not TOML"),
     ],
 )
@@ -256,6 +257,20 @@ def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     (tmp_path / "model").write_text("<mujoco/>")
     with pytest.raises(FrameError, match=r"line 1: this is XML, not TOML: where it is MJCF, linkframe convert"):
         read_linkage(tmp_path / "model")
+
+
+def test_drives_keep_their_order(tmp_path: Path) -> None:
+    """Which is that of columns and sums over them, to the last bit; where it is that of the joints it goes unsaid."""
+    linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
+    linkage.link("upper", "A", "B")
+    linkage.link("lower", "B", "C")
+    linkage.revolute("A", "ground", "upper")
+    linkage.revolute("B", "upper", "lower", drive=True)
+    linkage.drive("A")
+    write_linkage(linkage, tmp_path / "arm.toml")
+    assert list(read_linkage(tmp_path / "arm.toml").drives) == ["B", "A"]
+    linkage.drives = {"A": ("rz",), "B": ("rz",)}
+    assert "drives" not in tables(linkage)
 
 
 def test_lines_of_keys() -> None:

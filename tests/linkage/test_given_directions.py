@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.models import Linkage, read_linkage, write_linkage
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 
 
 def arm(axis: tuple[float, ...], second: tuple[float, ...] | None = None) -> Linkage:
@@ -56,3 +56,14 @@ def test_a_tolerance_of_a_number_of_an_axis() -> None:
     for along in np.eye(3):
         reach = np.sum(half * np.abs(np.array(by) @ along))
         assert worst.support(along)[0] == pytest.approx(reach, rel=1e-6)
+
+
+def test_a_cross_given_with_few_digits_keeps_links_rigid() -> None:
+    """Its axes are at a right angle to nine digits; those of the joint are so to the last, the first as given."""
+    axis, second = np.array([0.6, 0.8, 0.0]), np.array([0.8, -0.6, 0.0]) + 9e-10 * np.array([0.6, 0.8, 0.0])
+    linkage = arm(tuple(axis), tuple(second))
+    turned = linkage.move(A=(0.7, -0.4)).axes("arm")
+    for axes in (linkage.joint("A").axes, turned):
+        assert_allclose(axes.T @ axes, np.eye(3), atol=1e-15)
+    assert_array_equal(linkage.joint("A").axes[:, 2], axis)
+    assert linkage.move(A=(0.7, -0.4)).frame().solve().status == "regular"

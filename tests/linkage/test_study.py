@@ -221,3 +221,15 @@ def test_a_clearance_counts_once_beside_the_load_that_turns_its_contact() -> Non
     assert off.max() < float(found.greatest[0, 0]) * (1.0 + 1e-9)
     # The load by itself turns the contact, which is where it is at nominal clearance.
     assert_allclose(found.parts["load"].greatest, 5e-5, rtol=2e-3)
+
+
+@pytest.mark.parametrize("number", ["springs.0.length", "springs.0.damping", "materials.material1.density"])
+def test_what_decides_a_force_is_load(number: str) -> None:
+    """A spring's free length, a damper and the density of what weighs: none is a dimension or resists."""
+    linkage = Linkage(A=(0, 0), B=(2, 0), C=(1.5, 1))
+    linkage.link("arm", "A", "B", beam=Beam(BAR.section, Material(E=200e9, nu=0.3, density=7850.0)))
+    linkage.revolute("A", "ground", "arm", drive=True)
+    linkage.spring("B", ("ground", "C"), stiffness=50.0, length=0.3, damping=2.0)
+    linkage.gravity((0, -9.81))
+    found = linkage.study({number: "± 1 %"}, "B", {"A": [0.2]}, rates={"A": [1.0]}, n=8, rng=0, progress=False)
+    assert list(found.parts) == ["load", "together"]

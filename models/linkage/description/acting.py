@@ -109,7 +109,8 @@ class LoadedSketch(Sketch):
             to pose.
         follower
             Whether they turn with the link, as the thrust of an engine does; their components are then
-            those in the reference configuration.
+            those in the reference configuration. They turn as it does in the rigid motion: what deflection turns it
+            beside that, in stiffness under load and at large displacement, does not turn them.
         replace
             Whether they take the place of all loads on this point of the link.
 

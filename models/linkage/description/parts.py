@@ -207,12 +207,13 @@ def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> A
         x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     else:
         x = direction(second, f"second axis of joint {what!r}")
-        skew = np.abs(np.sum(x * z, axis=-1)).max()
-        if skew > ROUNDING:
+        lean = np.sum(x * z, axis=-1, keepdims=True)
+        if (skew := np.abs(lean).max()) > ROUNDING:
             raise FrameError(
                 f"joint {what!r}: axis and second are not perpendicular (cosine {skew:.2g}): "
                 "give the two axes of the cross at a right angle"
             )
+        x = direction(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
     z, x = np.broadcast_arrays(z, x)
     return np.stack([x, np.cross(z, x), z], axis=-1)
 

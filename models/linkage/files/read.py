@@ -25,7 +25,9 @@ SECTIONS: dict[str, type[CrossSection]] = {
 }
 # What only one kind of joint knows.
 OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
-TABLES = ("title", "points", "links", "joints", "springs", "loads", "gravity", "beams", "sections", "materials")
+TABLES = (
+    "title", "points", "links", "joints", "drives", "springs", "loads", "gravity", "beams", "sections", "materials",
+)  # fmt: skip
 # Tables of the job of `linkframe run`, which the linkage does not know.
 JOB = ("run", "tolerances", "choices", "measured")
 
@@ -48,6 +50,8 @@ def linkage_of(source: Source, kind: type[Described]) -> Described:
         _link(source, linkage, name, beams)
     for name in source.names(("joints",)):
         _joint(source, linkage, name)
+    if "drives" in source.data:
+        _order_drives(source, linkage)
     for index in range(source.count(("springs",))):
         _spring(source, linkage, index)
     for index in range(source.count(("loads",))):
@@ -162,6 +166,15 @@ def _drive(source: Source, linkage: LinkageDescription, joint: str) -> None:
         return
     with source.at(*path):
         linkage.drive(joint, *source.texts(path))
+
+
+def _order_drives(source: Source, linkage: LinkageDescription) -> None:
+    """Put the drives in the order told, which else is that of the joints: arrays of all drives have it."""
+    order, driven = source.texts(("drives",)), linkage.drives
+    if sorted(order) != sorted(driven):
+        told = f"name each driven joint once, they are {', '.join(driven)}" if driven else "no joint has drive = true"
+        source.fail(("drives",), f"is {', '.join(order)}: {told}")
+    linkage.drives = {name: driven[name] for name in order}
 
 
 def _spring(source: Source, linkage: LinkageDescription, index: int) -> None:

@@ -59,8 +59,8 @@ def read_linkage(path: str | Path) -> Linkage:
         E = 2e11
         nu = 0.3                        # or G; density
 
-    and ``gravity = [0.0, -9.81, 0.0]`` at the top. Lengths, forces and masses in any consistent units, angles in
-    radians. ``inf`` is a number.
+    and ``gravity = [0.0, -9.81, 0.0]`` at the top, and ``drives = ["B", "A"]`` where they have another order than the
+    joints. Lengths, forces and masses in any consistent units, angles in radians. ``inf`` is a number.
 
     ``linkframe run`` takes tolerances of these numbers from the same file, each a table by any name, ::
 

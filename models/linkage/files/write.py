@@ -24,6 +24,8 @@ def tables(linkage: LinkageDescription) -> Table:
     """The linkage as the tables of its file."""
     catalogue = Catalogue()
     out: Table = {"gravity": linkage.weight} if np.any(linkage.weight) else {}
+    if list(linkage.drives) != [name for name in linkage.joints if name in linkage.drives]:
+        out["drives"] = list(linkage.drives)
     out["points"] = {name: _point(place) for name, place in linkage.points.items()}
     out["links"] = {name: _link(link, catalogue) for name, link in linkage.links.items()}
     out["joints"] = {name: _joint(pair, linkage.drives.get(name)) for name, pair in linkage.joints.items()}

@@ -91,7 +91,8 @@ class PointAccuracy:
     def large(self) -> Array:
         """Displacement and rotation by load and clearance at large displacement, (..., 6), also at singular poses.
 
-        The stable equilibrium to which the load leads from the rigid position; NaN where none was found.
+        The stable equilibrium to which the load leads from the rigid position; NaN where none was found. Loads keep the
+        direction that they have at the pose, those that turn with a link, too.
         """
         found = self._frame.solve(large=True)
         return np.where(found.converged[..., None], found.displacement(self.point), np.nan)

@@ -137,6 +137,14 @@ class Builder:
         share(loaded, self.frame)
         return solution
 
+    def slacken(self) -> None:
+        """Let springs pull as they do at rest, whatever deflects."""
+        for name in self.springs:
+            member = self.frame.members[name]
+            assert isinstance(member.element, Line)
+            still = replace(member.element, stiffness=np.zeros_like(member.element.stiffness))
+            self.frame.members[name] = member._replace(element=still)
+
     def link(self, name: str, link: LinkageLink) -> None:
         """A link: its body, nodes, beams or rigid connections, and mass."""
         axes = self._there(self.motion.axes(name), np.eye(3), 2)

@@ -62,6 +62,7 @@ class Tangent:
     def __init__(self, motion: ClassifiedPoses, *, cut: bool) -> None:
         self.plan = Plan(Builder(motion, clearance=False).frame, cut=cut)
         clamped = Builder(motion, clearance=False, clamped=True)
+        clamped.slacken()
         add_loads(clamped.frame, motion, clamped.nodes)
         rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
         self.stable: NDArray[np.bool_] = among(

@@ -15,7 +15,8 @@ from .tolerances import Tolerance
 KINDS = ("geometry", "clearance", "compliance", "load", "thermal")
 TOGETHER = "together"
 OF_CLEARANCE = ("clearance", "contact")
-OF_LOAD = ("mass", "inertia", "centre")
+# Of links, springs and materials: what decides with which forces they act, and not how they resist.
+OF_LOAD = {"links": ("mass", "inertia", "centre"), "springs": ("length", "damping"), "materials": ("density",)}
 
 
 def kind_of_tolerance(name: str, tolerance: Tolerance) -> str:
@@ -26,7 +27,7 @@ def kind_of_tolerance(name: str, tolerance: Tolerance) -> str:
     last = place[2] if len(place) > 2 else ""
     if place[0] == "joints" and last in OF_CLEARANCE:
         return "clearance"
-    if place[0] in ("loads", "gravity") or (place[0] == "links" and last in OF_LOAD):
+    if place[0] in ("loads", "gravity") or last in OF_LOAD.get(str(place[0]), ()):
         return "load"
     if place[0] == "points" or last in ("axis", "second", "reference", "pitch", "length", "point"):
         return "geometry"
