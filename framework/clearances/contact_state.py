@@ -20,8 +20,8 @@ UNLOADED = 1e-12
 _STILL = 1e-6
 # Squares between these hold all digits of what was squared.
 _LEAST, _LARGEST = 1e-280, 1e280
-# Largest stiffness for loads of size one, which leaves room for products of it.
-_STIFFEST = 1e280
+# Largest stiffness for loads of size one: squares and cubes of what these move against it have numbers.
+_STIFFEST = 1e100
 # Entries whose matrices are in memory at a time.
 _MOST = 2**16
 # Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
@@ -149,7 +149,9 @@ class ContactState:
             (closed & (self.radius > 0.0))[self.components.own], self.size[self.components.own] * normal, 0.0
         )
         unbalanced = np.where((self.radius > 0.0)[self.components.own], self.force - pressed, 0.0)
-        wrong = ~(np.abs(unbalanced) <= _BALANCED * self.scale[self.components.own]).all(axis=0)
+        # an offset is told in steps of the least number there is, each of which is a force
+        step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
+        wrong = ~(np.abs(unbalanced) <= _BALANCED * self.scale[self.components.own] + step).all(axis=0)
         return np.where(wrong, np.uint8(UNRESOLVED), state)
 
     @cached_property

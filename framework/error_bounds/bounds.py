@@ -203,9 +203,11 @@ class Bounds:
             state = state.corrected(Roughly(compliance, _CORRECTION))
             corrected = greatest_change(before, state)
         yield BatchPart(where, state, compliance, corrected)
-        if isinstance(compliance, DenseCompliance) and len(state.unknowns) <= MOST:
-            shape = state.values.shape[:-1]
-            yield from self._ill_conditioned(where, np.broadcast_to(compliance.least, shape) < ILL_CONDITIONED)
+        if len(state.unknowns) <= MOST:
+            # one factor for all entries is known to more digits than an inverse of each
+            few = ILL_CONDITIONED if isinstance(compliance, DenseCompliance) else 0.0
+            least = np.broadcast_to(compliance.least, state.values.shape[:-1])
+            yield from self._ill_conditioned(where, (least < few) | ~(least > 0.0))
 
     def _state(self, index: int) -> tuple[tuple[slice, ...], EquilibriumResidual]:
         """Where a part is, and the solution in it."""

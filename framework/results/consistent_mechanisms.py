@@ -43,11 +43,11 @@ def consistent_mechanisms(
     suspects
         Entries that can move, (...) of the batch shape.
     """
-    if isinstance(solver, SparseSolver):
-        unknowns, entries = solver.unknown[solver.excited].tolist(), Selected.around(np.ones_like(suspects))
+    if len(plan.unknowns) > MOST:
+        if not isinstance(solver, SparseSolver):
+            return None
+        unknowns, entries = loaded(plan, solver), Selected.around(np.ones_like(suspects))
         found = ConsistentMechanisms(plan, unknowns, large(Statics(plan), solver), entries)
-    elif len(plan.unknowns) > MOST:
-        return None
     else:
         unknowns = loaded(plan, solver)
         entries = Selected.around(suspects)
@@ -62,7 +62,7 @@ def consistent_mechanisms(
 
 def _solved(
     plan: Plan,
-    solver: BroadcastSolver | StackedSolver,
+    solver: BroadcastSolver | StackedSolver | SparseSolver,
     statics: Statics,
     entries: Selected,
     suspects: NDArray[np.bool_],
@@ -77,11 +77,12 @@ def _solved(
     return [held, *small(statics, left, unknowns)]
 
 
-def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver) -> list[int]:
+def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver) -> list[int]:
     """Unknowns that count as loaded where a batch is solved: what is coupled at some entry is so at all for bands."""
     if isinstance(solver, BroadcastSolver):
         return excited(plan)
-    found: list[int] = solver.unknown[solver.loaded].tolist()
+    reached = solver.excited if isinstance(solver, SparseSolver) else solver.loaded
+    found: list[int] = solver.unknown[reached].tolist()
     return found
 
 

@@ -30,6 +30,8 @@ from ..structure.topology import Index
 # and those above which a motion is surely resisted.
 ZERO = 16.0 * float(np.finfo(np.float64).eps)
 _RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
+# The same of what extended precision has failed to solve, for which there is some room between the two.
+_UNSOLVED = 16.0 * _RESISTED
 # Roundings of what is described, and of what is computed, in the work that a load does on a motion.
 GIVEN = 32.0 * float(np.finfo(np.float64).eps)
 COMPUTED = 16.0
@@ -120,15 +122,19 @@ def weighed(columns: Array, sizes: Array, k: Array) -> tuple[Array, Array]:
     return np.where(none[..., None, :], 0.0, weighted * root[..., None, :]), root
 
 
-def free(scaled: Array, count: int) -> tuple[Array, Index]:
+def free(scaled: Array, count: int, *, plainly: bool = True) -> tuple[Array, Index]:
     """Right singular vectors of deformations (..., e, n), (count, n, n), the free motions last; number of these,
-    (count,), zero where there are others that rounding does not tell from them."""
+    (count,): zero where there are others that extended precision does not tell from them. Where they need not be
+    `plainly` free, these others count among them."""
     size = scaled.shape[-1]
     flat = scaled.reshape(int(np.prod(scaled.shape[:-2])), *scaled.shape[-2:])
     more = np.zeros((len(flat), max(size - flat.shape[-2], 0), size))
     _, values, rows = np.linalg.svd(np.concatenate([flat, more], axis=1), full_matrices=False)
-    rank = (values <= ZERO * np.sqrt(size)).sum(axis=-1)
-    ranks = np.where((values <= _RESISTED).sum(axis=-1) == rank, rank, 0)
+    if plainly:
+        rank = (values <= ZERO * np.sqrt(size)).sum(axis=-1)
+        ranks = np.where((values <= _RESISTED).sum(axis=-1) == rank, rank, 0)
+    else:
+        ranks = (values <= _UNSOLVED).sum(axis=-1)
     return np.broadcast_to(rows, (count, size, size)), np.broadcast_to(ranks, (count,))
 
 

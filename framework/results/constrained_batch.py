@@ -61,7 +61,7 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
         k = np.broadcast_to(stiffness_at(statics, matrices), (len(own), frames.columns.shape[-2]))
         # the free motions of a geometry are those of any of its matrices
         scaled, root = weighed(frames.double, frames.sizes, k[np.unique(own, return_index=True)[1]])
-        for take, basis, constrained in same_constrained(*free(scaled, frames.count)):
+        for take, basis, constrained in same_constrained(*free(scaled, frames.count, plainly=False)):
             taken = np.flatnonzero(np.isin(own, take))
             entries = np.flatnonzero(np.isin(which, taken))
             group = HeldMatrices(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
@@ -255,9 +255,7 @@ def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index,
     return ConstrainedSolution(index, whole, moving[:, own], frames.length_scale[own], ~driven & group.sure[which])
 
 
-def _least_work(
-    loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real
-) -> Array:
+def _least_work(loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real) -> Real:
     """Work of loads on free motions (r, g, n) that is but rounding, of what is described and what is computed, (r, m),
     for the values (m, n) of the unknowns."""
     frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine
@@ -267,18 +265,21 @@ def _least_work(
     # a rounded position is off by a rotation's share of the distance from the origin
     off = np.max(moved[..., 3:], axis=-1) * frames.extent[:, None]
     moved[..., :3] += off[..., None]
-    forces = np.abs(_some(loading.forces, like)).astype(np.float64)
+    # in extended precision, whose numbers are small enough for the work of the least loads
+    forces = np.abs(_some(loading.forces, like))
     uncertain = _some(loading.error_bound, like) + fine * forces
     could = np.einsum("rmuk,muk->rm", moved[:, own], np.broadcast_to(forces, (len(own), *forces.shape[1:])))
     noise = np.sum(spread.astype(np.float64)[:, own] * uncertain, axis=(-1, -2))
-    size = np.einsum("mn,nme->me", np.abs(values).astype(np.float64), frames.sizes[:, own])
-    size = np.abs(group.k[which]) * (size + _some(loading.sizes, like).astype(np.float64))
+    size = np.einsum("mn,nme->me", np.abs(values), frames.sizes[:, own])
+    size = np.abs(group.k[which]) * (size + _some(loading.sizes, like))
     sizes = np.einsum("rgn,nge->rge", np.abs(motions).astype(np.float64), frames.sizes)
     noise = noise + fine * np.sum(sizes[:, own] * size, axis=-1)
     borne = np.abs(group.k[which] * (_forth(frames.columns[own], values) + _some(loading.deformations, like)))
     deformed = frames.deformation_sizes(coordinates, moved).astype(np.float64)
-    could = could + np.einsum("rme,me->rm", deformed[:, own], borne.astype(np.float64))
-    least: Array = GIVEN * could + COMPUTED * noise
+    could = could + np.einsum("rme,me->rm", deformed[:, own], borne)
+    # what is all but free bears as much at displacements of the size of those that there are
+    borne_by_motion = np.sum(np.abs(frames.strained(motions))[:, own] * size, axis=-1)
+    least: Real = GIVEN * could + COMPUTED * noise + borne_by_motion
     return least
 
 

@@ -144,7 +144,7 @@ class Primary:
             if self.solver.unsupported_motions(self.solver.excited).size or not self.singular.any():
                 return None
             found = (
-                Resolved(self.plan, self.singular, self.solver.unknown[self.solver.excited].tolist())
+                Resolved(self.plan, self.singular, loaded(self.plan, self.solver))
                 if len(self.plan.unknowns) <= MOST
                 else ResolvedLarge(self.plan, self.solver)
             )
@@ -172,7 +172,7 @@ class Primary:
 
         None where it is asked what loads would do.
         """
-        none = isinstance(self.solver, SparseSolver) or bool(self.plan.asked_unknowns)
+        none = bool(self.plan.asked_unknowns)
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property

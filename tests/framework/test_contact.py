@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
@@ -36,6 +36,10 @@ def cantilever(joint: Joint, **load: object) -> Frame:
 
 
 @settings(max_examples=50)
+@example(stiffness=1e3, clearance=0.0156, force=1.25e-159)
+@example(stiffness=1e6, clearance=0.0625, force=-1.25e-159)
+@example(stiffness=INF, clearance=1e-3, force=1e-320)
+@example(stiffness=1e16, clearance=1e-3, force=-1e300)
 @given(stiffness=springs, clearance=st.floats(1e-6, 1e-1), force=st.floats(-1e5, 1e5))
 def test_cantilever_against_a_stop(stiffness: float, clearance: float, force: float) -> None:
     """Deflection c F until contact, then the stop shares: R = (c |F| − ε)/(c + 1/k), with c = L³/3EI."""
