@@ -68,6 +68,42 @@ def test_derivatives_of_the_place_under_load(angles: Array | float) -> None:
         assert_allclose(slopes[name], (8.0 * (c - b) - (d - a)) / (12.0 * step), rtol=2e-6, err_msg=name)
 
 
+def cross(about: Array) -> Linkage:
+    """An arm on a universal joint, each of whose two springs turns about the axis of its own link."""
+    linkage = Linkage(A=(0, 0), P=(1.2, 0.3))
+    linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+    springs = np.stack(np.broadcast_arrays(1e6, 2e6, 4e6, 0.5 * about, 3e4, about), axis=-1)
+    linkage.universal("A", "ground", "arm", axis=(0.2, 0.3, 1), second=(1, 0, -0.2), drive=True, stiffness=springs)
+    linkage.load("P", fx=30.0, fy=100.0, fz=40.0)
+    return linkage
+
+
+def rod(across: Array) -> Linkage:
+    """A rod between two balls, of which the first is stiffer in one direction where an input says so."""
+    even = np.broadcast_to(5e4, np.shape(across))
+    none = np.zeros_like(even)
+    linkage = Linkage(A=(0, 0, 0), B=(0.05, 0.1, 0), P=(0.3, 0.25, 0.2), D=(0.4, 0, 0.1))
+    for name, ends in (("crank", "AB"), ("rod", "BP"), ("rocker", "PD")):
+        linkage.link(name, *ends, beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.spherical("B", "crank", "rod", stiffness=np.stack([across, even, even, none, none, none], axis=-1))
+    linkage.spherical("P", "rod", "rocker", stiffness=(5e4, 5e4, 5e4, 0.0, 0.0, 0.0))
+    linkage.revolute("D", "ground", "rocker", axis=(1, 0, 0.2))
+    linkage.load("P", fx=30.0, fy=100.0, fz=40.0)
+    return linkage
+
+
+@pytest.mark.parametrize(("build", "name", "value"), [(cross, "about", 4e4), (rod, "across", 5e4)])
+def test_derivatives_by_springs_that_the_frame_takes_apart_or_turns(build: Any, name: str, value: float) -> None:
+    """Both springs of a cross count; those of a ball, even at the median and turned along the rod there, do not."""
+    motion = build(np.float64(value)).move(A=(0.02, 0.3) if build is cross else 0.02)
+    margin = _Margin(motion, "P", 1e-3, build, {name: stats.norm(value, 0.05 * value)}, compliance=True)
+    samples, step = {name: np.array([value])}, 1e-3 * value
+    _, slopes = margin.with_gradient(samples)
+    a, b, c, d = (margin({name: samples[name] + k * step}) for k in (-2.0, -1.0, 1.0, 2.0))
+    assert_allclose(slopes[name], (8.0 * (c - b) - (d - a)) / (12.0 * step), rtol=1e-4)
+
+
 def test_the_same_index_from_a_few_of_the_solutions() -> None:
     few = given("crank stiffness force height")
 
