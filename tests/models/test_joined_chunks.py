@@ -111,6 +111,20 @@ def test_chunks_of_which_a_sample_failed_have_files_of_their_own(tmp_path: Path,
     same(go(tmp_path, Function(0, lost=lost)), wanted)
 
 
+def test_chunks_without_any_result_at_an_entry_have_files_of_their_own(tmp_path: Path, patient: None) -> None:
+    """As at a pose that cannot be assembled: each tells why."""
+
+    def entry_without(a: Array, b: Array) -> Array:
+        return np.stack([a * b, np.full(a.shape, np.nan)], axis=-1)
+
+    given = {"n": 4 * SIZE, "rng": 1, "chunk": SIZE, "progress": False, "keep_samples": False}
+    wanted = propagate(entry_without, INPUTS, **given)
+    for _ in range(2):
+        same(propagate(entry_without, INPUTS, checkpoint=tmp_path, **given), wanted)
+    assert wanted.missing.tolist() == [0, 4 * SIZE]
+    assert files(tmp_path) == [(k, k + 1) for k in range(4)]
+
+
 def test_a_short_last_chunk_has_a_file_of_its_own(tmp_path: Path, patient: None) -> None:
     """So that a longer run, which has a whole one there, goes on from the others."""
     go(tmp_path, n=3 * SIZE + BLOCK + 5)
