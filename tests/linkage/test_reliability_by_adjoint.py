@@ -69,10 +69,10 @@ def test_derivatives_of_the_place_under_load(angles: Array | float) -> None:
 
 
 def cross(about: Array) -> Linkage:
-    """An arm on a universal joint, each of whose two springs turns about the axis of its own link."""
+    """An arm on a universal joint, ideal along one axis, each of whose two springs turns about an axis of its own."""
     linkage = Linkage(A=(0, 0), P=(1.2, 0.3))
     linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
-    springs = np.stack(np.broadcast_arrays(1e6, 2e6, 4e6, 0.5 * about, 3e4, about), axis=-1)
+    springs = np.stack(np.broadcast_arrays(np.inf, 2e6, 4e6, 0.5 * about, 3e4, about), axis=-1)
     linkage.universal("A", "ground", "arm", axis=(0.2, 0.3, 1), second=(1, 0, -0.2), drive=True, stiffness=springs)
     linkage.load("P", fx=30.0, fy=100.0, fz=40.0)
     return linkage
