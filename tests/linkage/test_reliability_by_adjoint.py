@@ -133,6 +133,33 @@ def test_many_inputs_have_adjoints_by_themselves() -> None:
         margin = _Margin(motion, "P", 1e-3, many, forces, compliance=True)
         assert (margin.gradient is None) == (count == 2)
 
+    def loose(**forces: Array) -> Linkage:
+        return four_bar(**{**NUMBERS, "force": sum(forces.values())}, clearance=1e-5)
+
+    assert _Margin(motion, "P", 1e-3, loose, forces, compliance=True).gradient is None
+
+
+def test_a_torque_at_no_point_and_inputs_that_change_nothing() -> None:
+    def twisted(torque: Array, idle: Array) -> Linkage:
+        linkage = four_bar(**NUMBERS)
+        linkage.torque("rocker", mz=torque)
+        return linkage
+
+    values = {"torque": 20.0, "idle": 1.0}
+    margin = _Margin(twisted(**values).move(A=0.4), "P", 1e-3, twisted, dict.fromkeys(values, stats.norm()), True)
+    samples = {name: np.full(3, value) for name, value in values.items()}
+    _, slopes = margin.by_adjoint()(samples)
+    above, below = (margin(samples | {"torque": samples["torque"] + step}) for step in (0.1, -0.1))
+    assert_allclose(slopes["torque"], (above - below) / 0.2, rtol=1e-6)
+    assert_allclose(slopes["idle"], np.zeros(3), rtol=0.0, atol=0.0)
+
+    def same(idle: Array) -> Linkage:
+        return four_bar(**NUMBERS)
+
+    margin = _Margin(same(1.0).move(A=0.4), "P", 1e-3, same, {"idle": stats.norm()}, True)
+    left, slopes = margin.with_gradient({"idle": np.ones(3)})
+    assert left.shape == slopes["idle"].shape == (3,)
+
 
 def test_loads_alone_leave_the_linkage_where_it_is() -> None:
     def loaded(force: Array) -> Linkage:
