@@ -62,7 +62,7 @@ def test_what_the_copy_cannot_do_this_process_does(way: Callable[[], object]) ->
     here = os.getpid()
 
     def work() -> object:
-        return "here" if os.getpid() == here else [way(), threading.Lock()]
+        return "here" if os.getpid() == here else [way(), bytes(2**20), threading.Lock()]
 
     with Beside(work) as other:
         assert other.outcome() == "here"
