@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
 import signal
@@ -9,11 +10,15 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable
-from typing import Generic, Self, TypeVar
+from contextlib import suppress
+from typing import Generic, NoReturn, Self, TypeVar
 
+from ...framework.interrupts import put_off
 from ..propagation.workers import processors
 
 T = TypeVar("T")
+# Signals that ask a process to end, and what Linux calls the request for one when the parent ends.
+ENDING, PR_SET_PDEATHSIG = ("SIGINT", "SIGTERM", "SIGHUP"), 1
 
 
 class Beside(Generic[T]):
@@ -46,7 +51,8 @@ class Beside(Generic[T]):
 
     def __exit__(self, *_: object) -> None:
         if self.copy is not None:
-            os.kill(self.copy[0], signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.kill(self.copy[0], signal.SIGKILL)
             self._told()
 
     def outcome(self) -> T:
@@ -67,9 +73,12 @@ class Beside(Generic[T]):
         process, pipe = self.copy
         with open(pipe, "rb", closefd=False) as end:
             told = end.read()
-        _, code = os.waitpid(process, 0)
         self.copy = None
         os.close(pipe)
+        try:
+            _, code = os.waitpid(process, 0)
+        except ChildProcessError:  # where signals of ended processes are ignored, nobody knows how this one ended
+            return b""
         return b"" if code else told
 
 
@@ -81,26 +90,52 @@ def copies() -> bool:
 
 def _begun(work: Callable[[], object]) -> tuple[int, int] | None:
     """A copy of this process at work: its number, and the end of a pipe that gives what it tells."""
-    reading, writing = os.pipe()
-    here, code, process = os.getpid(), 1, None
+    here = os.getpid()
     try:
-        with warnings.catch_warnings():
-            # The threads that Python may warn of are those of OpenBLAS, which ends them before a copy is made.
-            warnings.simplefilter("ignore", DeprecationWarning)
-            process = os.fork()
-        if not process:
+        reading, writing = os.pipe()
+    except OSError:  # no room for a pipe
+        return None
+    # A signal that came between would raise in the copy, too, which then went on as if it were this process.
+    with put_off(*ENDING):
+        try:
+            process = _copied()
+        except OSError:  # no room for another process
             os.close(reading)
+            os.close(writing)
+            return None
+        if not process:
+            _end_by_signals()
+    if not process:
+        os.close(reading)
+        _work_and_end(work, writing, here)
+    os.close(writing)
+    return process, reading
+
+
+def _copied() -> int:
+    """Copy this process; the number of the copy, and 0 in the copy itself."""
+    with warnings.catch_warnings():
+        # The threads that Python may warn of are those of OpenBLAS, which ends them before a copy is made.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def _end_by_signals() -> None:
+    """Have signals end this copy at once: what is to be tidied up is left to the process that it is a copy of."""
+    for each in (getattr(signal, name) for name in ENDING):
+        if signal.getsignal(each) != signal.SIG_IGN:
+            signal.signal(each, signal.SIG_DFL)
+
+
+def _work_and_end(work: Callable[[], object], writing: int, parent: int) -> NoReturn:
+    """Do the work and tell its outcome; whatever happens, do nothing of what a process does when it ends."""
+    code = 1
+    try:
+        # It ends with its parent, even if that is killed: nobody would read what it tells, nor remove what it writes.
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() == parent:
             with open(writing, "wb", closefd=False) as end:
                 pickle.dump(work(), end)
             code = 0
-    except OSError:  # no room for another process
-        process = None
     finally:
-        if os.getpid() != here:
-            # Whatever happened to it, a copy ends here, without what this process does when it ends.
-            os._exit(code)
-        os.close(writing)
-    if process is None:
-        os.close(reading)
-        return None
-    return process, reading
+        os._exit(code)

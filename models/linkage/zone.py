@@ -22,11 +22,12 @@ from .derivatives.built import DescribedBeside, DescribedNumbers, along_inputs
 from .derivatives.displacement_sensitivity import check
 from .derivatives.loaded_place import LoadedPlace
 from .derivatives.position_sensitivity import position_sensitivity
+from .description.parts import Pair
 from .graphics.reaction_plots import over_first_drive
 from .poses.coordinates import coordinate_of
 from .poses.kinematics import Kinematics
 from .statics.accuracy import accuracy, nodes_of_links
-from .statics.frame import FramedPoses
+from .statics.frame import FramedPoses, is_even
 
 # Points from which likely failures are sought: the middle of the zone has no slope, and the zone is left on all sides.
 STARTS = 5
@@ -126,7 +127,8 @@ def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: Descri
     """Derivatives (m,) of a weighted sum of the components of `loaded_position`, by each input.
 
     They are None where adjoints do not offer them: beside clearances and springs, and where axes of joints, Poisson's
-    ratio, gravity or masses under it depend on an input.
+    ratio, gravity or masses under it depend on an input; and where the ball of a rod between two balls is as stiff in
+    all directions, and not so beside, as its springs are taken along the rod then.
 
     Parameters
     ----------
@@ -145,6 +147,8 @@ def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: Descri
     members = {name: [member for member, *_ in pieces] for name, pieces in bare.pieces.items()}
     if any(len(members.get(name, ())) != len(link.beams) for name, link in linkage.links.items()):
         return None
+    if any(_becomes_uneven(linkage.joint(name), beside.description.joints[name]) for name in bare.spins):
+        return None
     try:
         check(linkage)
         with warnings.catch_warnings():
@@ -155,6 +159,13 @@ def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: Descri
             return LoadedPlace(motion, point, weight, along, members, nodes_of_links(motion)).along_inputs(beside)
     except FrameError:  # it has a part by which a displacement has no derivatives
         return None
+
+
+def _becomes_uneven(pair: Pair, beside: Pair) -> bool:
+    """Whether a ball that is as stiff in all directions is not so where inputs lie beside."""
+    if pair.stiffness is None or beside.stiffness is None:
+        return pair.stiffness is not beside.stiffness
+    return is_even(pair.stiffness) and not is_even(beside.stiffness)
 
 
 def share_left(

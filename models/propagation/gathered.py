@@ -94,14 +94,15 @@ def joined(waiting: Sequence[tuple[Cut, ChunkResult]]) -> list[tuple[Sequence[Cu
     for cut, found in waiting:
         before = groups[-1][-1] if groups else None
         follows = before is not None and before[0][1] == cut[0] and before[1].count == found.count
-        if before is not None and follows and _without_samples(before[1]) and _without_samples(found):
+        if before is not None and follows and _may_be_joined(before[1]) and _may_be_joined(found):
             groups[-1].append((cut, found))
         else:
             groups.append([(cut, found)])
     return [([cut for cut, _ in group], _as_one([found for _, found in group])) for group in groups]
 
 
-def _without_samples(found: ChunkResult) -> bool:
+def _may_be_joined(found: ChunkResult) -> bool:
+    """Whether it holds nothing of single samples."""
     return found.samples is None and found.failed.whole is None and not len(found.failed.rows)
 
 

@@ -42,8 +42,8 @@ class StoredChunks(Generic[R]):
         What makes one result of those of neighbouring chunks that wait, to be stored in one file, where it can: a file
         costs as much as the statistics of a short chunk.
     pause
-        Seconds for which chunks that are done may wait for others: to write each for itself, behind a short calculation
-        that has emptied the processor's caches, takes three times as long.
+        Seconds for which chunks that are done may wait for others, where they take less than that on average: to write
+        each for itself, behind a short calculation that has emptied the processor's caches, takes three times as long.
 
     Attributes
     ----------
@@ -63,7 +63,8 @@ class StoredChunks(Generic[R]):
         self.pause = pause
         self.written = 0
         self._waiting: list[tuple[Cut, R]] = []
-        self._last = monotonic()
+        self._begun = self._last = monotonic()
+        self._done = 0
 
     def load(self, cut: Cut) -> R:
         """Results of a chunk that was stored."""
@@ -72,7 +73,10 @@ class StoredChunks(Generic[R]):
     def store(self, cut: Cut, found: R) -> None:
         """Write the results of a chunk, all of it or nothing, now or with the next ones."""
         self._waiting.append((cut, found))
-        if monotonic() - self._last >= self.pause:
+        self._done += 1
+        now = monotonic()
+        # Long chunks of several workers come together, and the next ones come long after: they wait for none.
+        if now - self._last >= self.pause or now - self._begun >= self.pause * self._done:
             self.flush()
 
     def flush(self) -> None:
@@ -104,7 +108,7 @@ def covered(ranges: Sequence[C], stored: Collection[Cut]) -> dict[C, Cut | None]
     found: dict[C, Cut | None] = {}
     for file in sorted(stored, key=lambda file: (file[0], -file[1])):
         begin, end = first.get((file[0], *file[2:])), last.get(file[1:])
-        if begin is None or end is None:
+        if begin is None or end is None or end < begin:
             continue
         cuts = [cut for cut in ranges[begin : end + 1] if cut[2:] == file[2:]]
         if found.keys().isdisjoint(cuts):

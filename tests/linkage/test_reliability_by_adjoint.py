@@ -68,6 +68,42 @@ def test_derivatives_of_the_place_under_load(angles: Array | float) -> None:
         assert_allclose(slopes[name], (8.0 * (c - b) - (d - a)) / (12.0 * step), rtol=2e-6, err_msg=name)
 
 
+def cross(about: Array) -> Linkage:
+    """An arm on a universal joint, ideal along one axis, each of whose two springs turns about an axis of its own."""
+    linkage = Linkage(A=(0, 0), P=(1.2, 0.3))
+    linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+    springs = np.stack(np.broadcast_arrays(np.inf, 2e6, 4e6, 0.5 * about, 3e4, about), axis=-1)
+    linkage.universal("A", "ground", "arm", axis=(0.2, 0.3, 1), second=(1, 0, -0.2), drive=True, stiffness=springs)
+    linkage.load("P", fx=30.0, fy=100.0, fz=40.0)
+    return linkage
+
+
+def rod(across: Array) -> Linkage:
+    """A rod between two balls, of which the first is stiffer in one direction where an input says so."""
+    even = np.broadcast_to(5e4, np.shape(across))
+    none = np.zeros_like(even)
+    linkage = Linkage(A=(0, 0, 0), B=(0.05, 0.1, 0), P=(0.3, 0.25, 0.2), D=(0.4, 0, 0.1))
+    for name, ends in (("crank", "AB"), ("rod", "BP"), ("rocker", "PD")):
+        linkage.link(name, *ends, beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)))
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.spherical("B", "crank", "rod", stiffness=np.stack([across, even, even, none, none, none], axis=-1))
+    linkage.spherical("P", "rod", "rocker", stiffness=(5e4, 5e4, 5e4, 0.0, 0.0, 0.0))
+    linkage.revolute("D", "ground", "rocker", axis=(1, 0, 0.2))
+    linkage.load("P", fx=30.0, fy=100.0, fz=40.0)
+    return linkage
+
+
+@pytest.mark.parametrize(("build", "name", "value"), [(cross, "about", 4e4), (rod, "across", 5e4)])
+def test_derivatives_by_springs_that_the_frame_takes_apart_or_turns(build: Any, name: str, value: float) -> None:
+    """Both springs of a cross count; those of a ball, even at the median and turned along the rod there, do not."""
+    motion = build(np.float64(value)).move(A=(0.02, 0.3) if build is cross else 0.02)
+    margin = _Margin(motion, "P", 1e-3, build, {name: stats.norm(value, 0.05 * value)}, compliance=True)
+    samples, step = {name: np.array([value])}, 1e-3 * value
+    _, slopes = margin.with_gradient(samples)
+    a, b, c, d = (margin({name: samples[name] + k * step}) for k in (-2.0, -1.0, 1.0, 2.0))
+    assert_allclose(slopes[name], (8.0 * (c - b) - (d - a)) / (12.0 * step), rtol=1e-4)
+
+
 def test_the_same_index_from_a_few_of_the_solutions() -> None:
     few = given("crank stiffness force height")
 
@@ -97,6 +133,33 @@ def test_many_inputs_have_adjoints_by_themselves() -> None:
         margin = _Margin(motion, "P", 1e-3, many, forces, compliance=True)
         assert (margin.gradient is None) == (count == 2)
 
+    def loose(**forces: Array) -> Linkage:
+        return four_bar(**{**NUMBERS, "force": sum(forces.values())}, clearance=1e-5)
+
+    assert _Margin(motion, "P", 1e-3, loose, forces, compliance=True).gradient is None
+
+
+def test_a_torque_at_no_point_and_inputs_that_change_nothing() -> None:
+    def twisted(torque: Array, idle: Array) -> Linkage:
+        linkage = four_bar(**NUMBERS)
+        linkage.torque("rocker", mz=torque)
+        return linkage
+
+    values = {"torque": 20.0, "idle": 1.0}
+    margin = _Margin(twisted(**values).move(A=0.4), "P", 1e-3, twisted, dict.fromkeys(values, stats.norm()), True)
+    samples = {name: np.full(3, value) for name, value in values.items()}
+    _, slopes = margin.by_adjoint()(samples)
+    above, below = (margin(samples | {"torque": samples["torque"] + step}) for step in (0.1, -0.1))
+    assert_allclose(slopes["torque"], (above - below) / 0.2, rtol=1e-6)
+    assert_allclose(slopes["idle"], np.zeros(3), rtol=0.0, atol=0.0)
+
+    def same(idle: Array) -> Linkage:
+        return four_bar(**NUMBERS)
+
+    margin = _Margin(same(1.0).move(A=0.4), "P", 1e-3, same, {"idle": stats.norm()}, True)
+    left, slopes = margin.with_gradient({"idle": np.ones(3)})
+    assert left.shape == slopes["idle"].shape == (3,)
+
 
 def test_loads_alone_leave_the_linkage_where_it_is() -> None:
     def loaded(force: Array) -> Linkage:
@@ -112,21 +175,31 @@ def test_loads_alone_leave_the_linkage_where_it_is() -> None:
 
 
 def test_what_adjoints_do_not_offer_is_told() -> None:
-    motion = four_bar(**NUMBERS).move(A=0.4)
-
     def loose(**numbers: Array) -> Linkage:
         return four_bar(**numbers, clearance=1e-5)
 
-    def harder(ratio: Array) -> Linkage:
-        linkage = Linkage(A=(0, 0), P=(1, 0))
-        linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=ratio)))
-        linkage.revolute("A", "ground", "arm", drive=True)
-        linkage.load("P", fy=10.0, mx=1.0)
-        return linkage
-
     with pytest.raises(FrameError, match="gradient='adjoint': the displacement of 'P' has no adjoint derivatives"):
-        motion.reliability("P", 1e-3, loose, given(), compliance=True, gradient="adjoint")
-    with pytest.raises(FrameError, match="Poisson's ratio"):
-        harder(0.3).move(A=0.0).reliability(
-            "P", 1e-2, harder, {"ratio": stats.norm(0.3, 0.01)}, compliance=True, gradient="adjoint"
-        )
+        four_bar(**NUMBERS).move(A=0.4).reliability("P", 1e-3, loose, given(), compliance=True, gradient="adjoint")
+
+
+ARM = {"ratio": 0.3, "tilt": 0.1, "weight": 9.81, "density": 7800.0, "turn": 0.2}
+
+
+def arm(**given: Array) -> Linkage:
+    """An arm under its weight, of which what adjoints do not know of may be uncertain."""
+    ratio, tilt, weight, density, turn, none = np.broadcast_arrays(*(ARM | given).values(), 0.0)
+    linkage = Linkage(A=(0, 0), P=(1, 0))
+    steel = Material(E=200e9, nu=ratio, density=density)
+    up = np.stack([none, np.sin(turn), np.cos(turn)], axis=-1)
+    linkage.link("arm", "A", "P", beam=Beam(Rectangle(y=0.02, z=0.01), steel, up=up))
+    linkage.revolute("A", "ground", "arm", drive=True, axis=np.stack([np.sin(tilt), none, np.cos(tilt)], axis=-1))
+    linkage.load("P", fy=10.0, mx=1.0)
+    linkage.gravity(np.stack([none, none, -weight], axis=-1))
+    return linkage
+
+
+@pytest.mark.parametrize("name", ARM)
+def test_by_what_adjoints_do_not_know(name: str) -> None:
+    margin = _Margin(arm().move(A=0.3), "P", 1e-2, arm, {name: stats.norm(ARM[name], 0.01)}, compliance=True)
+    with pytest.raises(FrameError, match="Poisson's ratio or gravity that vary"):
+        margin.by_adjoint()

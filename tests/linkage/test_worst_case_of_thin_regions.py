@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.models import FourBar, Linkage
+from linkframe.models.linkage.worst_case.mixed_area import volume_within
 from numpy.testing import assert_allclose
 
 FOUR = FourBar(crank=0.1, coupler=0.25, rocker=0.2, ground=0.22, point=(0.12, 0.05))
@@ -56,6 +57,11 @@ def test_levels_are_an_axis_of_their_own(levels: int) -> None:
     found = motion.fuzzy("P", levels=levels, clearances={"A": clearances}, drives={"A": (-1e-4, 0.0, 1e-4)})
     drive = 1e-4 * (1.0 - found.levels)
     assert_allclose(found.worst.greatest, clearances + 0.2 * drive[:, None], rtol=1e-9)
+    own = Linkage(A=(0, 0), P=(0.2, 0))
+    own.link("arm", "A", "P")
+    own.revolute("A", "ground", "arm", drive=True, clearance=clearances)
+    same = own.move(A=0.3).fuzzy("P", levels=levels, drives={"A": (-1e-4, 0.0, 1e-4)})
+    assert_allclose(same.worst.greatest, found.worst.greatest, rtol=1e-12)
 
 
 def overconstrained() -> Linkage:
@@ -81,6 +87,14 @@ def test_bearings_that_others_hold_in_the_plane() -> None:
     assert_allclose(tilting.area, plane.area, rtol=5e-4)
     assert_allclose(tilting.greatest, plane.greatest, rtol=1e-5)
     assert tilting.envelope().shape == (2, 2, 3)
+
+
+def test_a_flat_region_among_others_has_no_volume() -> None:
+    """Wherever it lies, and however it is turned; a cube beside it has its own."""
+    cube = np.stack(np.meshgrid(*[[0.0, 2.0]] * 3), axis=-1).reshape(8, 3)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    regions = np.stack([cube, cube * (1.0, 1.0, 0.0) @ turn, 1e-5 * (cube @ turn)]) + 1e-2
+    assert_allclose(volume_within(regions), [8.0, 0.0, 8e-15], rtol=1e-9)
 
 
 def test_three_cranks_have_an_area_and_a_boundary() -> None:

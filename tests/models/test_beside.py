@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import select
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -59,7 +62,7 @@ def test_what_the_copy_cannot_do_this_process_does(way: Callable[[], object]) ->
     here = os.getpid()
 
     def work() -> object:
-        return "here" if os.getpid() == here else [way(), threading.Lock()]
+        return "here" if os.getpid() == here else [way(), bytes(2**20), threading.Lock()]
 
     with Beside(work) as other:
         assert other.outcome() == "here"
@@ -83,6 +86,67 @@ def test_a_copy_ends_where_nobody_asks() -> None:
             os.waitpid(process[0], os.WNOHANG)
         with pytest.raises(OSError, match="descriptor"):
             os.fstat(process[1])
+
+
+@pytest.mark.usefixtures("copied")
+def test_a_copy_ends_with_its_process() -> None:
+    """Also where that is killed: it would hold the pipes of a shell open, and write where nobody looks."""
+    here, start = os.getpid(), time.monotonic()
+
+    def killed() -> None:
+        if os.getpid() != here:
+            Beside(lambda: time.sleep(20.0))
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    with Beside(killed) as other:
+        other.outcome()  # is there when the last process that could write to the pipe has ended
+    assert time.monotonic() - start < 10.0
+
+
+@pytest.mark.usefixtures("copied")
+@pytest.mark.skipif(not hasattr(signal, "SIGCHLD"), reason="this system does not copy processes")
+def test_nothing_is_lost_where_ended_processes_are_ignored() -> None:
+    here, before = os.getpid(), signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        with Beside(os.getpid) as other:
+            assert other.outcome() == here
+        with Beside(lambda: os._exit(0) if os.getpid() != here else None) as other:
+            if other.copy is not None:
+                select.select([other.copy[1]], [], [], 10.0)
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
+@pytest.mark.usefixtures("copied")
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_signal_ends_a_copy_at_once(name: str, tmp_path: Path) -> None:
+    """What a process does when it is asked to end is not done by its copies."""
+    here, number = os.getpid(), getattr(signal, name)
+
+    def work() -> str:
+        if os.getpid() != here:
+            os.kill(os.getpid(), number)
+        return "here"
+
+    before = signal.signal(number, lambda *_: (tmp_path / "file").touch())
+    try:
+        with Beside(work) as other:
+            assert other.outcome() == "here"
+    finally:
+        signal.signal(number, before)
+    assert not (tmp_path / "file").exists()
+
+
+@pytest.mark.usefixtures("copied")
+@pytest.mark.parametrize("what", ["pipe", "fork"])
+def test_without_room_for_a_copy_this_process_does_the_work(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused() -> None:
+        raise OSError(errno.EAGAIN, "no room")
+
+    monkeypatch.setattr(os, what, refused, raising=False)
+    with Beside(os.getpid) as other:
+        assert other.copy is None
+        assert other.outcome() == os.getpid()
 
 
 def test_the_job_writes_the_same_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,6 +19,7 @@ GIVEN = {"a": stats.norm(), "b": stats.norm()}
         ("steep", "gradient is 'steep': give a function"),
         (lambda x: {"a": -1.0 + 0.0 * x["a"]}, "no derivative by 'b'"),
         (lambda x: None, "returned NoneType: return derivatives by the names"),
+        (lambda x: (x["a"], {"a": -1.0, "b": -1.0}, 0), "returned tuple: return derivatives by the names"),
         (lambda x: (3.0, {"a": -x["a"], "b": x["b"]}), r"values of shape \(\) for \d+ samples"),
         (lambda x: {"a": np.ones(7), "b": x["b"]}, r"derivative by 'a' has shape \(7,\)"),
     ],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from linkframe.framework.errors import CheckpointWarning, FrameError
 from linkframe.models import propagate
 from linkframe.models.propagation import Propagation, run
+from linkframe.models.propagation.checkpoint import Checkpoint
+from linkframe.models.propagation.gathered import joined
 from linkframe.models.propagation.ordered import StoredChunks, covered
 from linkframe.models.sampling import BLOCK
 from numpy.typing import NDArray
@@ -108,6 +111,20 @@ def test_chunks_of_which_a_sample_failed_have_files_of_their_own(tmp_path: Path,
     same(go(tmp_path, Function(0, lost=lost)), wanted)
 
 
+def test_chunks_without_any_result_at_an_entry_have_files_of_their_own(tmp_path: Path, patient: None) -> None:
+    """As at a pose that cannot be assembled: each tells why."""
+
+    def entry_without(a: Array, b: Array) -> Array:
+        return np.stack([a * b, np.full(a.shape, np.nan)], axis=-1)
+
+    given = {"n": 4 * SIZE, "rng": 1, "chunk": SIZE, "progress": False, "keep_samples": False}
+    wanted = propagate(entry_without, INPUTS, **given)
+    for _ in range(2):
+        same(propagate(entry_without, INPUTS, checkpoint=tmp_path, **given), wanted)
+    assert wanted.missing.tolist() == [0, 4 * SIZE]
+    assert files(tmp_path) == [(k, k + 1) for k in range(4)]
+
+
 def test_a_short_last_chunk_has_a_file_of_its_own(tmp_path: Path, patient: None) -> None:
     """So that a longer run, which has a whole one there, goes on from the others."""
     go(tmp_path, n=3 * SIZE + BLOCK + 5)
@@ -123,9 +140,30 @@ def test_samples_that_are_kept_are_stored_by_chunks(tmp_path: Path, patient: Non
     np.testing.assert_array_equal(go(tmp_path, Function(0), keep_samples=True).samples, found.samples)
 
 
+def test_neighbours_alone_share_a_file() -> None:
+    """As several workers bring them, out of order; and not with a shorter one."""
+    failed = SimpleNamespace(whole=None, rows=[])
+    cuts = [(0, 2), (4, 6), (2, 4), (8, 10), (10, 11)]
+    found: Any = [(cut, SimpleNamespace(count=cut[1] - cut[0], samples=None, failed=failed)) for cut in cuts]
+    assert [group for group, _ in joined(found)] == [[cut] for cut in cuts]
+
+
+def test_each_chunk_is_written_once(tmp_path: Path) -> None:
+    checkpoint = Checkpoint.open(tmp_path, {})
+    chunks = StoredChunks[Any](
+        checkpoint, lambda _: [b""], bytes, lambda waiting: [([cut for cut, _ in waiting], None)], pause=3600.0
+    )
+    for k in range(3):
+        for own in (2 * k, 2 * k + 1):
+            chunks.store((own, own + 1), None)
+        chunks.flush()
+    assert checkpoint.stored() == {(0, 2), (2, 4), (4, 6)}
+    assert chunks.written == 6
+
+
 def test_files_that_overlap_serve_as_far_as_they_can() -> None:
     cuts = [(k, k + 1) for k in range(6)]
-    assert covered(cuts, {(0, 2), (0, 3), (2, 5), (4, 6), (5, 6), (7, 9)}) == {
+    assert covered(cuts, {(0, 2), (0, 3), (2, 5), (4, 6), (5, 6), (7, 9), (5, 3)}) == {
         (0, 1): (0, 3), (1, 2): None, (2, 3): None, (4, 5): (4, 6), (5, 6): None,
     }  # fmt: skip
 

@@ -13,6 +13,7 @@ from linkframe.framework import FrameError
 from linkframe.framework.owner import owner
 from linkframe.models.job.parts import Parts
 from linkframe.models.job.sharing import SampleKind, Sharing
+from linkframe.models.propagation import ordered
 from linkframe.models.propagation.checkpoint import Checkpoint
 from linkframe.models.propagation.ordered import StoredChunks, gather
 from linkframe.models.propagation.packed import packed_arrays, unpacked_arrays
@@ -129,3 +130,16 @@ def test_a_run_begins_where_a_file_has_one_name_only(tmp_path: Path, monkeypatch
     Checkpoint.open(tmp_path, {"load": 2.0})
     assert Checkpoint.known(tmp_path) == {"load": 2.0}
     assert [path.name for path in tmp_path.iterdir()] == ["run.json"]
+
+
+def test_long_chunks_that_come_together_are_all_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of several workers, which began at once; short ones wait for others."""
+    clock = [0.0]
+    monkeypatch.setattr(ordered, "monotonic", lambda: clock[0])
+    for seconds, each in ((600.0, True), (1e-3, False)):
+        checkpoint = Checkpoint.open(tmp_path / f"{seconds}", {})
+        chunks = StoredChunks[Any](checkpoint, lambda _: [b""], bytes)
+        for k in range(8):
+            clock[0] += seconds if k % 4 == 0 else 1e-4
+            chunks.store((k, k + 1), None)
+        assert (len(checkpoint.stored()) == 8) == each

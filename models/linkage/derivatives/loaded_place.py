@@ -16,7 +16,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.error_bounds.sensitivity import Sensitivity
-from ..description.parts import GROUND, LinkageLink, Load
+from ..description.parts import GROUND, LinkageLink, Load, about_first
 from ..poses.classified import ClassifiedPoses
 from .built import DescribedBeside, moved_by_numbers
 from .displacement_sensitivity import through_loops
@@ -79,7 +79,10 @@ class LoadedPlace:
         """Numbers that the frame has, their trailing axes, and of which kind and name the derivatives by them are."""
         for name, pair in beside.description.joints.items():
             if pair.stiffness is not None:
-                yield pair.stiffness, 1, "joints", (name,)
+                # The springs of a universal joint lie on either side of its cross: those of each side count here as
+                # constants of the other, where they are infinite.
+                for own in (name, about_first(pair)) if pair.kind.name == "universal" else (name,):
+                    yield pair.stiffness, 1, "joints", (own,)
         for load in beside.description.loads:
             if load.link != GROUND:
                 yield load.value, 1, "loads", (self._loaded(beside.description.links, load),)

@@ -174,7 +174,7 @@ class Builder:
         axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
         # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
         spins = pair.name in self.spins
-        if spins and _is_even(stiffness):
+        if spins and is_even(stiffness):
             axes, spins = self._along(*self.spins[pair.name]), False
             stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
         first, second = self._guide(pair), self.nodes.of(pair.second, pair.point)
@@ -330,7 +330,7 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
     return found
 
 
-def _is_even(stiffness: Array) -> bool:
+def is_even(stiffness: Array) -> bool:
     """Whether a ball is as stiff in all directions, so that its axes do not matter."""
     return bool(np.all(stiffness[..., :3] == stiffness[..., :1]))
 
