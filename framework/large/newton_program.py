@@ -100,7 +100,7 @@ class NewtonProgram:
         lengths = self.numbers.space.lengths.at(where)
         rows = [*self.numbers.values(where, factor), 1.0 / lengths]
         rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if loose else 1.0)]
-        rows += [number.of(state) for number in (*recorded.moved, *recorded.held)]
+        rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
         outs = work.places()

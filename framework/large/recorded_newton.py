@@ -69,7 +69,7 @@ def multipliers(model: Model) -> list[StateNumber]:
     return [StateNumber("own", (k, len(model.joints) + loop)) for k, loop in places]
 
 
-def held(model: Model) -> list[StateNumber]:
+def constants(model: Model) -> list[StateNumber]:
     """The numbers of a state that steps leave as they are: what rigid contacts are taken to carry."""
     out = []
     for number, place in model.contacts.items():
@@ -97,7 +97,7 @@ class RecordedNewton:
     program
         It takes what `GivenNumbers` are, then the inverse of the frame's length, the largest residual of prescribed
         coordinates, and whether the first tangent holds the members' stresses there (1 or 0), then the numbers of the
-        state: those that steps change, and those that are held. It makes the former and those of nodes that are
+        state: those that steps change, and those that stay as they are. It makes the former and those of nodes that are
         attached to others, whether that is an equilibrium, whether all pivots were above `CLEAR` in the last step, not
         the first, and the number of steps. Where joints have clearance, pivots are to be above rounding, and be it in
         the first step.
@@ -105,7 +105,7 @@ class RecordedNewton:
         Which of these numbers it takes: those that bear on the result.
     moved
         Numbers of the state that steps change.
-    held
+    constant
         Numbers of the state that steps leave as they are.
     carried
         Those of nodes that are attached to others.
@@ -114,7 +114,7 @@ class RecordedNewton:
     program: Program
     places: list[int]
     moved: list[StateNumber]
-    held: list[StateNumber]
+    constant: list[StateNumber]
     carried: list[StateNumber]
 
     def state(self, outs: list[Array], before: State) -> State:
@@ -146,7 +146,7 @@ class NewtonRecording:
         self.flat = isinstance(self.equations, PlanarEquations)
         self.moved = [*moved(self.model, numbers.columns), *multipliers(self.model)]
         self.carried = carried(self.model, self.flat)
-        self.held: list[tuple[StateNumber, Any]] = []
+        self.constant: list[tuple[StateNumber, Any]] = []
         self.pressed = any(joint.clearance_directions for joint in self.model.edges)
         self.constraints = sorted(elimination.constrained)
         self.translations = set(self.model.columns[:3].reshape(-1).tolist())
@@ -155,7 +155,7 @@ class NewtonRecording:
     def recorded(self) -> RecordedNewton:
         """The method as a program."""
         begin = [self._later() for _ in self.moved]
-        self.held = [(number, self._later()) for number in held(self.model)]
+        self.constant = [(number, self._later()) for number in constants(self.model)]
         yes = self.recording.write(Operation.LESS, 0.0, 1.0)
         exact = self.equations.stresses(self._state(begin))
         self._shapes = [stress.shape for stress in exact]
@@ -169,7 +169,7 @@ class NewtonRecording:
         program, places = self.recording.program([self._term(x) for x in outputs])
         # What a round begins with varies, whatever it begins with first.
         program = program.over(program.masks[: program.given])
-        return RecordedNewton(arranged(program), places, self.moved, [each for each, _ in self.held], self.carried)
+        return RecordedNewton(arranged(program), places, self.moved, [each for each, _ in self.constant], self.carried)
 
     def _later(self) -> Any:
         return cast(Any, self.recording.later(1))
@@ -183,7 +183,7 @@ class NewtonRecording:
         state = replace(
             start, displacements=arrays[0], rotations=arrays[1], own=arrays[2], contact_multipliers=contacts
         )
-        for number, value in [*zip(self.moved, values, strict=True), *self.held]:
+        for number, value in [*zip(self.moved, values, strict=True), *self.constant]:
             number.put(state, value)
         self.equations.follow(state)
         return state

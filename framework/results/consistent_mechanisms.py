@@ -22,7 +22,7 @@ from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large
 from .constrained_batch import small
-from .constrained_by_springs import carries, held_by_springs
+from .constrained_by_springs import carries, constrained_by_springs
 from .reached import reached
 
 # Share of the largest displacement in a free motion that is none.
@@ -70,11 +70,13 @@ def _solved(
 ) -> list[ConstrainedSolution]:
     """Entries that can move, those together of which rounding leaves nothing open."""
     left = entries.of_all(suspects).copy()
-    held = held_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
-    if held is None:
+    found = (
+        constrained_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
+    )
+    if found is None:
         return list(small(statics, left, unknowns))
-    left[held.where] = False
-    return [held, *small(statics, left, unknowns)]
+    left[found.where] = False
+    return [found, *small(statics, left, unknowns)]
 
 
 def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver) -> list[int]:

@@ -39,7 +39,7 @@ _MANY, _FOR_EACH = 64, 4
 _SURE = 0.9
 
 
-def held_by_springs(
+def constrained_by_springs(
     plan: Plan, statics: Statics, entries: Selected, suspects: NDArray[np.bool_], unknowns: list[int]
 ) -> ConstrainedSolution | None:
     """Those entries of a batch of which this can be told at once; None for none.
@@ -68,7 +68,7 @@ def held_by_springs(
         for k, unknown in enumerate(unknowns)
         if held[:, k].any()
     }
-    solver = _held(plan, entries, springs) if springs else None
+    solver = _with_springs(plan, entries, springs) if springs else None
     if solver is None:
         return None
     known = motions.sure[own] & ~solver.suspects()[index]
@@ -178,7 +178,7 @@ def _spread(shape: tuple[int, ...], index: tuple[Index, ...], values: Array) -> 
     return out
 
 
-def _held(plan: Plan, entries: Selected, springs: dict[int, Array]) -> BroadcastSolver | None:
+def _with_springs(plan: Plan, entries: Selected, springs: dict[int, Array]) -> BroadcastSolver | None:
     """The frame at some entries with springs on some unknowns; None where it has other unknowns there."""
     own = Plan(_described(plan.frame, entries, entries.shape))
     if _joined(own.tree) is None or _joined(own.tree) != _joined(plan.tree) or own.unknowns != plan.unknowns:
