@@ -93,6 +93,36 @@ class ContinuousDistribution(ABC):
             Probabilities, (...).
         """
 
+    @abstractmethod
+    def mean(self) -> float:
+        """Mean.
+
+        Returns
+        -------
+        float
+            Mean, in the unit of the values.
+        """
+
+    @abstractmethod
+    def std(self) -> float:
+        """Standard deviation.
+
+        Returns
+        -------
+        float
+            Standard deviation, in the unit of the values.
+        """
+
+    @abstractmethod
+    def support(self) -> tuple[float, float]:
+        """Ends of the values, which may be infinite.
+
+        Returns
+        -------
+        tuple
+            Lower and upper end, in the unit of the values.
+        """
+
 
 @dataclass(frozen=True)
 class Normal(ContinuousDistribution):
@@ -100,29 +130,41 @@ class Normal(ContinuousDistribution):
 
     Parameters
     ----------
-    mean, deviation
+    loc, scale
         Mean and standard deviation, in the unit of what is drawn.
     """
 
-    mean: float
-    deviation: float
+    loc: float
+    scale: float
 
     def ppf(self, q: Array, /) -> Array:
         """Quantile at probability `q`."""
         from scipy.special import ndtri
 
-        return np.asarray(ndtri(q) * self.deviation + self.mean)
+        return np.asarray(ndtri(q) * self.scale + self.loc)
 
     def pdf(self, x: Array, /) -> Array:
         """Probability density."""
-        off = (x - self.mean) / self.deviation
-        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.deviation))
+        off = (x - self.loc) / self.scale
+        return np.asarray(np.exp(-0.5 * off**2) / (np.sqrt(2.0 * np.pi) * self.scale))
 
     def cdf(self, x: Array, /) -> Array:
         """Probability of a value below `x`."""
         from scipy.special import ndtr
 
-        return np.asarray(ndtr((x - self.mean) / self.deviation))
+        return np.asarray(ndtr((x - self.loc) / self.scale))
+
+    def mean(self) -> float:
+        """Mean."""
+        return self.loc
+
+    def std(self) -> float:
+        """Standard deviation."""
+        return self.scale
+
+    def support(self) -> tuple[float, float]:
+        """All numbers."""
+        return -np.inf, np.inf
 
 
 @dataclass(frozen=True)
@@ -172,6 +214,18 @@ class Interval(ContinuousDistribution):
         """Probability of a value below `x`."""
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
 
+    def mean(self) -> float:
+        """Mean."""
+        return 0.5 * (self.low + self.high)
+
+    def std(self) -> float:
+        """Standard deviation."""
+        return (self.high - self.low) / float(np.sqrt(12.0))
+
+    def support(self) -> tuple[float, float]:
+        """Bounds."""
+        return self.low, self.high
+
 
 class _FromInverse:
     """A random variable of SciPy's newer kind under the names of the older one."""
@@ -220,7 +274,7 @@ def tolerance(nominal: float, text: str, distribution: str = "uniform", sigmas: 
     >>> tolerance(200.0, "± 5 %")
     Interval(low=190.0, high=210.0)
     >>> tolerance(12.0, "+1.5/-0", "normal")
-    Normal(mean=12.75, deviation=0.25)
+    Normal(loc=12.75, scale=0.25)
     """
     match = _SYMMETRIC.fullmatch(text.strip()) or _LIMITS.fullmatch(f" {text.strip()}")
     if match is None or match["nominal"] or match["kind"]:
@@ -274,10 +328,7 @@ def called(text: str) -> tuple[str, dict[str, float | str]] | None:
     match = _CALL.fullmatch(text.strip())
     if match is None:
         return None
-    from scipy import stats
-
-    shapes = getattr(getattr(stats, match["name"], None), "shapes", None) or ""
-    names = [*filter(None, re.split(r",\s*", shapes)), "loc", "scale"]
+    names = [*_shape_names(match["name"]), "loc", "scale"]
     found: dict[str, float | str] = {}
     for index, given in enumerate(filter(None, re.split(r"\s*,\s*", match["numbers"].strip()))):
         key, equal, value = given.rpartition("=")
@@ -290,6 +341,54 @@ def called(text: str) -> tuple[str, dict[str, float | str]] | None:
             raise FrameError(f"{text!r}: {value!r} is no number; write it as 'norm(0.1, 0.002)' or 'norm(scale=5 %)'")
         found[key] = value if value.endswith("%") else float(value)
     return match["name"], found
+
+
+def _shape_names(name: str) -> list[str]:
+    """What a distribution of `scipy.stats` takes before loc and scale; the usual ones take nothing."""
+    if name in ("norm", "uniform"):
+        return []
+    from scipy import stats
+
+    return [*filter(None, re.split(r",\s*", getattr(getattr(stats, name, None), "shapes", None) or ""))]
+
+
+def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
+    """A continuous distribution by its name in `scipy.stats`.
+
+    The usual ones, norm and uniform, are had without loading `scipy.stats`, which takes longer than most jobs.
+
+    Parameters
+    ----------
+    name
+        Such as ``"norm"``.
+    numbers
+        What it is frozen with, by name, such as ``loc`` and ``scale``.
+
+    Returns
+    -------
+    Distribution or None
+        The frozen distribution; None if there is none of that name.
+
+    Raises
+    ------
+    TypeError, ValueError
+        By SciPy, if the distribution does not take these numbers.
+
+    Examples
+    --------
+    >>> continuous("norm", {"loc": 2.0, "scale": 0.5})
+    Normal(loc=2.0, scale=0.5)
+    """
+    loc, scale = numbers.get("loc", 0.0), numbers.get("scale", 1.0)
+    if numbers.keys() <= {"loc", "scale"} and np.isfinite([loc, scale, loc + scale]).all() and loc + scale > loc:
+        if name == "norm":
+            return Normal(loc, scale)
+        if name == "uniform":
+            return Interval(loc, loc + scale)
+    from scipy import stats
+
+    kind = getattr(stats, name, None)
+    return kind(**numbers) if isinstance(kind, stats.rv_continuous) else None
 
 
 def distribution_of(name: str, given: object) -> Distribution:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import SIGMAS, called, distribution_of, tolerance
+from ..distributions import SIGMAS, called, continuous, distribution_of, tolerance
 from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.tolerances import COMPONENTS, NAMES
 
@@ -145,11 +145,6 @@ def _in_words(option: str, nominal: float, text: str) -> Distribution:
 
 def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float | str]) -> Distribution:
     """A distribution of SciPy; numbers in percent are deviations from the nominal value, as a share of it."""
-    from scipy import stats
-
-    kind: Any = getattr(stats, name, None)
-    if not isinstance(kind, stats.rv_continuous):
-        raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
     values = {key: value for key, value in numbers.items() if not isinstance(value, str)}
     shares = {key: 0.01 * float(value.strip("±% ")) for key, value in numbers.items() if isinstance(value, str)}
     if shares and not (nominal and shares.keys() <= {"loc", "scale"} and not {"loc", "scale"} & values.keys()):
@@ -160,9 +155,12 @@ def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float 
     if shares:
         values |= {"loc": nominal * (1.0 + shares.get("loc", 0.0)), "scale": abs(nominal) * shares.get("scale", 0.0)}
     try:
-        return distribution_of(option, kind(**values))
+        found = continuous(name, values)
     except (TypeError, ValueError) as error:
         raise FrameError(f"{name} does not take {', '.join(values) or 'nothing'}: {error}") from error
+    if found is None:
+        raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
+    return distribution_of(option, found)
 
 
 def ends(distribution: Distribution) -> tuple[float, float]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy
 from linkframe.framework.errors import FrameError
 from linkframe.models.command_line import main
 from linkframe.models.distributions import Interval, Normal, called
@@ -44,6 +46,13 @@ def test_words_for_a_tolerance_of_the_file():
     assert share.distribution == Normal(0.0, 0.05 / 3.0)
     assert of_file(("fy", "+6/-3 normal"))["fy"].distribution == Normal(101.5, 1.5)
     assert list(of_file(("fy", "± 4"))) == list(of_file())
+
+
+def test_normal_tolerances_do_not_load_all_distributions(monkeypatch):
+    """To load `scipy.stats` takes longer than most jobs."""
+    monkeypatch.delattr(scipy, "stats", raising=False)
+    monkeypatch.setitem(sys.modules, "scipy.stats", None)
+    assert isinstance(of_file(("fy", "norm(100, 3)"))["fy"].distribution, Normal)
 
 
 def test_a_number_leaves_the_tolerance_that_it_was_in():

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.framework.errors import FrameError
 from linkframe.models import GaussianCopula, propagate, tolerance
-from linkframe.models.distributions import Interval, Normal, distribution_of
+from linkframe.models.distributions import Interval, Normal, continuous, distribution_of
 from linkframe.models.propagation.correlation import by_quadrature, nataf
 from linkframe.models.propagation.inputs import JointInputs
 from linkframe.models.sampling import draw
@@ -184,3 +184,24 @@ def test_a_correlation_out_of_reach_names_the_inputs(law):
     """A skew input and a symmetric one cannot be correlated as closely as one likes."""
     with pytest.raises(FrameError, match=r"inputs 'a' and 'b' cannot have the correlation 0\.95 by a Gaussian copula"):
         JointInputs.of({"a": law, "b": stats.norm()}, {PAIR: 0.95})
+
+
+def test_the_usual_distributions_are_those_of_scipy():
+    q = np.concatenate([[1e-3, 1.0 - 1e-3], np.random.default_rng(0).random(50)])
+    for name, loc, scale in (("norm", 2.0, 0.5), ("uniform", -3.0, 7.0)):
+        ours, theirs = continuous(name, {"loc": loc, "scale": scale}), getattr(stats, name)(loc, scale)
+        assert isinstance(ours, Normal | Interval)
+        assert_allclose(ours.ppf(q), theirs.ppf(q), rtol=1e-15)
+        assert_allclose(ours.cdf(ours.ppf(q)), q, rtol=1e-12)
+        assert_allclose(
+            [ours.mean(), ours.std(), *ours.support()], [theirs.mean(), theirs.std(), *theirs.support()], rtol=1e-15
+        )
+
+
+def test_what_the_usual_distributions_cannot_mean_is_left_to_scipy():
+    assert np.isnan(continuous("norm", {"scale": -1.0}).ppf(np.array(0.5)))
+    assert continuous("norm", {"loc": 1.0, "scale": 1e-20}).mean() == 1.0
+    assert continuous("gamma", {"a": 2.0}).mean() == 2.0
+    assert continuous("qmc", {}) is None
+    with pytest.raises(TypeError):
+        continuous("norm", {"shape": 1.0})

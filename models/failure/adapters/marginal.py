@@ -39,7 +39,7 @@ class Marginal:
     def named(self) -> tuple[str, tuple[float, ...]] | None:
         """Name in `scipy.stats` with shape parameters, location and scale; None of what has no such name."""
         if isinstance(self.distribution, Normal):
-            return "norm", (self.distribution.mean, self.distribution.deviation)
+            return "norm", (self.distribution.loc, self.distribution.scale)
         if isinstance(self.distribution, Interval):
             return "uniform", (self.distribution.low, self.distribution.high - self.distribution.low)
         family = getattr(self.distribution, "dist", None)
@@ -90,8 +90,6 @@ class Marginal:
     @cached_property
     def moments(self) -> tuple[float, float]:
         """Mean and standard deviation."""
-        if isinstance(self.distribution, Normal):
-            return self.distribution.mean, self.distribution.deviation
         if callable(getattr(self.distribution, "mean", None)) and callable(getattr(self.distribution, "std", None)):
             return float(self._distribution.mean()), float(self._distribution.std())
         values, weights = over_scores(self.name, self.distribution)

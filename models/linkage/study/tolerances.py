@@ -11,7 +11,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ...distributions import distribution_of
+from ...distributions import continuous, distribution_of
 from ...distributions import tolerance as within
 from ..files.read import Described, linkage_of
 from ..files.source import Source
@@ -198,22 +198,19 @@ def dotted(place: Path) -> str:
 
 def _distribution(source: Source, path: tuple[str, str]) -> tuple[Distribution, bool, str]:
     """The distribution, whether it is relative, and how it reads."""
-    from scipy import stats
-
     distribution = source.text_at((*path, "distribution"))
-    kind = getattr(stats, distribution, None)
-    if not isinstance(kind, stats.rv_continuous):
+    numbers, relative = _numbers(source, path)
+    try:
+        with np.errstate(all="ignore"):
+            frozen = continuous(distribution, numbers)
+            middle = np.nan if frozen is None else float(frozen.ppf(np.array(0.5)))
+    except (TypeError, ValueError) as error:
+        source.fail(path, f"{distribution} does not take {', '.join(numbers) or 'nothing'}: {error}")
+    if frozen is None:
         source.fail(
             (*path, "distribution"),
             f"is {distribution!r}: give a continuous distribution of scipy.stats, such as norm or uniform",
         )
-    numbers, relative = _numbers(source, path)
-    try:
-        with np.errstate(all="ignore"):
-            frozen: Distribution = kind(**numbers)
-            middle = float(frozen.ppf(np.float64(0.5)))  # type: ignore[arg-type]
-    except (TypeError, ValueError) as error:
-        source.fail(path, f"{distribution} does not take {', '.join(numbers) or 'nothing'}: {error}")
     if not np.isfinite(middle):
         source.fail(path, f"{distribution} with {numbers} is no distribution: check its numbers")
     if "scale" not in numbers:
