@@ -14,7 +14,7 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
 from ..cache import ORDERS
-from ..structure.parts import Grid, Matrix, Row, Value, mask_of
+from ..structure.parts import Grid, Matrix, Row, Value, mask_of, masks_of
 
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
@@ -61,8 +61,8 @@ class Masks:
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """Those of these numbers."""
         return cls(
-            {a: {i: mask_of(v) for i, v in row.items()} for a, row in rows.items()},
-            [({i: mask_of(v) for i, v in row.items()}, mask_of(k)) for row, k in springs],
+            {a: masks_of(row) for a, row in rows.items()},
+            [(masks_of(row), mask_of(k)) for row, k in springs],
         )
 
 

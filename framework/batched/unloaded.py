@@ -75,7 +75,8 @@ class Unloaded:
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
         if self._supports is None:
-            return joint_tree(self.topology, self.rhs_parameters)
+            known = self.known_links
+            return joint_tree(self.topology, self.rhs_parameters, None if known is None else known.order)
         return JointTree.by(self.topology, self.rhs_parameters, self.links.connections)
 
     @cached_property

@@ -17,7 +17,7 @@ from ..lazily import cached_property
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
-from ..structure.parts import Row, is_zero
+from ..structure.parts import Row
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
 from .driven_mechanisms import at_rest, plain_mechanisms
 
@@ -201,7 +201,7 @@ class Primary:
         solver = self.solver
         found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)
         for place, value in zip(places, found, strict=True):
-            if value is not place and not is_zero(value):
+            if value is not place and (isinstance(value, np.ndarray) or value != 0.0):
                 place[...] = value
         out: Array = np.moveaxis(whole, 0, -1)
         if self.resolved is not None:

@@ -278,9 +278,11 @@ class Topology(NumberedPieces):
 
     def _stacked(self, elements: list[LineElement]) -> LineElement:
         """What stands for all of some pieces."""
-        one, kind = elements[0], elements[0].kind
-        alike = one.family is None or all(other is one or other.kind == kind for other in elements)
-        if alike:
+        one = elements[0]
+        if all(other is one for other in elements) or one.family is None:
+            return one
+        kind = one.kind
+        if all(other is one or other.kind == kind for other in elements):
             return one
         whole: LineElement = stacked(elements, len(self.frame.shape))
         return whole
