@@ -136,7 +136,10 @@ class EntryProgram:
         wide = [stack.reshape(-1)[places] for stack, places in zip(numbers.stacks, self.members, strict=True)]
         if way is Way.MACHINE:
             return self.machine.shared(narrow, np.concatenate(wide, dtype=Extended) if wide else np.zeros(0, Extended))
-        given = [*narrow, *(value for part in wide for value in part.tolist()), *self.constants]
+        given = narrow
+        for part in wide:
+            given += part.tolist()
+        given += self.constants
         if way is Way.COMPILED:
             return self.code.shared(given)
         values = carried_out(self.shared, given)

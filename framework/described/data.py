@@ -99,6 +99,8 @@ class DescriptionData:
     # -- names and shapes -------------------------------------------------------------------------------------------
 
     def _node(self, name: str, of: str = "") -> str:
+        if type(name) is str and name in self.nodes:  # as most often; no alias is the name of a node
+            return name
         return found(f"{of} node".strip(), name, self.nodes, self.aliases)
 
     def _member(self, name: str, of: str = "") -> str:

@@ -46,10 +46,8 @@ def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
     """Spanning forest by Kruskal's rule, of the first edges where there is a choice, and the edges left over."""
     edges = list(edges)
     joins = joining([(edge.first, edge.second) for edge in edges])
-    chosen, closing = (
-        [edge for edge, joined in zip(edges, joins, strict=True) if joined is way] for way in (True, False)
-    )
-    return chosen, closing
+    each = list(zip(edges, joins, strict=True))
+    return [edge for edge, joined in each if joined], [edge for edge, joined in each if not joined]
 
 
 def rooted(edges: Iterable[Joined], ground: End, roots: Iterable[End] = ()) -> list[Branch[Joined, End]]:
