@@ -61,8 +61,8 @@ class Masks:
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """Those of these numbers."""
         return cls(
-            {a: masks_of(row) for a, row in rows.items()},
-            [(masks_of(row), mask_of(k)) for row, k in springs],
+            dict(zip(rows, masks_of(rows.values()), strict=True)),
+            [(of_row, mask_of(k)) for of_row, (_, k) in zip(masks_of(row for row, _ in springs), springs, strict=True)],
         )
 
 

@@ -15,6 +15,7 @@ from ..structure.parts import (
     Value,
     add,
     add_row,
+    column,
     combine,
     enter,
     total,
@@ -120,9 +121,8 @@ class Stage:
 
     def _step(self, k: int, below: list[int], mask: int) -> None:
         row = self.matrix.pop(k, {})
-        varying, pivot = total(row.get(k, {}))
+        (varying, pivot), columns = column(row, k, below)
         inverse = reciprocal(pivot)
-        columns = totals(row, below)
         lower = {j: value * inverse for j, _, value in columns}
         over, weight = total(self.scale.pop(k, {}))
         self._judge(varying | over, pivot, weight)
@@ -220,7 +220,7 @@ def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
     """The load itself: the loads for a unit of each source, times the sources."""
     if not by_source:
         return 0.0
-    return combine([(sources[source], total(parts)[1]) for source, parts in by_source.items()])
+    return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
 
 
 def reciprocal(value: Value) -> Value:

@@ -148,11 +148,10 @@ def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
     yield from mass_loads(topology)
 
 
-def component_loads(topology: Topology) -> Iterator[tuple[int, int, Array]]:
+def component_loads(topology: Topology) -> list[tuple[int, int, Array]]:
     """Loads at nodes as given: node number, component, value (...)."""
-    for name, loads in topology.frame.loads.items():
-        for k, value in loads:
-            yield topology.number[name], k, value
+    number = topology.number
+    return [(number[name], k, value) for name, loads in topology.frame.loads.items() for k, value in loads]
 
 
 def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:

@@ -83,9 +83,9 @@ def mask_of_shape(shape: Shape) -> int:
     return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
 
 
-def masks_of(row: Row) -> dict[int, int]:
-    """By key of a sparse row the batch axes over which its number varies."""
-    return {key: mask_of_shape(v.shape) if isinstance(v, np.ndarray) else 0 for key, v in row.items()}
+def masks_of(rows: Iterable[Row]) -> list[dict[int, int]]:
+    """Of sparse rows by key the batch axes over which each number varies."""
+    return [{key: mask_of(value) for key, value in row.items()} for row in rows]
 
 
 def is_zero(value: Value) -> bool:
@@ -140,6 +140,13 @@ def total(parts: Parts) -> tuple[int, Value]:
 def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, Value]]:
     """Key, mask and value of those sums of a row that have any part."""
     return [(key, *total(row[key])) for key in keys if row.get(key)]
+
+
+def column(
+    row: dict[int, Parts], k: int, keys: Iterable[int]
+) -> tuple[tuple[int, Value], list[tuple[int, int, Value]]]:
+    """Mask and value of the entry `k` of a row, and the `totals` of others."""
+    return total(row.get(k, {})), totals(row, keys)
 
 
 def product(a: Value, b: Value) -> Value:

@@ -142,7 +142,8 @@ class JointTree:
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
-        return entries(self.grid, None if node == GROUND else self.topology.axes(node))
+        turned = node != GROUND and self.topology.bodies[node] is not None
+        return entries(self.grid, self.topology.axes(node)) if turned else None
 
     def axes(self, edge: Edge) -> Matrix3:
         """Axes of an edge as columns."""
@@ -177,7 +178,7 @@ class JointTree:
                     add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
-        if not is_zero(edge.pitch):
+        if edge.kind == "joint" and not is_zero(edge.pitch):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
             for i, factor in _column(axes, ALONG, sign).items():
                 add_row(rows[i], turn, product(edge.pitch, factor))
@@ -204,6 +205,8 @@ class JointTree:
 
     def stiffen(self, edge: Edge, elastic: list[Row]) -> None:
         """Enter the springs of an edge, by its elastic displacement."""
+        if edge.kind != "joint":
+            return
         stiff = nonzero(dict(enumerate(edge.stiffness)))
         self.springs += [TreeSpring(elastic[k], stiffness) for k, stiffness in stiff.items() if k not in edge.ideal]
 
