@@ -127,9 +127,12 @@ def _unknown(masks: dict[int, int]) -> dict[int, int]:
 
 
 def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
+    if not right:
+        return
     for i, first in left.items():
+        row, of_first = pattern.setdefault(i, {}), over | first
         for j, second in right.items():
-            link(pattern, i, j, over | first | second)
+            row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | of_first | second
 
 
 def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:

@@ -250,7 +250,8 @@ class Plan:
             pushed |= self.chained.coupled_with(moved)
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
-        found = {self.component[k] for k in reached}
+        component = self.component
+        found = {component[k] for k in reached}
         return (
             found if self._island is None else {k for k in found if self.connected_components[k // 6] == self._island}
         )

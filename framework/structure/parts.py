@@ -271,6 +271,7 @@ def add_dyad(
     (mask, value), complete = part, True
     for i, factor, over in left:
         half: Value | None = None
+        row = into.get(i, {})
         for j, other, along in right:
             if not twice and (i < 0 or 0 <= j < i):
                 continue
@@ -282,7 +283,12 @@ def add_dyad(
                 half = product(factor, value)
             term = product(other, half)
             if i >= 0 and j >= 0:
-                add(entry(into, i, j), axes, 2.0 * term if twice and i == j else term)
+                parts = row.get(j)
+                if parts is None:
+                    parts = entry(into, i, j)
+                    row = into[i]
+                whole = 2.0 * term if twice and i == j else term
+                parts[axes] = parts[axes] + whole if axes in parts else whole
                 if scale is not None and i == j:
                     add(scale.setdefault(i, {}), axes, term)
             elif i >= 0 or j >= 0:

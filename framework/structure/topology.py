@@ -158,8 +158,8 @@ class Topology(NumberedPieces):
 
     def loaded(self, frame: Description) -> Topology:
         """The same members under the loads of another description, with all that is known of them."""
-        clone = copy.copy(self)
-        clone.frame = frame
+        clone = object.__new__(type(self))
+        vars(clone).update(vars(self), frame=frame)
         return clone
 
     def remade(self, frame: Description, *, moved: bool) -> Topology:
