@@ -15,18 +15,16 @@ from ..structure.parts import (
     Value,
     add,
     add_row,
+    collapsed,
     column,
-    combine,
     enter,
     total,
-    totals,
 )
 from .order import Order
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
 SUSPECT = 1e-11
 
-Sources = dict[int, Parts]
 Forces = Loads
 
 
@@ -214,13 +212,6 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
                 term = low * factor
                 out[j] = out[j] - term if j in out else -term
     return out
-
-
-def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
-    """The load itself: the loads for a unit of each source, times the sources."""
-    if not by_source:
-        return 0.0
-    return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
 
 
 def reciprocal(value: Value) -> Value:

@@ -176,6 +176,13 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
     return result
 
 
+def collapsed(by_source: dict[int, Parts], sources: Sequence[Value]) -> Value:
+    """The load itself: the loads for a unit of each source, times the sources."""
+    if not by_source:
+        return 0.0
+    return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
+
+
 def sums(each: Iterable[Iterable[tuple[Value, Value]]]) -> list[Value]:
     """Sums of products."""
     return [combine(terms) for terms in each]

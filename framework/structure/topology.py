@@ -230,8 +230,17 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(pieces) if k in others]
         if 2 * len(at) >= len(pieces) or stack.dtype != Extended or not group.element.elementwise:
             return self._remade(group, self.gathered.changed).extended_stiffness()
-        out = stack.copy()
-        out[at] = self._remade(group.part(np.array(at)), self.gathered.changed).extended_stiffness()
+        numbers, out = group.pieces[at], stack.copy()
+        assert isinstance(self._chords, np.ndarray)
+        some = replace(
+            group,
+            element=self._stacked(self._elements_of(numbers.tolist())),
+            pieces=numbers,
+            dofs=group.dofs[at],
+            chord=self._chords[numbers].reshape(len(at), *group.chord.shape[1:]),
+            counts=group.counts[at],
+        )
+        out[at] = some.extended_stiffness()
         return out
 
     @property
