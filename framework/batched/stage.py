@@ -131,8 +131,7 @@ class Stage:
             for j, other, value in columns[a:]:
                 if j not in filled:
                     filled[j] = self.matrix.setdefault(j, {})[i] = {}
-                parts, axes, term = filled[j], own | other | varying, low * value
-                parts[axes] = parts[axes] - term if axes in parts else -term
+                subtract(filled[j], own | other | varying, low * value)
             scale, axes, term = self.scale.setdefault(i, {}), own | varying | over, low * low * weight
             scale[axes] = scale[axes] + term if axes in scale else term
         self.pivots[k] = Pivot(mask, inverse, lower)
@@ -158,8 +157,7 @@ class Stage:
                         self.complete = False
                         continue
                     for j, low in step.lower.items():
-                        parts, axes, term = self.force(j, source), mask | step.mask, low * value
-                        parts[axes] = parts[axes] - term if axes in parts else -term
+                        subtract(self.force(j, source), mask | step.mask, low * value)
 
 
 def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
@@ -212,6 +210,11 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
                 term = low * factor
                 out[j] = out[j] - term if j in out else -term
     return out
+
+
+def subtract(parts: Parts, mask: int, value: Value) -> None:
+    """Subtract `value`, which varies over `mask`, from a sum of parts."""
+    parts[mask] = parts[mask] - value if mask in parts else -value
 
 
 def reciprocal(value: Value) -> Value:

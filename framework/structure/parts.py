@@ -98,11 +98,6 @@ def add(parts: Parts, mask: int, value: Value) -> None:
     parts[mask] = parts[mask] + value if mask in parts else value
 
 
-def subtract(parts: Parts, mask: int, value: Value) -> None:
-    """Subtract `value`, which varies over `mask`, from a sum of parts."""
-    parts[mask] = parts[mask] - value if mask in parts else -value
-
-
 def entry(matrix: Matrix, i: int, j: int) -> Parts:
     """Parts of the entries (i, j) and (j, i), made where there are none."""
     row = matrix.get(i)
@@ -299,7 +294,8 @@ def add_dyad(
                 if scale is not None and i == j:
                     add(scale.setdefault(i, {}), axes, term)
             elif i >= 0 or j >= 0:
-                subtract(known.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), axes, term)
+                parts = known.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {})
+                parts[axes] = parts[axes] - term if axes in parts else -term
     return complete
 
 
