@@ -53,10 +53,10 @@ class BeamSectionLaw(LineElement):
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of section, material, end and up."""
-        return shape_of(self.sections_shape, () if self.up is None else self.up.shape[:-1])
+        return self.sections_shape if self.up is None else shape_of(self.sections_shape, self.up.shape[:-1])
 
     @cached_property
     def sections_shape(self) -> tuple[int, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass, field, fields
-from functools import cache
+from functools import cache, cached_property
 from typing import Self
 
 import numpy as np
@@ -87,7 +87,7 @@ class CrossSection(ABC):
         """Equal for sections that may be evaluated as one whose sizes are arrays; the section itself where none may."""
         return type(self) if type(self).__module__.startswith(__name__.rpartition(".")[0]) else self
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of the sizes."""
         return shape_of(*self.sizes().values())

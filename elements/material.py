@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -86,7 +87,7 @@ class Material:
         object.__setattr__(self, "density", not_negative("Material", "density", density))
         common_shape("Material", {name: np.shape(getattr(self, name)) for name in ("E", "G", "density")})
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of the numbers."""
         return shape_of(self.E, self.G, self.density)

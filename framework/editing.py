@@ -200,18 +200,19 @@ class Editable(Description):
             self.size, self._shape, self._shapes = size, whole, known
             raise
 
-    def _reach(self, nodes: Iterable[str]) -> float:
+    def _reach(self, names: Iterable[str]) -> float:
         """Largest coordinate of some nodes."""
-        return max(_largest(self.position(node)) for node in nodes)
+        nodes = [(name, self.nodes[name]) for name in names]
+        return max([_largest(at.coordinates if at.body is None else self.position(name)) for name, at in nodes])
 
     def _check_near(self, moved: set[str]) -> None:
         """Refuse places that what is on the nodes cannot have."""
         for name, member in self.members.items():
             if member.start in moved or member.end in moved:
-                self._check_length(name, member.start, member.end)
+                chord = self._check_length(name, member.start, member.end)
                 if isinstance(member.element, FormedElement) and member.element.length is not None:
                     self.members[name] = member._replace(element=replace(member.element, length=self.length(name)))
-                member.element.check(self._chord(member.start, member.end))
+                member.element.check(chord)
                 for load in self.member_loads.get(name, ()):
                     if isinstance(load, FormLoad):  # all along
                         continue

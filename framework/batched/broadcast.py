@@ -11,7 +11,7 @@ from ..batch import Array
 from ..clock import timed
 from ..lazily import cached_property
 from ..results.status import is_singular
-from ..structure.parts import Row, Value, combine, unknowns
+from ..structure.parts import Row, Value, sums
 from .block import BlockFactor
 from .condensation import retained
 from .plan import Plan
@@ -66,14 +66,16 @@ class BroadcastSolver:
         plan = self.plan
         if plan.entry is not None:
             return plan.entry.values(rows)
-        condensed, of_nodes = plan.condensed, plan.tree.rows
-        rows = [retained(row, condensed, of_nodes) for row in rows]
+        condensed = plan.condensed
+        if condensed.chains:
+            of_nodes = plan.tree.rows
+            rows = [retained(row, condensed, of_nodes) for row in rows]
         component, excited = plan.component, plan.excited
         split: dict[int, dict[int, Row]] = {}
         for index, row in enumerate(rows):
-            for k in unknowns(row):
-                name = component[k]
-                if name in excited:
+            for k in row:
+                name = component[k] if k >= 0 else None
+                if name is not None and name in excited:
                     split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
         factors = {name: self.factor(name) for name in split}
         rhs_parameters = plan.rhs_parameters.values
@@ -85,7 +87,7 @@ class BroadcastSolver:
                 mine = [places[k] if single else None for k, single in zip(parts, alone, strict=True)]
                 for index, value in zip(parts, factors[name].values(list(parts.values()), mine), strict=True):
                     terms[index].append((1.0, value))
-            return [combine(term) for term in terms]
+            return sums(terms)
 
     def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.

@@ -18,7 +18,7 @@ from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST, Compiled, choose
 from ..structure.edge import Edge
 from ..structure.forest import spanning
-from ..structure.parts import Extended, Matrix, Row, Value, add, enter, is_zero, product
+from ..structure.parts import Extended, Matrix, Row, Value, add, enter_all, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of
 from . import entry_machine
@@ -143,10 +143,10 @@ class _Writer:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         self.recording = recording = Recording()
         # In the order of what is given; loads are told from the rest by what they are said to vary over.
-        self.edges = [recording.later(0) for _ in numbers.links.edges]
-        self.turns = [recording.later(0) for _ in numbers.links.turns]
-        self.members = [[recording.later(0) for _ in range(stack.size)] for stack in numbers.stacks]
-        self.pushes = [recording.later(1) for _ in loads.values]
+        self.edges = recording.later_ones(0, len(numbers.links.edges))
+        self.turns = recording.later_ones(0, len(numbers.links.turns))
+        self.members = [recording.later_ones(0, stack.size) for stack in numbers.stacks]
+        self.pushes = recording.later_ones(1, len(loads.values))
         self.tree = self._tree()
 
     def _tree(self) -> JointTree | None:
@@ -201,9 +201,9 @@ class _Writer:
         matrix: Matrix = {}
         topology = self.plan.topology
         for group, stack, terms in zip(topology.groups, self.numbers.stacks, self.members, strict=True):
-            for piece, a, b in zip(*(part.tolist() for part in np.nonzero(np.triu(stack != 0.0))), strict=True):
-                dofs = group.dofs[piece]
-                enter(matrix, int(dofs[a]), int(dofs[b]), 0, terms[(12 * piece + a) * 12 + b])
+            piece, a, b = np.nonzero(np.triu(stack != 0.0))
+            places = ((12 * piece + a) * 12 + b).tolist()
+            enter_all(matrix, group.dofs[piece, a].tolist(), group.dofs[piece, b].tolist(), [terms[k] for k in places])
         return matrix
 
     @property
@@ -278,8 +278,7 @@ class _Layout:
                 self.shared, self._steps = tuple(self._steps), []
                 for given in inside[-1]:
                     self._put(at[given], wide=False)
-            for k, step in enumerate(program.steps):
-                number = program.first + k
+            for number, step in enumerate(program.steps, program.first):
                 if bool(program.masks[number]) is later:
                     self._step(number, step)
         self.loaded = tuple(self._steps)

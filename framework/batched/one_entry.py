@@ -17,7 +17,7 @@ from ..cache import STACKS
 from ..description import Description
 from ..protocol import is_proven
 from ..structure.assembly import component_loads, member_and_mass_loads
-from ..structure.disjoint_sets import DisjointSets
+from ..structure.disjoint_sets import joining
 from ..structure.edge import GROUND, preference
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Group, Topology
@@ -177,10 +177,8 @@ class EntryLoads:
         frame = topology.frame
         self.nodal = [(node, k, float(value)) for node, k, value in component_loads(topology)]
         self.nodal = [load for load in self.nodal if load[2] != 0.0]
-        self.shares: list[tuple[int, float]] = []
-        if strained or frame.weight is not None or frame.member_loads:
-            found = member_and_mass_loads(topology, Grid(frame.shape))
-            self.shares = [(dof, float(share)) for dof, share in found if not is_zero(share)]
+        found = member_and_mass_loads(topology, Grid(frame.shape), strained=strained)
+        self.shares = [(dof, float(share)) for dof, share in found if not is_zero(share)]
         self.values = [value for _, _, value in self.nodal] + [value for _, value in self.shares]
         self.key = tuple([(node, k) for node, k, _ in self.nodal]), tuple([dof for dof, _ in self.shares])
 
@@ -206,9 +204,8 @@ def _six(given: dict[int, Any]) -> list[float]:
 
 def forest(frame: Description) -> bool:
     """Whether joints, ties and supports close no loop: then they can contradict each other in nothing."""
-    connected = DisjointSets[str]()
     pairs = [(link.first, link.second) for link in frame.joints.values()]
     pairs += [(tie.master, tie.slave) for tie in frame.ties]
     # no node has an empty name
     pairs += [("", node) for node in frame.supports]
-    return all(connected.join(first, second) for first, second in pairs)
+    return all(joining(pairs))

@@ -14,7 +14,7 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
 from ..cache import ORDERS
-from ..structure.parts import Grid, Matrix, Row, Value, mask_of
+from ..structure.parts import Grid, Matrix, Row, Value, mask_of, masks_of
 
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
@@ -61,8 +61,8 @@ class Masks:
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """Those of these numbers."""
         return cls(
-            {a: {i: mask_of(v) for i, v in row.items()} for a, row in rows.items()},
-            [({i: mask_of(v) for i, v in row.items()}, mask_of(k)) for row, k in springs],
+            dict(zip(rows, masks_of(rows.values()), strict=True)),
+            [(of_row, mask_of(k)) for of_row, (_, k) in zip(masks_of(row for row, _ in springs), springs, strict=True)],
         )
 
 
@@ -127,9 +127,12 @@ def _unknown(masks: dict[int, int]) -> dict[int, int]:
 
 
 def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], over: int) -> None:
+    if not right:
+        return
     for i, first in left.items():
+        row, of_first = pattern.setdefault(i, {}), over | first
         for j, second in right.items():
-            link(pattern, i, j, over | first | second)
+            row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | of_first | second
 
 
 def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:

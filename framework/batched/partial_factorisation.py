@@ -11,9 +11,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..program.recording import Term
-from ..structure.parts import Row, Value, add, add_all, add_row, combine, dyad, enter_terms, product, scaled, unknowns
+from ..structure.parts import (
+    Factors,
+    Row,
+    Value,
+    add_congruence,
+    add_dyad,
+    add_loads,
+    add_row,
+    add_squares,
+    combine_each,
+)
 from .order import Masks, Order, Springs
-from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row, subtract
+from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row
 
 Wanted = Sequence[bool]
 
@@ -60,7 +70,7 @@ class PartialFactorisation:
         wanted: Wanted,
     ) -> PartialFactorisation:
         """Both stages of what is `assembled`, eliminated and loaded as far as what varies so is `wanted`."""
-        stage = assembled.mapped(lambda value: value)
+        stage = assembled.copy()
         out = cls(orders, stage, Stage(), rows, springs, rhs_parameters, masks)
         out.factorise(wanted, given=True)
         out.load(wanted)
@@ -71,16 +81,16 @@ class PartialFactorisation:
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Value of each of `rows`, by back substitution of what they ask for."""
         inner, outer = self.orders
-        asked = {k for row in rows for k in unknowns(row)}
+        asked = {k for row in rows for k in row if k >= 0}
         inside = closure(inner, asked & set(inner.below))
         ends = {a for a in inside if a not in inner.below}
-        wanted = (asked - inside) | {k for a in ends for k in unknowns(self.rows[a])}
+        wanted = (asked - inside) | {k for a in ends for k in self.rows[a] if k >= 0}
         known = {-1 - s: value for s, value in enumerate(self.rhs_parameters)}
         backward(outer, closure(outer, wanted), known, self.outer, self.rhs_parameters)
-        at_ends = {a: _sum(self.rows[a], known) for a in ends}
+        at_ends = dict(zip(ends, combine_each([self.rows[a] for a in ends], known), strict=True))
         backward(inner, inside, at_ends, self.inner, self.rhs_parameters)
         known.update({k: at_ends[k] for k in inside & set(inner.below)})
-        return [_sum(row, known) for row in rows]
+        return combine_each(rows, known)
 
     def carried(self, row: Row) -> Row:
         """`row` over the unknowns that are not eliminated yet and the right-hand-side parameters."""
@@ -156,58 +166,25 @@ class PartialFactorisation:
 
     def _substitute(self, wanted: Wanted) -> None:
         """Add T^T K T, - T^T K G and the diagonal's scale to the second stage."""
-        inner, outer = self.inner, self.outer
-        for a, row in self.rows.items():
-            for b, parts in inner.matrix.get(a, {}).items():
-                if b >= a and b in self.rows:
-                    for mask, value in parts.items():
-                        self._congruence((a, row), (b, self.rows[b]), (mask, value), wanted)
-            for i in unknowns(row):
-                over = self.masks.rows[a][i]
-                now = {m: value for m, value in inner.scale.get(a, {}).items() if _is(outer, wanted, m | over)}
-                twice = scaled(scaled(now, row[i]), row[i])
-                add_all(outer.scale, ((i, mask | over, term) for mask, term in twice.items()))
+        inner, outer, rows = self.inner, self.outer, self._factors
+        outer.complete &= add_congruence(outer.matrix, self.imposed, inner.matrix, rows, wanted)
+        outer.complete &= add_squares(outer.scale, inner.scale, rows, wanted)
 
-    def _congruence(
-        self, left: tuple[int, Row], right: tuple[int, Row], part: tuple[int, Value], wanted: Wanted
-    ) -> None:
-        (a, row), (b, other), (mask, value) = left, right, part
-        first, second = self.masks.rows[a], self.masks.rows[b]
-        twice = a != b
-        pairs = []
-        for i, factor in row.items():
-            of_first = mask | first[i]
-            met = other if twice else {j: known for j, known in other.items() if i >= 0 and (j >= i or j < 0)}
-            now = {j: known for j, known in met.items() if wanted[of_first | second[j]]}
-            if len(now) < len(met):
-                self.outer.complete = False
-            if now:
-                pairs.append((i, factor, now))
-        self._put([(i, j, mask | first[i] | second[j], term) for i, j, term in dyad(value, pairs)], twice)
+    @property
+    def _factors(self) -> dict[int, Factors]:
+        """The rows, each factor with the axes over which it varies."""
+        masks = self.masks.rows
+        return {a: [(k, factor, masks[a][k]) for k, factor in row.items()] for a, row in self.rows.items()}
 
     def _add_springs(self, wanted: Wanted, *, given: bool) -> None:
         """Add k r r^T and -k r times the known part of every spring to the second stage."""
         outer = self.outer
         for (row, stiffness), (masks, mask) in zip(self.springs, self.masks.springs, strict=True):
-            for i in unknowns(row):
-                half = product(row[i], stiffness)
-                for j, second in row.items():
-                    over = mask | masks[i] | masks[j]
-                    # A stiffness as it was given is added whole, whatever its size: that costs nothing.
-                    now = _is(outer, wanted, over) if masks[i] | masks[j] else given
-                    if now and (j >= i or j < 0):
-                        term = product(second, half)
-                        self._put([(i, j, over, term)], False)
-                        if i == j:
-                            add(outer.scale.setdefault(i, {}), over, term)
-
-    def _put(self, terms: list[tuple[int, int, int, Value]], twice: bool) -> None:
-        """Add terms of the stiffness to the matrix or, where they meet a right-hand-side parameter, to the load."""
-        own = [(i, j, mask, 2.0 * term if twice and i == j else term) for i, j, mask, term in terms if min(i, j) >= 0]
-        enter_terms(self.outer.matrix, own)
-        for i, j, mask, term in terms:
-            if min(i, j) < 0 <= max(i, j):
-                subtract(self.imposed.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {}), mask, term)
+            factors, part = [(k, factor, masks[k]) for k, factor in row.items()], (mask, stiffness)
+            # A stiffness as it was given is added whole, whatever its size: that costs nothing.
+            outer.complete &= add_dyad(
+                outer.matrix, self.imposed, part, factors, factors, wanted, given=given, scale=outer.scale
+            )
 
     # -- the loads --------------------------------------------------------------------------------------------------
 
@@ -218,7 +195,7 @@ class PartialFactorisation:
         for i, by_source in self.imposed.items():
             for source, parts in by_source.items():
                 self.outer.force(i, source).update(parts)
-        self._push(wanted)
+        self.outer.complete &= add_loads(self.outer.forces, self.inner.forces, self._factors, wanted)
         self.outer.forward(outer, wanted)
 
     def loaded(self, inner: Forces, outer: Forces, rhs_parameters: list[Value]) -> PartialFactorisation:
@@ -230,24 +207,3 @@ class PartialFactorisation:
             outer=replace(self.outer, forces=outer, complete=after),
             rhs_parameters=rhs_parameters,
         )
-
-    def _push(self, wanted: Wanted) -> None:
-        """Add T^T f to the second stage."""
-        for a, row in self.rows.items():
-            for i in unknowns(row):
-                over, factor = self.masks.rows[a][i], row[i]
-                for source, pushed in self.inner.forces.get(a, {}).items():
-                    for mask, value in pushed.items():
-                        if _is(self.outer, wanted, mask | over):
-                            add(self.outer.force(i, source), mask | over, product(factor, value))
-
-
-def _is(stage: Stage, wanted: Wanted, mask: int) -> bool:
-    """Whether a term is wanted now; a stage that leaves some out is not complete."""
-    if not wanted[mask]:
-        stage.complete = False
-    return wanted[mask]
-
-
-def _sum(row: Row, known: dict[int, Value]) -> Value:
-    return combine([(factor, known[k]) for k, factor in row.items()])

@@ -8,8 +8,6 @@ from dataclasses import replace
 from time import perf_counter
 from typing import cast
 
-import numpy as np
-
 from ..cache import Bounded
 from ..clock import timed
 from ..description import Description
@@ -249,11 +247,11 @@ class Plan:
         rows = {6 * n + k: row for n, six in self.tree.rows.items() for k, row in enumerate(six)}
         moved = [dof for dof, row in rows.items() if min(row, default=0) < 0]
         if moved:
-            near = self.chained.neighbours
-            pushed |= set(near[np.isin(near[:, 1], moved), 0].tolist())
+            pushed |= self.chained.coupled_with(moved)
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
-        found = {self.component[k] for k in reached}
+        component = self.component
+        found = {component[k] for k in reached}
         return (
             found if self._island is None else {k for k in found if self.connected_components[k // 6] == self._island}
         )

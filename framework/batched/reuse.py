@@ -24,8 +24,11 @@ class Differences:
 
     def __init__(self, one: Description, other: Description) -> None:
         self.one, self.other = one, other
-        same = one.shape == other.shape
-        self._parts = {part for part in _PARTS if not (same and alike(getattr(one, part), getattr(other, part)))}
+        if one.shape != other.shape:
+            self._parts = set(_PARTS)
+            return
+        before, after = vars(one), vars(other)
+        self._parts = {part for part in _PARTS if not alike(before[part], after[part])}
 
     @property
     def none(self) -> bool:

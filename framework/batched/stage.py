@@ -8,27 +8,24 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..structure.parts import (
+    Loads,
     Matrix,
     Parts,
     Row,
     Value,
     add,
-    add_all,
     add_row,
-    combine,
+    collapsed,
+    column,
     enter,
-    is_zero,
-    less,
     total,
-    totals,
 )
 from .order import Order
 
 # A pivot below this share of the stiffness whose rounding it carries raises suspicion.
 SUSPECT = 1e-11
 
-Sources = dict[int, Parts]
-Forces = dict[int, Sources]
+Forces = Loads
 
 
 @dataclass(frozen=True)
@@ -78,6 +75,17 @@ class Stage:
         """Parts of the load on i for a unit of a source, made where there are none."""
         return self.forces.setdefault(i, {}).setdefault(source, {})
 
+    def copy(self) -> Stage:
+        """A copy, in which no pivot ratio has been noted."""
+        new = Stage(forces={i: {s: dict(parts) for s, parts in by.items()} for i, by in self.forces.items()})
+        for i, row in self.matrix.items():
+            for j, parts in row.items():
+                if j >= i:
+                    new.matrix.setdefault(i, {})[j] = new.matrix.setdefault(j, {})[i] = dict(parts)
+        new.scale = {i: dict(parts) for i, parts in self.scale.items()}
+        new.pivots = dict(self.pivots)
+        return new
+
     def mapped(self, change: Callable[[Value], Value]) -> Stage:
         """A copy with `change` applied to every number, in which no pivot ratio has been noted."""
         copy = Stage()
@@ -111,9 +119,8 @@ class Stage:
 
     def _step(self, k: int, below: list[int], mask: int) -> None:
         row = self.matrix.pop(k, {})
-        varying, pivot = total(row.get(k, {}))
+        (varying, pivot), columns = column(row, k, below)
         inverse = reciprocal(pivot)
-        columns = totals(row, below)
         lower = {j: value * inverse for j, _, value in columns}
         over, weight = total(self.scale.pop(k, {}))
         self._judge(varying | over, pivot, weight)
@@ -125,7 +132,8 @@ class Stage:
                 if j not in filled:
                     filled[j] = self.matrix.setdefault(j, {})[i] = {}
                 subtract(filled[j], own | other | varying, low * value)
-        add_all(self.scale, ((i, own | varying | over, lower[i] * lower[i] * weight) for i, own, _ in columns))
+            scale, axes, term = self.scale.setdefault(i, {}), own | varying | over, low * low * weight
+            scale[axes] = scale[axes] + term if axes in scale else term
         self.pivots[k] = Pivot(mask, inverse, lower)
 
     def _judge(self, mask: int, pivot: Value, weight: Value) -> None:
@@ -179,7 +187,11 @@ def backward(
         if k in needed:
             step = stage.pivots[k]
             value = collapsed(stage.forces.get(k, {}), rhs_parameters) * step.inverse
-            known[k] = less(value, [(low, known[j]) for j, low in step.lower.items()])
+            for j, low in step.lower.items():
+                other = known[j]
+                if isinstance(other, np.ndarray) or other != 0.0:
+                    value = value - low * other
+            known[k] = value
 
 
 def carried(order: Order, row: Row, stage: Stage) -> Row:
@@ -200,11 +212,6 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
     return out
 
 
-def collapsed(by_source: Sources, sources: Sequence[Value]) -> Value:
-    """The load itself: the loads for a unit of each source, times the sources."""
-    return combine([(sources[source], total(parts)[1]) for source, parts in by_source.items()])
-
-
 def subtract(parts: Parts, mask: int, value: Value) -> None:
     """Subtract `value`, which varies over `mask`, from a sum of parts."""
     parts[mask] = parts[mask] - value if mask in parts else -value
@@ -212,4 +219,4 @@ def subtract(parts: Parts, mask: int, value: Value) -> None:
 
 def reciprocal(value: Value) -> Value:
     """1 / value; of an exact zero inf, which the pivot ratio reports."""
-    return np.inf if is_zero(value) else 1.0 / value
+    return np.inf if not isinstance(value, np.ndarray) and value == 0.0 else 1.0 / value

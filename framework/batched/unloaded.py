@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,7 +76,8 @@ class Unloaded:
     def tree(self) -> JointTree:
         """What each node's displacement is made of."""
         if self._supports is None:
-            return joint_tree(self.topology, self.rhs_parameters)
+            known = self.known_links
+            return joint_tree(self.topology, self.rhs_parameters, None if known is None else known.order)
         return JointTree.by(self.topology, self.rhs_parameters, self.links.connections)
 
     @cached_property
@@ -217,7 +219,7 @@ class Chained:
     def scale(self, dof: int) -> Parts:
         """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
         out = dict(self.matrix.get(dof, {}).get(dof, {}))
-        if dof in self.condensed.excess:
+        if self.chains and dof in self.condensed.excess:
             add(out, 0, self.condensed.excess[dof])
         return out
 
@@ -275,6 +277,12 @@ class Chained:
         """Pairs of DOF numbers that members couple, (pairs, 2)."""
         pairs = [(a, b) for a, row in self.matrix.items() for b in row]
         return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
+
+    def coupled_with(self, dofs: Collection[int]) -> set[int]:
+        """DOF numbers that members couple with some."""
+        found = {a for dof in dofs for a in self.matrix.get(dof, ())}
+        condensed = self.condensed.coupled
+        return found.union(condensed[np.isin(condensed[:, 1], list(dofs)), 0].tolist()) if len(condensed) else found
 
     def block(self, component: int) -> tuple[Block, set[int]]:
         """A component assembled, with its elimination orders, without loads; and the DOFs whose loads are its own."""

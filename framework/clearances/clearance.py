@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
-from ..batched.stage import collapsed
 from ..batched.unloaded import Former
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..results.linear import LinearResults
+from ..structure.parts import collapsed
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .contact_state import ClearanceComponents, ContactState
 from .determinate import DeterminateContact, determinate_contact

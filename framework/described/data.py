@@ -82,11 +82,12 @@ class DescriptionData:
         clone = object.__new__(type(self))
         parts = clone.__dict__
         parts.update(vars(self))
-        for name, value in parts.items():
-            if name in _GROWING:
-                parts[name] = {key: each.copy() for key, each in value.items()}
-            elif isinstance(value, (dict, list)):
+        for name, value in vars(self).items():
+            if isinstance(value, (dict, list)):
                 parts[name] = value.copy()
+        for name in _GROWING:
+            if parts[name]:
+                parts[name] = {key: each.copy() for key, each in parts[name].items()}
         return clone
 
     __copy__ = copy
@@ -99,6 +100,8 @@ class DescriptionData:
     # -- names and shapes -------------------------------------------------------------------------------------------
 
     def _node(self, name: str, of: str = "") -> str:
+        if type(name) is str and name in self.nodes:  # as most often; no alias is the name of a node
+            return name
         return found(f"{of} node".strip(), name, self.nodes, self.aliases)
 
     def _member(self, name: str, of: str = "") -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..added_forms import AddedForm, FormLoad
-from ..batch import aligned, distinct, finite
+from ..batch import Array, aligned, distinct, finite
 from ..errors import FrameError
 from ..examination import examine_mass, examine_member
 from ..formed import FormedElement
@@ -75,8 +75,8 @@ class DescribedMembers(DescribedNodes):
         if wanted == 2 and nodes[0] == nodes[1]:
             raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
         if isinstance(element, LineElement):
-            self._check_length(name, *nodes)
-            element.check(self._chord(*nodes))
+            chord = self._check_length(name, *nodes)
+            element.check(chord)
             kinds = self._examine(name, element, nodes)
             self._join({f"member {name!r}": element.shape})
             self.members[name] = Member(element, *nodes)
@@ -227,14 +227,16 @@ class DescribedMembers(DescribedNodes):
             examine_member(name, element, self._chord(nodes[0], nodes[1]))
         return {} if known else {kind: name}
 
-    def _check_length(self, name: str, start: str, end: str) -> None:
+    def _check_length(self, name: str, start: str, end: str) -> Array:
+        """Vector from the start of a member to its end, refused where it has no length."""
         chord = self._chord(start, end)
         if chord.ndim == 1 and any(part * part > 0.0 for part in chord.tolist()):
-            return
+            return chord
         length = np.linalg.norm(chord, axis=-1)
         if np.any(length <= 0.0):
             where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
+        return chord
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
         apart = self.position(second) - self.position(first)

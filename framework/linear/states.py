@@ -181,8 +181,8 @@ class FrameStates(SolvedFrame):
 
     def _masked(self, array: Array, mask: float = np.nan) -> Array:
         array = self._present(array, mask)
-        if self.clearances is None and self.plan.entry is not None:
-            return array  # of one entry, and regular
+        if self.clearances is None and (self.plan.entry is not None or self.primary.sound):
+            return array  # which is regular
         singular = self._singular
         if self.clearances is not None and not (self._warned or singular.any()):
             self._warn_free()

@@ -234,6 +234,10 @@ class Recording:
         self.given.append(None)
         return cast(Value, Term(self, self._new(len(self.given) - 1, mask)))
 
+    def later_ones(self, mask: int, count: int) -> list[Value]:
+        """So many values that are given when the program runs."""
+        return [self.later(mask) for _ in range(count)]
+
     def write(self, operation: Operation, *operands: Any) -> Term:
         """Write down a step, unless it has been before."""
         return self.step(operation, *map(self._standing, operands))

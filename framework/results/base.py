@@ -361,7 +361,7 @@ class Results(ABC):
 
     def _node(self, node: str) -> str:
         """The name of a node in the description."""
-        return found("node", node, self.frame.nodes, self.frame.aliases)
+        return self.frame._node(node)
 
     def _supported(self, node: str) -> str:
         node = self._node(node)

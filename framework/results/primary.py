@@ -17,7 +17,7 @@ from ..lazily import cached_property
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
-from ..structure.parts import Row, is_zero
+from ..structure.parts import Row
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
 from .driven_mechanisms import at_rest, plain_mechanisms
 
@@ -107,6 +107,11 @@ class Primary:
         return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
 
     @cached_property
+    def sound(self) -> bool:
+        """Whether no pivot raises the suspicion that something can move, so that nothing is to be looked at again."""
+        return isinstance(self.solver, BroadcastSolver) and not self.solver.suspects().any()
+
+    @cached_property
     def lost(self) -> NDArray[np.bool_]:
         """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
         frame = self.frame
@@ -137,7 +142,7 @@ class Primary:
     @cached_property
     def resolved(self) -> Solved | None:
         """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
-        if self.contact:
+        if self.contact or self.sound:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
@@ -178,6 +183,8 @@ class Primary:
     @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
         """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        if self.sound:
+            return None
         found = self._undetermined & ~self.at_rest
         self.known_consistent_mechanisms = consistent_mechanisms(self.plan, self.solver, found) if found.any() else None
         return self.known_consistent_mechanisms
@@ -201,9 +208,11 @@ class Primary:
         solver = self.solver
         found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)
         for place, value in zip(places, found, strict=True):
-            if value is not place and not is_zero(value):
+            if value is not place and (isinstance(value, np.ndarray) or value != 0.0):
                 place[...] = value
         out: Array = np.moveaxis(whole, 0, -1)
+        if self.sound:
+            return out
         if self.resolved is not None:
             out[self.resolved.mask] = self.resolved.values(rows)
         if self.consistent_mechanisms is not None:

@@ -87,8 +87,16 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
     return forces
 
 
-def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
-    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero."""
+def member_and_mass_loads(
+    topology: Topology, grid: Grid, *, strained: bool | None = None
+) -> Iterator[tuple[int, Value]]:
+    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero.
+
+    It may be known whether members are `strained` without forces.
+    """
+    frame = topology.frame
+    if frame.weight is None and not frame.member_loads and not (topology.strained if strained is None else strained):
+        return
     for node, vector in mass_loads(topology):
         for c, share in enumerate(grid.components(_in_node(topology, node, vector))):
             yield 6 * node + c, share
@@ -140,11 +148,10 @@ def nodal_loads(topology: Topology) -> Iterator[tuple[int, Array]]:
     yield from mass_loads(topology)
 
 
-def component_loads(topology: Topology) -> Iterator[tuple[int, int, Array]]:
+def component_loads(topology: Topology) -> list[tuple[int, int, Array]]:
     """Loads at nodes as given: node number, component, value (...)."""
-    for name, loads in topology.frame.loads.items():
-        for k, value in loads:
-            yield topology.number[name], k, value
+    number = topology.number
+    return [(number[name], k, value) for name, loads in topology.frame.loads.items() for k, value in loads]
 
 
 def mass_loads(topology: Topology) -> Iterator[tuple[int, Array]]:

@@ -31,6 +31,12 @@ class DisjointSets(Generic[Thing]):
         return True
 
 
+def joining(pairs: Iterable[tuple[Thing, Thing]]) -> list[bool]:
+    """Of each pair whether it joins two sets; False where that closes a loop."""
+    sets = DisjointSets[Thing]()
+    return [sets.join(one, other) for one, other in pairs]
+
+
 def least_of_sets(members: Iterable[Thing], pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, Thing]:
     """By member the least of those with which pairs join it."""
     sets = DisjointSets[Thing]()

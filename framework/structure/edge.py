@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .disjoint_sets import DisjointSets
+from .disjoint_sets import least_of_sets
 from .parts import Row, Value, add_row, product
 
 GROUND = -1
@@ -93,9 +93,7 @@ def preference(ends: list[tuple[int, int]], strengths: Iterable[tuple[int, float
     strengths
         Of each edge, see `Edge.strength`.
     """
-    sets = DisjointSets[int]()
-    for first, second in ends:
-        if min(first, second) != GROUND:
-            sets.join(first, second)
-    keys = [(sets.find(max(pair)), -ideal, -stiffest) for pair, (ideal, stiffest) in zip(ends, strengths, strict=True)]
+    apart = [pair for pair in ends if min(pair) != GROUND]
+    least = least_of_sets([max(pair) for pair in ends], apart)
+    keys = [(least[max(pair)], -ideal, -stiffest) for pair, (ideal, stiffest) in zip(ends, strengths, strict=True)]
     return sorted(range(len(keys)), key=keys.__getitem__)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
-from .disjoint_sets import DisjointSets
+from .disjoint_sets import joining
 
 End = TypeVar("End", int, str)
 End_co = TypeVar("End_co", covariant=True)
@@ -44,12 +44,10 @@ class Branch(Generic[Link, End]):
 
 def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
     """Spanning forest by Kruskal's rule, of the first edges where there is a choice, and the edges left over."""
-    connected: DisjointSets[Any] = DisjointSets()
-    chosen: list[Joined] = []
-    closing: list[Joined] = []
-    for edge in edges:
-        (chosen if connected.join(edge.first, edge.second) else closing).append(edge)
-    return chosen, closing
+    edges = list(edges)
+    joins = joining([(edge.first, edge.second) for edge in edges])
+    each = list(zip(edges, joins, strict=True))
+    return [edge for edge, joined in each if joined], [edge for edge, joined in each if not joined]
 
 
 def rooted(edges: Iterable[Joined], ground: End, roots: Iterable[End] = ()) -> list[Branch[Joined, End]]:

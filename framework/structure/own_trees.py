@@ -8,7 +8,7 @@ the displacement of one that it takes in its place.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import reduce
 from operator import add
@@ -32,9 +32,14 @@ _SIX = range(6)
 Mask = NDArray[np.bool_]
 
 
-def joint_tree(topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
-    """The tree of joints, rigid links, ties and supports, in which each batch entry has its stiffest as unknowns."""
-    tree = JointTree.of(topology, rhs_parameters)
+def joint_tree(
+    topology: Topology, rhs_parameters: RightHandSideParameters, order: Sequence[int] | None = None
+) -> JointTree:
+    """The tree of joints, rigid links, ties and supports, in which each batch entry has its stiffest as unknowns.
+
+    The `order` of preference of the first entry's edges may be known.
+    """
+    tree = JointTree.of(topology, rhs_parameters, order)
     chosen, closing = [branch.edge for branch in tree.branches], [edge for edge, _ in tree.closing]
     left = _unsuited(chosen, closing)
     if not left.any():

@@ -8,7 +8,7 @@ parts are added up only when the sum is needed, so that most arithmetic happens 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
@@ -28,6 +28,10 @@ Parts = dict[int, Value]
 Matrix = dict[int, dict[int, Parts]]
 # A combination of numbers: factors by unknown (0, 1, ...) and by right-hand-side parameter (-1, -2, ...).
 Row = dict[int, Value]
+# The same with the axes over which each factor varies.
+Factors = list[tuple[int, Value, int]]
+# Parts of the loads by unknown and right-hand-side parameter.
+Loads = dict[int, dict[int, Parts]]
 # The right-hand-side parameter one.
 ONE = -1
 
@@ -79,6 +83,11 @@ def mask_of_shape(shape: Shape) -> int:
     return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
 
 
+def masks_of(rows: Iterable[Row]) -> list[dict[int, int]]:
+    """Of sparse rows by key the batch axes over which each number varies."""
+    return [{key: mask_of(value) for key, value in row.items()} for row in rows]
+
+
 def is_zero(value: Value) -> bool:
     """Whether `value` is the exact constant zero."""
     return not isinstance(value, np.ndarray) and value == 0.0
@@ -87,12 +96,6 @@ def is_zero(value: Value) -> bool:
 def add(parts: Parts, mask: int, value: Value) -> None:
     """Add `value`, which varies over `mask`, to a sum of parts."""
     parts[mask] = parts[mask] + value if mask in parts else value
-
-
-def add_all(sums: dict[int, Parts], terms: Iterable[tuple[int, int, Value]]) -> None:
-    """Add terms, each of a key, of the axes over which it varies and of its value, to the sums of their keys."""
-    for key, mask, value in terms:
-        add(sums.setdefault(key, {}), mask, value)
 
 
 def entry(matrix: Matrix, i: int, j: int) -> Parts:
@@ -109,12 +112,6 @@ def entry(matrix: Matrix, i: int, j: int) -> Parts:
 def enter(matrix: Matrix, i: int, j: int, mask: int, value: Value) -> None:
     """Add a term, which varies over `mask`, to the entries (i, j) and (j, i)."""
     add(entry(matrix, i, j), mask, value)
-
-
-def enter_terms(matrix: Matrix, terms: Iterable[tuple[int, int, int, Value]]) -> None:
-    """Add terms, each to the entries (i, j) and (j, i) of its row and column and at the axes over which it varies."""
-    for i, j, mask, value in terms:
-        add(entry(matrix, i, j), mask, value)
 
 
 def enter_all(matrix: Matrix, rows: Iterable[int], columns: Iterable[int], values: Iterable[Value]) -> None:
@@ -138,6 +135,13 @@ def total(parts: Parts) -> tuple[int, Value]:
 def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, Value]]:
     """Key, mask and value of those sums of a row that have any part."""
     return [(key, *total(row[key])) for key in keys if row.get(key)]
+
+
+def column(
+    row: dict[int, Parts], k: int, keys: Iterable[int]
+) -> tuple[tuple[int, Value], list[tuple[int, int, Value]]]:
+    """Mask and value of the entry `k` of a row, and the `totals` of others."""
+    return total(row.get(k, {})), totals(row, keys)
 
 
 def product(a: Value, b: Value) -> Value:
@@ -167,26 +171,26 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
     return result
 
 
-def less(value: Value, terms: Iterable[tuple[Value, Value]]) -> Value:
-    """`value` less products, without those whose second factor is exactly zero."""
-    for a, b in terms:
-        if not is_zero(b):
-            value = value - a * b
-    return value
+def collapsed(by_source: dict[int, Parts], sources: Sequence[Value]) -> Value:
+    """The load itself: the loads for a unit of each source, times the sources."""
+    if not by_source:
+        return 0.0
+    return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
+
+
+def sums(each: Iterable[Iterable[tuple[Value, Value]]]) -> list[Value]:
+    """Sums of products."""
+    return [combine(terms) for terms in each]
+
+
+def combine_each(rows: Iterable[Row], known: Mapping[int, Value]) -> list[Value]:
+    """Value of each sparse row over numbers that are known."""
+    return [combine([(factor, known[k]) for k, factor in row.items()]) for row in rows]
 
 
 def scaled(row: Row, factor: Value) -> Row:
     """`factor` times a sparse row."""
     return {key: product(value, factor) for key, value in row.items()}
-
-
-def dyad(value: Value, pairs: Iterable[tuple[int, Value, Row]]) -> list[tuple[int, int, Value]]:
-    """Entries (i, j) of ``a value b^T``, given for each i the number of a and what it meets of b."""
-    out = []
-    for i, factor, met in pairs:
-        half = product(factor, value)
-        out += [(i, j, product(known, half)) for j, known in met.items()]
-    return out
 
 
 def nonzero(row: Row) -> Row:
@@ -217,6 +221,114 @@ def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
 def unknowns(row: Row) -> list[int]:
     """The unknowns in a combination."""
     return [key for key in row if key >= 0]
+
+
+def add_congruence(
+    into: Matrix, known: Loads, matrix: Matrix, rows: dict[int, Factors], wanted: Sequence[bool]
+) -> bool:
+    """Add ``T^T A T`` of a symmetric matrix, given the rows of T, as far as what varies so is `wanted`.
+
+    Parameters
+    ----------
+    into
+        Where what is between unknowns is added.
+    known
+        Where what is between an unknown and a right-hand-side parameter is subtracted.
+    matrix, rows
+        The matrix, and by its rows those of T.
+    wanted
+        By mask of axes.
+
+    Returns
+    -------
+    bool
+        Whether all was wanted.
+    """
+    complete = True
+    for a, left in rows.items():
+        for b, parts in matrix.get(a, {}).items():
+            if b >= a and b in rows:
+                for part in parts.items():
+                    complete &= add_dyad(into, known, part, left, rows[b], wanted, twice=a != b)
+    return complete
+
+
+def add_dyad(
+    into: Matrix,
+    known: Loads,
+    part: tuple[int, Value],
+    left: Factors,
+    right: Factors,
+    wanted: Sequence[bool],
+    *,
+    twice: bool = False,
+    given: bool | None = None,
+    scale: dict[int, Parts] | None = None,
+) -> bool:
+    """Add ``a k b^T`` to a symmetric matrix, as `add_congruence` does; `twice` for ``b k a^T`` as well.
+
+    Where it is `given` whether terms are wanted over which nothing but k varies, nothing else is asked of them. The
+    diagonal is added to the `scale`, too, if there is one.
+    """
+    (mask, value), complete = part, True
+    for i, factor, over in left:
+        half: Value | None = None
+        row = into.get(i, {})
+        for j, other, along in right:
+            if not twice and (i < 0 or 0 <= j < i):
+                continue
+            axes = mask | over | along
+            if not (wanted[axes] if given is None or over | along else given):
+                complete = False
+                continue
+            if half is None:
+                half = product(factor, value)
+            term = product(other, half)
+            if i >= 0 and j >= 0:
+                parts = row.get(j)
+                if parts is None:
+                    parts = entry(into, i, j)
+                    row = into[i]
+                whole = 2.0 * term if twice and i == j else term
+                parts[axes] = parts[axes] + whole if axes in parts else whole
+                if scale is not None and i == j:
+                    add(scale.setdefault(i, {}), axes, term)
+            elif i >= 0 or j >= 0:
+                parts = known.setdefault(max(i, j), {}).setdefault(-1 - min(i, j), {})
+                parts[axes] = parts[axes] - term if axes in parts else -term
+    return complete
+
+
+def add_squares(
+    into: dict[int, Parts], scale: dict[int, Parts], rows: dict[int, Factors], wanted: Sequence[bool]
+) -> bool:
+    """Add the squares of factors times the `scale` of their rows, as far as `wanted`; whether all was."""
+    complete = True
+    for a, row in rows.items():
+        for mask, value in scale.get(a, {}).items():
+            for i, factor, over in row:
+                if i >= 0 and wanted[mask | over]:
+                    add(into.setdefault(i, {}), mask | over, product(product(value, factor), factor))
+                elif i >= 0:
+                    complete = False
+    return complete
+
+
+def add_loads(into: Loads, loads: Loads, rows: dict[int, Factors], wanted: Sequence[bool]) -> bool:
+    """Add ``T^T f``, given the rows of T, as far as what varies so is `wanted`; whether all was."""
+    complete = True
+    for a, row in rows.items():
+        for i, factor, over in row:
+            if i < 0:
+                continue
+            for source, parts in loads.get(a, {}).items():
+                for mask, value in parts.items():
+                    if wanted[mask | over]:
+                        sums = into.setdefault(i, {}).setdefault(source, {})
+                        add(sums, mask | over, product(factor, value))
+                    else:
+                        complete = False
+    return complete
 
 
 @dataclass
@@ -251,3 +363,7 @@ class RightHandSideParameters:
             return {ONE: value}
         self.values.append(value)
         return {-len(self.values): 1.0}
+
+    def six(self, given: Mapping[int, NDArray[Any]]) -> tuple[Row, ...]:
+        """What is given of six components, by index of the component, as combinations of right-hand-side parameters."""
+        return tuple([self.row(self.grid.value(given[k])) if k in given else {} for k in range(6)])

@@ -158,8 +158,8 @@ class Topology(NumberedPieces):
 
     def loaded(self, frame: Description) -> Topology:
         """The same members under the loads of another description, with all that is known of them."""
-        clone = copy.copy(self)
-        clone.frame = frame
+        clone = object.__new__(type(self))
+        vars(clone).update(vars(self), frame=frame)
         return clone
 
     def remade(self, frame: Description, *, moved: bool) -> Topology:
@@ -230,8 +230,17 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(pieces) if k in others]
         if 2 * len(at) >= len(pieces) or stack.dtype != Extended or not group.element.elementwise:
             return self._remade(group, self.gathered.changed).extended_stiffness()
-        out = stack.copy()
-        out[at] = self._remade(group.part(np.array(at)), self.gathered.changed).extended_stiffness()
+        numbers, out = group.pieces[at], stack.copy()
+        assert isinstance(self._chords, np.ndarray)
+        some = replace(
+            group,
+            element=self._stacked(self._elements_of(numbers.tolist())),
+            pieces=numbers,
+            dofs=group.dofs[at],
+            chord=self._chords[numbers].reshape(len(at), *group.chord.shape[1:]),
+            counts=group.counts[at],
+        )
+        out[at] = some.extended_stiffness()
         return out
 
     @property
@@ -278,9 +287,11 @@ class Topology(NumberedPieces):
 
     def _stacked(self, elements: list[LineElement]) -> LineElement:
         """What stands for all of some pieces."""
-        one, kind = elements[0], elements[0].kind
-        alike = one.family is None or all(other is one or other.kind == kind for other in elements)
-        if alike:
+        one = elements[0]
+        if all(other is one for other in elements) or one.family is None:
+            return one
+        kind = one.kind
+        if all(other is one or other.kind == kind for other in elements):
             return one
         whole: LineElement = stacked(elements, len(self.frame.shape))
         return whole

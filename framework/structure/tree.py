@@ -9,6 +9,7 @@ simply absent and a free one has no spring. Edges that close a loop add springs,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -94,10 +95,13 @@ class JointTree:
     given_up: dict[int, dict[tuple[Edge, int], Value]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, topology: Topology, rhs_parameters: RightHandSideParameters) -> JointTree:
-        """Choose the tree and express all nodes by it."""
+    def of(
+        cls, topology: Topology, rhs_parameters: RightHandSideParameters, order: Sequence[int] | None = None
+    ) -> JointTree:
+        """Choose the tree and express all nodes by it; the `order` of preference of its edges may be known."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
-        order = preference([(e.first, e.second) for e in tree.edges], [e.strength for e in tree.edges])
+        if order is None:
+            order = preference([(e.first, e.second) for e in tree.edges], [e.strength for e in tree.edges])
         tree.grow(*spanning([tree.edges[k] for k in order]))
         return tree
 
@@ -138,7 +142,8 @@ class JointTree:
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
-        return entries(self.grid, None if node == GROUND else self.topology.axes(node))
+        turned = node != GROUND and self.topology.bodies[node] is not None
+        return entries(self.grid, self.topology.axes(node)) if turned else None
 
     def axes(self, edge: Edge) -> Matrix3:
         """Axes of an edge as columns."""
@@ -169,10 +174,11 @@ class JointTree:
             if not free and not offset:
                 continue
             for i, factor in _column(axes, k, sign).items():
-                add_row(rows[i], offset, factor)
+                if offset:
+                    add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
-        if not is_zero(edge.pitch):
+        if edge.kind == "joint" and not is_zero(edge.pitch):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
             for i, factor in _column(axes, ALONG, sign).items():
                 add_row(rows[i], turn, product(edge.pitch, factor))
@@ -199,11 +205,10 @@ class JointTree:
 
     def stiffen(self, edge: Edge, elastic: list[Row]) -> None:
         """Enter the springs of an edge, by its elastic displacement."""
-        self.springs += [
-            TreeSpring(elastic[k], edge.stiffness[k])
-            for k in _SIX
-            if k not in edge.ideal and not is_zero(edge.stiffness[k])
-        ]
+        if edge.kind != "joint":
+            return
+        stiff = nonzero(dict(enumerate(edge.stiffness)))
+        self.springs += [TreeSpring(elastic[k], stiffness) for k, stiffness in stiff.items() if k not in edge.ideal]
 
     def _hold(self) -> None:
         """Eliminate the ideal components of the edges that close a loop."""
@@ -263,9 +268,7 @@ def _support(frame: Description, rhs_parameters: RightHandSideParameters, node: 
 
 
 def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) -> tuple[Row, ...]:
-    if not given:
-        return _NONE
-    return tuple(rhs_parameters.row(rhs_parameters.grid.value(given[k])) if k in given else {} for k in _SIX)
+    return rhs_parameters.six(given) if given else _NONE
 
 
 def strongest_first(edges: list[Edge]) -> list[Edge]:

@@ -1,0 +1,69 @@
+"""From a load to a displacement of a small frame the way is short: few calls lead from one file into another."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from types import FrameType
+
+import linkframe.framework
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+from linkframe.framework.cache import ORDERS, PROGRAMS
+
+# Where the packages lie.
+ROOT = str(Path(linkframe.framework.__file__).parent.parent)
+
+
+def between_files(work: Callable[[], object]) -> int:
+    """Calls of functions, on the way, from a file of the packages into another one of them."""
+    count = 0
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        nonlocal count
+        here = frame.f_code.co_filename
+        if event != "call" or not here.startswith(ROOT):
+            return
+        above = frame.f_back
+        while above is not None and not above.f_code.co_filename.startswith((ROOT, __file__)):
+            above = above.f_back
+        count += above is not None and above.f_code.co_filename not in (here, __file__)
+
+    sys.setprofile(note)
+    try:
+        work()
+    finally:
+        sys.setprofile(None)
+    return count
+
+
+def described(x: float) -> Frame:
+    """Two beams and a joint, not yet loaded."""
+    beam, frame = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3)), Frame()
+    for name, place in {"A": (0.0, 0.0), "B": (x, 0.0), "C": (x, 0.0), "D": (0.2, 0.1)}.items():
+        frame.node(name, (*place, 0.0))
+    frame.add("AB", beam, "A", "B")
+    frame.add("pin", Joint(stiffness=(2e11,) * 5 + (0.0,)), "B", "C")
+    frame.add("CD", beam, "C", "D")
+    frame.fix("A")
+    frame.fix("D", "ux", "uy", "uz")
+    return frame
+
+
+def test_few_calls_lead_from_a_load_to_a_displacement() -> None:
+    """Of a topology that was met once, of one that is written down, and where nothing but the load has changed."""
+
+    def solved(frame: Frame, force: float) -> None:
+        frame.set_load("C", fy=force)
+        frame.solve().displacement("C")
+
+    solved(described(0.1), 100.0)  # loads what solves
+    for known in (ORDERS, PROGRAMS):
+        known.clear()
+    frames = [described(0.1 + 0.001 * k) for k in range(6)]
+    counts = [between_files(partial(solved, frame, 100.0)) for frame in frames]
+    assert counts[1] < 320
+    assert counts[5] < 130
+    assert between_files(partial(solved, frames[5], 50.0)) < 70
