@@ -85,18 +85,15 @@ class _Text(LoopText):
         for name, body in (("factors", self._factor), ("solutions", self._solve)):
             self._lines.append(f"{name}:")
             self._block = name
-            self._loop("0", "%groups", lambda group, body=body: body(*self._pointers(group)))
+            self._loop("0", "%groups", body)
             self._lines.append("  ret void")
         return "\n".join([*self._lines, "}"])
 
-    def _pointers(self, group: str) -> tuple[str, str]:
-        """Where the numbers of a group begin: in bands, and among loads."""
-        at = self._int("mul", group, "2")
-        return self._pointer(at), self._pointer(self._int("add", at, "1"))
-
     # -- what is done -------------------------------------------------------------------------------------------------
 
-    def _factor(self, band: str, _: str) -> None:
+    def _factor(self, group: str) -> None:
+        band = self._pointer(self._int("mul", group, "2"))
+
         def column(j: str) -> None:
             first = self._int("mul", j, "%width")
             diagonal = self._vector(f"call {_V} @llvm.sqrt.v{WIDTH}f64({_V} {self._load(band, first)})")
@@ -121,7 +118,10 @@ class _Text(LoopText):
 
         self._loop(i, "%width", row)
 
-    def _solve(self, band: str, loads: str) -> None:
+    def _solve(self, group: str) -> None:
+        pair = self._int("mul", group, "2")
+        band, loads = self._pointer(pair), self._pointer(self._int("add", pair, "1"))
+
         def at(j: str) -> str:
             return self._int("mul", j, "%row")
 
