@@ -9,6 +9,7 @@ import pytest
 from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.solvers import sparse, stiffness
+from linkframe.framework.solvers.banded import BandedFactor
 
 E, G, A, IY, J, LENGTH = 2e11, 8e10, 1e-4, 1e-9, 2e-9, 2.0
 
@@ -93,3 +94,14 @@ def test_pivots_that_tell_are_not_enough_where_refinement_does_not_end(monkeypat
     assert abs(solution.displacement(f"{count}")[2] / (5.0 * count / (E * A)) - 1.0) < 1e-14
     assert solution.status == "regular"
     assert asked == [1]
+
+
+def test_where_neither_pivots_nor_tensions_tell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Extended precision tells that what is singular to double precision is no mechanism, and solves it."""
+    monkeypatch.setattr(stiffness, "affordable", lambda *given: False)
+    monkeypatch.setattr(BandedFactor, "surely_definite", False)
+    count = 1400
+    solution = chain(count).solve()
+    found = solution.displacement(f"{count}")[[0, 2]]
+    assert solution.status == "regular"
+    np.testing.assert_allclose(found, [2.0 * count**3 / (3.0 * E * IY), 5.0 * count / (E * A)], rtol=1e-14)
