@@ -189,7 +189,7 @@ class ResolvedLarge:
                 break
         regular, values = bool(size < _BALANCED), solver.unknowns[solver.excited]
         if regular:
-            values = refined_by_springs(residual, values, factor.solve)
+            values, _ = refined_by_springs(residual, values, factor.solve)
         values = values if sizes is None else values @ sizes
         return regular, extended(values.T.reshape(*self.plan.frame.shape, len(probe)))
 

@@ -31,8 +31,8 @@ def factorise(bands: Array) -> None:
         Entries on and below the diagonal, column by column, (groups, columns, width, `WIDTH`); as many columns as the
         band is wide follow those of the matrix and are zero.
     """
-    groups, columns, width, _ = bands.shape
-    _run(_addresses(bands), 0, columns - width, width, groups)
+    starts = _starts(bands, np.arange(len(bands)))
+    _run(bands, np.stack([starts, starts], axis=1), 0)
 
 
 def solve(bands: Array, numbers: Index, loads: Array) -> None:
@@ -45,22 +45,24 @@ def solve(bands: Array, numbers: Index, loads: Array) -> None:
     numbers
         Groups that loads are given for, (n,).
     loads
-        (n, right-hand sides, columns, `WIDTH`), zero in the columns that follow those of the matrix.
+        (columns, right-hand sides, n, `WIDTH`), zero in the columns that follow those of the matrix.
     """
-    _, columns, width, _ = bands.shape
-    table = np.stack([_addresses(bands)[numbers], _addresses(loads)], axis=1)
-    _run(table, loads.shape[1], columns - width, width, len(numbers))
+    _, cases, count, _ = loads.shape
+    of_bands, of_loads = _starts(bands, np.tile(numbers, cases)), _starts(loads[0, 0], np.arange(cases * count))
+    _run(bands, np.stack([of_bands, of_loads], axis=1), cases * count)
 
 
-def _addresses(array: Array) -> Index:
-    """Where in memory each array along the first axis begins."""
+def _starts(array: Array, numbers: Index) -> Index:
+    """Where in memory those of an array along its first axis begin."""
     assert array.flags.c_contiguous
-    return array.ctypes.data + array.strides[0] * np.arange(len(array))
+    return array.ctypes.data + array.strides[0] * numbers
 
 
-def _run(table: Index, cases: int, size: int, width: int, groups: int) -> None:
-    table = np.ascontiguousarray(table)
-    _function()(table.ctypes.data, cases, size, width, groups)
+def _run(bands: Array, starts: Index, row: int) -> None:
+    """Factorise, or solve where a row of loads has so many vectors."""
+    _, columns, width, _ = bands.shape
+    table = np.ascontiguousarray(starts)
+    _function()(table.ctypes.data, row, columns - width, width, len(starts))
 
 
 @cache
@@ -75,13 +77,12 @@ class _Text(LoopText):
         """All of it."""
         self._lines = [
             f"declare {_V} @llvm.sqrt.v{WIDTH}f64({_V})",
-            "define void @run(ptr %table, i64 %cases, i64 %size, i64 %width, i64 %groups) {",
+            "define void @run(ptr %table, i64 %row, i64 %size, i64 %width, i64 %groups) {",
             "entry:",
-            "  %factorise = icmp eq i64 %cases, 0",
-            "  %columns = add i64 %size, %width",
+            "  %factorise = icmp eq i64 %row, 0",
             "  br i1 %factorise, label %factors, label %solutions",
         ]
-        for name, body in (("factors", self._factor), ("solutions", self._solutions)):
+        for name, body in (("factors", self._factor), ("solutions", self._solve)):
             self._lines.append(f"{name}:")
             self._block = name
             self._loop("0", "%groups", body)
@@ -91,7 +92,7 @@ class _Text(LoopText):
     # -- what is done -------------------------------------------------------------------------------------------------
 
     def _factor(self, group: str) -> None:
-        band = self._pointer(group)
+        band = self._pointer(self._int("mul", group, "2"))
 
         def column(j: str) -> None:
             first = self._int("mul", j, "%width")
@@ -117,35 +118,36 @@ class _Text(LoopText):
 
         self._loop(i, "%width", row)
 
-    def _solutions(self, group: str) -> None:
+    def _solve(self, group: str) -> None:
         pair = self._int("mul", group, "2")
         band, loads = self._pointer(pair), self._pointer(self._int("add", pair, "1"))
-        self._loop("0", "%cases", lambda case: self._solve(band, loads, self._int("mul", case, "%columns")))
 
-    def _solve(self, band: str, loads: str, start: str) -> None:
+        def at(j: str) -> str:
+            return self._int("mul", j, "%row")
+
         def forward(j: str) -> None:
-            first, at = self._int("mul", j, "%width"), self._int("add", start, j)
-            self._divide(loads, at, self._load(band, first))
-            found = self._load(loads, at)
+            first = self._int("mul", j, "%width")
+            self._divide(loads, at(j), self._load(band, first))
+            found = self._load(loads, at(j))
 
             def row(i: str) -> None:
                 taken = self._vector(f"fmul {_V} {self._load(band, self._int('add', first, i))}, {found}")
-                below = self._int("add", at, i)
+                below = at(self._int("add", j, i))
                 self._store(loads, below, self._vector(f"fsub {_V} {self._load(loads, below)}, {taken}"))
 
             self._loop("1", "%width", row)
 
         def backward(k: str) -> None:
             j = self._int("sub", self._int("sub", "%size", "1"), k)
-            first, at = self._int("mul", j, "%width"), self._int("add", start, j)
+            first = self._int("mul", j, "%width")
 
             def row(i: str, left: list[str]) -> list[str]:
-                known, share = self._load(loads, self._int("add", at, i)), self._int("add", first, i)
+                known, share = self._load(loads, at(self._int("add", j, i))), self._int("add", first, i)
                 taken = self._vector(f"fmul {_V} {self._load(band, share)}, {known}")
                 return [self._vector(f"fsub {_V} {left[0]}, {taken}")]
 
-            self._store(loads, at, self._carried("1", "%width", [self._load(loads, at)], row)[0])
-            self._divide(loads, at, self._load(band, first))
+            self._store(loads, at(j), self._carried("1", "%width", [self._load(loads, at(j))], row)[0])
+            self._divide(loads, at(j), self._load(band, first))
 
         self._loop("0", "%size", forward)
         self._loop("0", "%size", backward)

@@ -120,16 +120,14 @@ class SideBySide:
         if not loads.size:
             return
         groups, at = np.unique(entries // WIDTH, return_inverse=True)
-        where, cases = WIDTH * at + entries % WIDTH, loads.shape[2]
-        every = loads.flags.c_contiguous and np.array_equal(where, np.arange(len(groups) * WIDTH))
-        rows = loads if every else np.zeros((self._size, len(groups) * WIDTH, cases))
-        if not every:
-            rows[:, where] = loads
-        lanes = np.empty((len(groups), cases, self._size + self._width, WIDTH))
-        lanes[:, :, self._size :] = 0.0
-        inside, outside = lanes[:, :, : self._size], rows.reshape(self._size, -1, WIDTH, cases).transpose(1, 3, 0, 2)
-        inside[...] = outside
-        band_code.solve(self._bands, groups, lanes)
-        outside[...] = inside
-        if not every:
-            loads[...] = rows[:, where]
+        where = WIDTH * at + entries % WIDTH
+        rows = np.empty((self._size + self._width, loads.shape[2], len(groups), WIDTH))
+        rows[self._size :] = 0.0
+        lanes = rows[: self._size].reshape(self._size, loads.shape[2], -1)
+        if len(where) < lanes.shape[2]:
+            lanes[...] = 0.0
+        # a slice is copied as it lies in memory
+        lane = slice(len(where)) if np.array_equal(where, np.arange(len(where))) else where
+        lanes[:, :, lane] = loads.swapaxes(1, 2)
+        band_code.solve(self._bands, groups, rows)
+        loads[...] = lanes[:, :, lane].swapaxes(1, 2)

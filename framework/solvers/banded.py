@@ -10,6 +10,7 @@ from ..structure.topology import Index
 from .factor import Factor
 from .lu import LUFactor
 from .patterns import kept_of, rows_of
+from .rounding import surely_positive
 
 
 class BandedFactor(Factor):
@@ -51,6 +52,12 @@ class BandedFactor(Factor):
     def definite(self) -> bool:
         """Whether all pivots are positive."""
         return self.instead is None
+
+    @property
+    def surely_definite(self) -> bool:
+        """Whether pivots alone tell that it is not singular; what is left of a solution may be little all the same."""
+        least = self.factor[0].min(keepdims=True, initial=1.0) ** 2
+        return self.instead is None and bool(surely_positive(least, len(self.order)).all())
 
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""

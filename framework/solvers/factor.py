@@ -11,15 +11,12 @@ import scipy
 from ..batch import Array
 from ..lazily import cached_property
 from .patterns import filled, kept, rows_of
-from .rounding import zero_eigenvalue
+from .rounding import SUSPECT, zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
 ITERATIONS = 4
 # The same where it is to be found whatever it is, from random vectors.
 _TO_THE_LEAST = 8
-# A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
-# it may have missed the eigenvector by as much.
-SUSPECT = 1e-6
 # No more motions without resistance are sought, and eigenvalues near minus this.
 MOTIONS = 6
 _NEAR = 1e-9
@@ -67,6 +64,11 @@ class Factor(ABC):
     @abstractmethod
     def definite(self) -> bool:
         """Whether all pivots are positive."""
+
+    @property
+    def surely_definite(self) -> bool:
+        """Whether pivots alone tell that it is not singular; what is left of a solution may be little all the same."""
+        return False
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, k), NaN where a pivot is zero."""

@@ -128,9 +128,30 @@ class Links:
 
     @cached_property
     def band(self) -> Index:
-        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
+        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other.
+
+        Of the two directions it is that towards the supports, in which pivots stay large: what is eliminated first is
+        free to move with the rest.
+        """
         carrying, pairs = self.local
-        return narrow(pairs[:, 0], pairs[:, 1], len(carrying))
+        order = narrow(pairs[:, 0], pairs[:, 1], len(carrying))
+        ranks = _ranks(order)[np.searchsorted(carrying, self.supported)]
+        away = len(ranks) > 0 and 2.0 * ranks.mean() < len(order) - 1
+        return np.ascontiguousarray(order[::-1]) if away else order
+
+    @cached_property
+    def supported(self) -> Index:
+        """Nodes that carry unknowns and are supported, or joined to such as are and carry none, (n,)."""
+        held, carries = np.zeros((2, self.count), dtype=bool)
+        held[[edge.second for edge in self.connections.edges if edge.first == GROUND]] = True
+        held[[edge.first for edge in self.connections.edges if edge.second == GROUND]] = True
+        carries[self.local[0]] = True
+        fixed = held & ~carries
+        first, second = self.ends.T
+        near = held.copy()
+        near[first[fixed[second]]] = True
+        near[second[fixed[first]]] = True
+        return np.flatnonzero(near & carries)
 
     @cached_property
     def width(self) -> int:

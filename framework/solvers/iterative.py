@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..structure.topology import Index
 from .dissection import bisected
-from .factor import MOTIONS, SUSPECT, Factor
+from .factor import MOTIONS, Factor
 from .lu import LUFactor
 from .radau import least_ritz, stored
-from .rounding import zero_eigenvalue
+from .rounding import SUSPECT, zero_eigenvalue
 
 # Nodes of a rigid piece.
 PIECE = 100

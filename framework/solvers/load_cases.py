@@ -43,8 +43,18 @@ def varying(plan: Loaded) -> list[Value]:
     along += [] if frame.weight is None else [frame.weight]
     if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return []
-    given = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
-    return [*plan.imposed, *(value for value in given if mask_of(value))]
+    return [*plan.imposed, *_given(frame, grid).values()]
+
+
+def _given(frame: Description, grid: Grid) -> dict[bytes, Value]:
+    """Loads at nodes that vary, by their content: often one number acts at many nodes."""
+    values = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
+    return {_content(value): value for value in values if mask_of(value)}
+
+
+def _content(value: Value) -> bytes:
+    array = np.asarray(value)
+    return np.array(array.shape).tobytes() + array.tobytes()
 
 
 def count(plan: Loaded) -> int:
@@ -75,11 +85,11 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -> Description:
     """Loads of a frame as units of what varies, from the number `first` on, and constants as the first unit."""
     clone, ndim = copy.copy(frame), len(grid.shape)
-    one, more = np.asarray(units[0]), iter(units[first:])
+    one, unit = np.asarray(units[0]), dict(zip(_given(frame, grid), units[first:], strict=True))
 
     def load(value: Array) -> Array:
-        varies = mask_of(grid.value(value))
-        return np.asarray(next(more)) if varies else one * value.reshape(-1)[0]
+        number = grid.value(value)
+        return np.asarray(unit[_content(number)]) if mask_of(number) else one * value.reshape(-1)[0]
 
     def alone(array: Array, trailing: int) -> Array:
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)

@@ -28,7 +28,7 @@ _ROOM = 2**20
 _FINE, _STEPS = 1e-15, 12
 
 
-def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> Array:
+def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> tuple[Array, bool]:
     """A solution after as many steps of refinement as leave nothing but rounding.
 
     Parameters
@@ -42,21 +42,22 @@ def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[
 
     Returns
     -------
-    ndarray
-        The better values (n, load cases).
+    tuple
+        The better values (n, load cases), and whether steps came to an end, so that hardly an error is left.
     """
-    out = np.empty_like(values)
+    out, ended = np.empty_like(values), True
     pairs = in_pairs(values.shape[1], len(values)) and not residual.summed_finely
     step = max(1, _ROOM // max(1, len(values)))
     for start in range(0, values.shape[1], step):
         part = slice(start, start + step)
         some, left = values[:, part], residual.of(part)
         found: Refined = InPairs(left.left_by_pairs, some) if pairs else InLong(left.left, some)
-        out[:, part] = _refined(found, some, solve)
-    return out
+        out[:, part], each = _refined(found, some, solve)
+        ended &= each
+    return out, ended
 
 
-def _refined(found: Refined, values: Array, solve: Callable[[Array], Array]) -> Array:
+def _refined(found: Refined, values: Array, solve: Callable[[Array], Array]) -> tuple[Array, bool]:
     sizes = np.abs(values).max(axis=0, initial=0.0)
     going, before = sizes > 0.0, sizes
     for _ in range(_STEPS):
@@ -70,7 +71,7 @@ def _refined(found: Refined, values: Array, solve: Callable[[Array], Array]) -> 
         before = moved
         if not going.any():
             break
-    return found.rounded
+    return found.rounded, not going.any()
 
 
 def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:

@@ -29,6 +29,9 @@ from .refinement import REFINED, refined, refined_by_springs
 from .spring_residual import SpringResidual, by_springs
 from .stiffness import SparseStiffness
 
+# Unknowns up to which what has large pivots is not soft, either: the softest is a chain.
+_LONG = 2**10
+
 
 class SparseSolver:
     """One matrix, any number of load cases.
@@ -126,9 +129,18 @@ class SparseSolver:
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
+        return np.full(self.plan.frame.shape, self._singular(excited=excited))
+
+    def _singular(self, *, excited: bool) -> bool:
         where = self.excited if excited else ~self.excited
-        found = bool(where.any()) and (self.unsupported_motions(where).size > 0 or self._factor(where).singular)
-        return np.full(self.plan.frame.shape, found)
+        if not where.any() or self.unsupported_motions(where).size:
+            return bool(where.any())
+        if excited:
+            solver = self if self.units is None else self.units[0]
+            regular = solver._surely_regular is not None
+        else:
+            regular = self.matrix.direct_factor(where, self.plan.times).surely_definite
+        return not regular and self._factor(where).singular
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
@@ -147,20 +159,51 @@ class SparseSolver:
         out = np.zeros_like(self.load)
         where = self.excited
         if where.any() and not self.unsupported_motions(where).size:
-            factor = self._factor(where)
-            with timed(self.plan.times, "solution"):
-                out[where] = factor.solve(self.load[where])
-            refines = self.plan.method.name != ITERATIVE and not factor.precise
-            if refines and where.sum() <= REFINED and not factor.singular:
-                with timed(self.plan.times, "refinement"):
-                    out[where] = self._refined(where, out[where], factor)
+            known = self._surely_regular
+            out[where] = self._solved(where) if known is None else known
         return out
 
-    def _refined(self, where: NDArray[np.bool_], values: Array, factor: Factor) -> Array:
-        """Better values (n, load cases) of the unknowns `where`."""
-        if self.spring_residual is not None:
-            return refined_by_springs(self.spring_residual, values, factor.solve)
-        return refined(self.statics, self.unknown[where], values, factor.solve)
+    @cached_property
+    def _surely_regular(self) -> Array | None:
+        """The unknowns that the loads reach where pivots tell that these are determined; None where others have to.
+
+        Where it is singular to double precision all the same, as long chains are, forces are summed in extended
+        precision; if steps of refinement come to an end there are digits left.
+        """
+        where = self.excited
+        factor = self.matrix.direct_factor(where, self.plan.times)
+        if not factor.surely_definite:
+            return None
+        soft = len(factor.root) > _LONG and factor.singular
+        residual = self._fine_residual if soft else self.spring_residual
+        if residual is None:
+            return None
+        with timed(self.plan.times, "solution"):
+            found = factor.solve(self.load[where])
+        with timed(self.plan.times, "refinement"):
+            better, ended = refined_by_springs(residual, found, factor.solve)
+        return better if ended else None
+
+    @property
+    def _fine_residual(self) -> SpringResidual | None:
+        """That of `spring_residual` with forces in extended precision, however large the frame."""
+        deformations = self.matrix.telling_deformations(self.excited)
+        if deformations is None or self.matrix.unloaded.graph.transformation.imposed:
+            return None
+        found = by_springs(self.plan, deformations, self.load[self.excited])
+        return None if found is None else found.finely()
+
+    def _solved(self, where: NDArray[np.bool_]) -> Array:
+        """Values (n, load cases) of the unknowns `where`."""
+        factor = self._factor(where)
+        with timed(self.plan.times, "solution"):
+            values = factor.solve(self.load[where])
+        if self.plan.method.name == ITERATIVE or factor.precise or where.sum() > REFINED or factor.singular:
+            return values
+        with timed(self.plan.times, "refinement"):
+            if self.spring_residual is not None:
+                return refined_by_springs(self.spring_residual, values, factor.solve)[0]
+            return refined(self.statics, self.unknown[where], values, factor.solve)
 
     @cached_property
     def spring_residual(self) -> SpringResidual | None:

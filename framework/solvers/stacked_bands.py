@@ -14,10 +14,10 @@ from ..structure.topology import Index
 from .band_factors import BandFactors, OneByOne, SideBySide, in_pairs, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
-from .factor import ITERATIONS, SUSPECT, Factor, probe
+from .factor import ITERATIONS, Factor, probe
 from .lu import LUFactor
 from .patterns import filled
-from .rounding import zero_eigenvalue
+from .rounding import SUSPECT, surely_positive, zero_eigenvalue
 from .tensions import TensionFactor, affordable
 from .terms import SumPattern, TermPattern
 
@@ -155,16 +155,12 @@ class StackedFactor:
 
     @cached_property
     def growth(self) -> Array:
-        """One over the least eigenvalue, about, (m,): by pivots where these are so large that it cannot be zero.
-
-        A motion of length one that costs no energy leaves a pivot of nothing but rounding over the square of what the
-        last unknown that moves does so; where a link of n nodes turns, that is 1 / n^3.
-        """
+        """One over the least eigenvalue, about, (m,): by pivots where these are so large that it cannot be zero."""
         size = self.bands.size
         pivots = self._factors.pivots**2
         least = np.fmin.reduce(pivots, axis=1, initial=1.0)
         growth: Array = np.sqrt(size) / least
-        sure = least > zero_eigenvalue(size) * max(1.0 / SUSPECT, (size / 6.0) ** 3)
+        sure = surely_positive(least, size)
         sure[list(self.instead)] = False
         if not sure.all():
             growth[~sure] = self.probed(np.flatnonzero(~sure))

@@ -46,6 +46,7 @@ class SparseStiffness:
         self.unloaded, self.method, self.matrices = unloaded, method, Matrices(unloaded)
         self.unknown: Index = unloaded.graph.unknown
         self.factors: dict[bytes, Factor] = {}
+        self._better: dict[bytes, Factor] = {}
         self._some: dict[bytes, Deformations] = {}
 
     @cached_property
@@ -79,6 +80,19 @@ class SparseStiffness:
             self._some[key] = self.deformations.restricted(where)
         return self._some[key]
 
+    def telling_deformations(self, where: NDArray[np.bool_]) -> Deformations | None:
+        """Those by which what is singular to double precision is judged, of large frames too; None of wide ones."""
+        rows, graph = self.unloaded.graph.transformation, self.unloaded.graph
+        if not (affordable(int(where.sum()), graph.width) and are_described(self.unloaded, rows)):
+            return None
+        found = self.deformations_of(where)
+        if found is None:
+            key = where.tobytes()
+            if key not in self._some:
+                self._some[key] = Deformations(self.unloaded, rows, np.where(where, np.cumsum(where) - 1, -1))
+            found = self._some[key]
+        return found
+
     @cached_property
     def label(self) -> Index:
         """Number of the connected component of each unknown, (n,)."""
@@ -90,7 +104,24 @@ class SparseStiffness:
         return unsupported_motions(self.unloaded)
 
     def factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
-        """Factor of the stiffness of the unknowns `where` (n,), made where there is none yet.
+        """Factor of the stiffness of the unknowns `where` (n,): by tensions where it is singular to double precision.
+
+        Parameters
+        ----------
+        where
+            True for those.
+        times
+            Where to note the time that it takes.
+        """
+        found, key = self.direct_factor(where, times), where.tobytes()
+        if key not in self._better:
+            with timed(times, "factorisation"):
+                better = self._by_tensions(where) if found.singular else None
+            self._better[key] = found if better is None else better
+        return self._better[key]
+
+    def direct_factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
+        """Factor of the stiffness itself of the unknowns `where` (n,), made where there is none yet.
 
         Parameters
         ----------
@@ -102,8 +133,7 @@ class SparseStiffness:
         key = where.tobytes()
         if key not in self.factors:
             with timed(times, "assembly"):
-                stiffness = self.assembled
-            matrix = stiffness if where.all() else part(stiffness, where)
+                matrix = self._matrix(where)
             with timed(times, "factorisation"):
                 self.factors[key] = self._factorised(matrix, where)
         return self.factors[key]
@@ -112,26 +142,22 @@ class SparseStiffness:
         """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
         return partial(_direct, self.method, self.unloaded.graph, self.label, where)
 
+    def _matrix(self, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
+        return self.assembled if where.all() else part(self.assembled, where)
+
     def _factorised(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor:
         if not where.any():
             return NoFactor(matrix)
         direct = self.direct(where)
-        found = direct(matrix) if self.method != ITERATIVE else self._iterated(matrix, where, direct)
-        better = self._by_tensions(matrix, where) if found.singular else None
-        return found if better is None else better
+        return direct(matrix) if self.method != ITERATIVE else self._iterated(matrix, where, direct)
 
-    def _by_tensions(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor | None:
+    def _by_tensions(self, where: NDArray[np.bool_]) -> Factor | None:
         """What tells more than the stiffness where that is singular to double precision; None where it takes long."""
-        rows, graph = self.unloaded.graph.transformation, self.unloaded.graph
-        if not (affordable(int(where.sum()), graph.width) and are_described(self.unloaded, rows)):
-            return None
-        deformations = self.deformations_of(where)
-        if deformations is None:
-            deformations = Deformations(self.unloaded, rows, np.where(where, np.cumsum(where) - 1, -1))
-        if (deformations.springs < 0.0).any():
+        deformations, graph = self.telling_deformations(where), self.unloaded.graph
+        if deformations is None or (deformations.springs < 0.0).any():
             return None
         order = graph.order(graph.band, where)
-        return TensionFactor(matrix, deformations.by_unknowns, deformations.springs, order)
+        return TensionFactor(self._matrix(where), deformations.by_unknowns, deformations.springs, order)
 
     def _iterated(
         self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_], direct: Callable[..., Factor]

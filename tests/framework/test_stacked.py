@@ -211,6 +211,24 @@ def test_load_cases_that_are_sums_of_few(method: str) -> None:
     assert whole.nodal().shape == (4, 5, len(whole.frame.nodes), 6)
 
 
+@pytest.mark.parametrize("method", ["banded", "sparse"])
+def test_one_number_at_many_nodes_is_solved_for_once(method: str) -> None:
+    """Of a load that acts in two ways at each of many nodes there are two units, and one with what is constant."""
+    share = np.linspace(0.5, 2.0, 12)
+
+    def pushed(share: object) -> Frame:
+        frame = portal(3, 4)
+        for k in range(4):
+            frame.load(f"{k}.4", fx=100.0 * share, fz=-20.0 * share, mx=3.0)
+        return frame
+
+    whole = pushed(share).solve(method)
+    found = whole.displacement("2.3")
+    assert whole.solver.units[0].unknowns.shape[1] == 3
+    for entry in (0, 7):
+        assert_near(found[entry], pushed(share[entry]).solve(method).displacement("2.3"), 1e-13)
+
+
 # -- the pick -------------------------------------------------------------------------------------------------------
 
 
