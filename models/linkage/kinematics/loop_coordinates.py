@@ -64,12 +64,12 @@ class LoopCoordinates:
     @property
     def unknown_states(self) -> list[int]:
         """Entries of the state that the drives do not give."""
-        return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
+        return [place for place in range(self.mechanism.entries) if place not in self.driven_states]
 
     @cached_property
     def reference_state(self) -> list[float]:
         """State in the reference configuration."""
-        state = [0.0] * len(self.mechanism.state_names)
+        state = [0.0] * self.mechanism.entries
         for name, those in self.mechanism.states.items():
             if self.mechanism.linkage.joint(name).kind.name == "spherical":
                 state[those.start] = 1.0
