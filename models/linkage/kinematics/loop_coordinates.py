@@ -61,7 +61,7 @@ class LoopCoordinates:
         """True where the drives and the closing equations leave nothing free."""
         return self.linear.rank == self.columns
 
-    @property
+    @cached_property
     def unknown_states(self) -> list[int]:
         """Entries of the state that the drives do not give."""
         return [place for place in range(self.mechanism.entries) if place not in self.driven_states]
