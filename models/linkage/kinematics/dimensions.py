@@ -125,7 +125,7 @@ class Dimensions:
         self.columns += [(pair.name, component) for component in kind.coordinates]
         self.velocities[pair.name] = slice(start, len(self.columns))
         begin = self.entries
-        self.entries += 4 if kind.name == "spherical" else kind.freedom
+        self.entries += 4 if kind.name == "spherical" else len(kind.coordinates)
         self.states[pair.name] = slice(begin, self.entries)
 
     def formula_key(self) -> tuple[object, ...]:

@@ -34,7 +34,7 @@ class LoopCoordinates:
         self._driven: dict[int, int] = {}
         for name, those in mechanism.velocities.items():
             place = mechanism.states[name].start
-            if mechanism.linkage.joint(name).kind.name == "spherical":
+            if mechanism.linkage.joints[name].kind.name == "spherical":
                 if those.start in mechanism.driven:
                     self.driven_spherical.append(place)
                     self._driven[place] = order[those.start]
@@ -71,7 +71,7 @@ class LoopCoordinates:
         """State in the reference configuration."""
         state = [0.0] * self.mechanism.entries
         for name, those in self.mechanism.states.items():
-            if self.mechanism.linkage.joint(name).kind.name == "spherical":
+            if self.mechanism.linkage.joints[name].kind.name == "spherical":
                 state[those.start] = 1.0
         return state
 
