@@ -166,7 +166,8 @@ class Builder:
     def joint(self, pair: Pair, *, clearance: bool) -> None:
         """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
-        driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
+        drives = self.linkage.drives.get(pair.name, ())
+        driven = np.array([name in drives for name in COMPONENTS])
         constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
         stiffness = np.where(driven & constrained, np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
