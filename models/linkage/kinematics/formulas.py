@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from functools import cached_property
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.program.recording import Recording, Term
 from ....framework.program.source import Functions
@@ -22,6 +23,28 @@ from .terms import Scalar, Vector, combine, minus, plus, times
 # Groups of numbers that programs take: state, parameters, velocities and their time derivatives; what else is given
 # stands where velocities do.
 STATE, PARAMETERS, VELOCITIES, CHANGES, FURTHER = 0, 1, 2, 3, 2
+
+
+class ClosingEquations(NamedTuple):
+    """The closing equations of a linkage.
+
+    Attributes
+    ----------
+    rows
+        Joint and component of each.
+    acting, active
+        Rows that some coordinate, and that some unknown acts on; the others hold by construction, or not at all.
+    pattern
+        Which unknown acts on which active row, (rows, unknowns).
+    acting_places
+        Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero.
+    """
+
+    rows: list[tuple[str, str]]
+    acting: list[int]
+    active: list[int]
+    pattern: Pattern
+    acting_places: tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 class Formulas:
@@ -135,41 +158,32 @@ class Formulas:
     # -- loops ------------------------------------------------------------------------------------------------------
 
     @cached_property
-    def acting(self) -> list[int]:
-        """Rows that some coordinate acts on; the others hold by construction, or not at all."""
-        return [i for i, row in enumerate(self.jacobian) if any(map(acts, row))]
-
-    @cached_property
-    def active(self) -> list[int]:
-        """Rows that some unknown acts on; the others hold by construction, or not at all."""
-        return [i for i, row in enumerate(self.jacobian) if any(acts(row[k]) for k in self.unknown)]
-
-    @property
-    def pattern(self) -> Pattern:
-        """Which unknown acts on which active row, (rows, unknowns)."""
-        there = [acts(self.jacobian[i][k]) for i in self.active for k in self.unknown]
-        return np.array(there, dtype=bool).reshape(len(self.active), len(self.unknown))
+    def equations(self) -> ClosingEquations:
+        """The closing equations, which of them are solved, and for what."""
+        rows = range(len(self.rows))
+        acting = [i for i in rows if any(map(_acts, self.jacobian[i]))]
+        active = [i for i in rows if any(_acts(self.jacobian[i][k]) for k in self.unknown)]
+        there = [_acts(self.jacobian[i][k]) for i in active for k in self.unknown]
+        pattern = np.array(there, dtype=bool).reshape(len(active), len(self.unknown))
+        places = [(i, k) for i, row in enumerate(acting) for k, x in enumerate(self.jacobian[row]) if _acts(x)]
+        acting_rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
+        return ClosingEquations(self.rows, acting, active, pattern, (acting_rows, columns))
 
     @cached_property
     def closing(self) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
         """Active residuals, and the entries of their Jacobian by the unknowns and by the drives, row by row."""
-        rows = self.active
+        rows = self.equations.active
         return (
             [self.residual[i] for i in rows],
             [self.jacobian[i][k] for i in rows for k in self.unknown],
             [self.jacobian[i][k] for i in rows for k in self.driven],
         )
 
-    @cached_property
-    def acting_places(self) -> list[tuple[int, int]]:
-        """Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero."""
-        return [(i, k) for i, row in enumerate(self.acting) for k, x in enumerate(self.jacobian[row]) if acts(x)]
-
     @property
     def acting_closure(self) -> list[Scalar]:
-        """Residuals of the rows in `acting`, then the entries at `acting_places`."""
-        entries = [self.jacobian[self.acting[i]][k] for i, k in self.acting_places]
-        return [*(self.residual[i] for i in self.acting), *entries]
+        """Residuals of the acting rows, then the entries of their Jacobian that are not always zero."""
+        acting, places = self.equations.acting, zip(*self.equations.acting_places, strict=True)
+        return [*(self.residual[i] for i in acting), *(self.jacobian[acting[i]][k] for i, k in places)]
 
     # -- what programs make -----------------------------------------------------------------------------------------
 
@@ -193,7 +207,7 @@ class Formulas:
     @property
     def bias(self) -> list[Scalar]:
         """Second time derivative of the active rows."""
-        return [self._moving[0][i] for i in self.active]
+        return [self._moving[0][i] for i in self.equations.active]
 
     @cached_property
     def _moving(self) -> tuple[list[Scalar], dict[str, Rates]]:
@@ -206,6 +220,5 @@ class Formulas:
         return bias, rates
 
 
-def acts(entry: Scalar) -> bool:
-    """Whether an entry can differ from zero."""
+def _acts(entry: Scalar) -> bool:
     return isinstance(entry, Term) or entry != 0.0

@@ -9,7 +9,6 @@ from threading import RLock
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.cache import COMPILED, FORMULAS, alike
@@ -18,7 +17,6 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from .dimensions import Dimensions
 from .formulas import Formulas
-from .linear import Pattern
 from .terms import Scalar, Value
 
 Found = TypeVar("Found")
@@ -36,6 +34,8 @@ class Mechanism(Dimensions):
 
     Attributes
     ----------
+    rows, acting, active, pattern, acting_places
+        The closing equations, as of `ClosingEquations`.
     begun
         Nominal dimensions, loops and closed reference configuration, once they have been found. The assembly finds them
         and puts them here, so that they live as long as the mechanism.
@@ -55,6 +55,8 @@ class Mechanism(Dimensions):
         self.framed: Any = None
         self._counting: dict[str, Mechanism] = {}
         self._checked = False
+        equations = self.found("equations", lambda formulas: formulas.equations)
+        self.rows, self.acting, self.active, self.pattern, self.acting_places = equations
 
     def __getstate__(self) -> dict[str, object]:
         """What another process needs; it writes the formulas down anew."""
@@ -111,26 +113,6 @@ class Mechanism(Dimensions):
         """
         return self.found(key, lambda formulas: formulas.program(outputs(formulas)))
 
-    @property
-    def rows(self) -> list[tuple[str, str]]:
-        """Joint and component of each closing equation."""
-        return self.found("rows", lambda formulas: formulas.rows)
-
-    @property
-    def acting(self) -> list[int]:
-        """Rows that some coordinate acts on; the others hold by construction, or not at all."""
-        return self.found("acting", lambda formulas: formulas.acting)
-
-    @property
-    def active(self) -> list[int]:
-        """Rows that some unknown acts on; the others hold by construction, or not at all."""
-        return self.found("active", lambda formulas: formulas.active)
-
-    @property
-    def pattern(self) -> Pattern:
-        """Which unknown acts on which active row, (rows, unknowns)."""
-        return self.found("pattern", lambda formulas: formulas.pattern)
-
     @cached_property
     def newton(self) -> Functions:
         """(state, parameters) to active residuals, then the Jacobian of the active rows by the unknowns."""
@@ -150,13 +132,6 @@ class Mechanism(Dimensions):
     def all_entries(self) -> Functions:
         """(state, parameters) to the Jacobian of all rows by all velocity coordinates."""
         return self.program("all entries", lambda formulas: chain(*formulas.jacobian))
-
-    @property
-    def acting_places(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero."""
-        places = self.found("acting places", lambda formulas: formulas.acting_places)
-        rows, columns = np.array(places, dtype=np.intp).reshape(-1, 2).T
-        return rows, columns
 
     @cached_property
     def acting_closure(self) -> Functions:
