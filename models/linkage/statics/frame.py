@@ -116,9 +116,9 @@ class Builder:
             built = cls(motion, clearance=True)
             if alike:
                 # What is kept must not hold the linkage that it is kept for.
-                kept = mechanism.framed = copy(built)
+                mechanism.framed = kept = copy(built)
                 kept.linkage, kept.frame = mechanism.linkage, built.frame.copy()
-                kept.motion = kept.frame.made_from = None
+                mechanism.framed.motion = kept.frame.made_from = None
             return built
         return mechanism.framed._at(motion)  # type: ignore[no-any-return]
 
