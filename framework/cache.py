@@ -164,6 +164,9 @@ TERMS: Bounded[tuple[object, ...], Any] = Bounded(2**22)
 PROGRAMS: Bounded[tuple[object, ...], Any] = Bounded(2**19)
 # What programs are compiled to, by their steps; they weigh as many.
 KERNELS: Bounded[tuple[object, ...], Any] = Bounded(2**18)
+# What is made of the formulas of a linkage, by its joints and by which of its dimensions are 0 or 1; they weigh as many
+# as it has joints.
+FORMULAS: Bounded[tuple[object, ...], Any] = Bounded(2**10)
 # Matrices of members on a body, by element and chord in the axes of the body; they weigh as many as they have entries.
 STACKS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the

@@ -152,12 +152,12 @@ def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:
     """How so many steps are done for so many entries."""
     if not machine_code.available():
         why = "llvmlite (extra 'fast'), which would compile it, is not installed"
+    elif not costs.pay_compiled(steps, count):
+        why = "for so few entries compiling it would take longer"
     elif not machine_code.fused():
         why = "machine code takes a processor with fused operations for sines"
-    elif costs.pay_compiled(steps, count):
-        return NewtonChoice(True, True, "as machine code, all iterations of an entry at once")
     else:
-        why = "for so few entries compiling it would take longer"
+        return NewtonChoice(True, True, "as machine code, all iterations of an entry at once")
     if costs.pay_by_numpy(steps, count):
         return NewtonChoice(True, False, f"step by step by NumPy, {CHUNK} entries at a time; {why}")
     return NewtonChoice(False, False, f"by arrays; {why}")

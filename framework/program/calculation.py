@@ -200,14 +200,15 @@ def choose(program: Program, shape: Shape) -> Choice:
     text = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
     if not machine_code.available():
         return Choice(False, f"{text}; llvmlite (extra 'fast'), which would compile them, is not installed")
-    if not machine_code.able(program):
-        return Choice(False, f"{text}; machine code takes a processor with fused operations for sines")
     if not program.widest or shape[program.widest.bit_length() - 1] < LEAST:
         return Choice(False, f"{text}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:
         return Choice(False, f"{text}; more than {MOST} steps take too long to compile")
     if TIMES * numpy < compiling:
         return Choice(False, f"{text}; compiling them would take about {_milliseconds(compiling)}")
+    # to look at the processor loads the compiler, which takes as long as many a short batch
+    if not machine_code.able(program):
+        return Choice(False, f"{text}; machine code takes a processor with fused operations for sines")
     return Choice(
         True,
         f"{steps} steps on {size} entries as machine code, about {_milliseconds(COMPILED * size * steps)} and once "

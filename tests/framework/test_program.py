@@ -217,3 +217,15 @@ def test_choice_is_told(installed: bool, monkeypatch: pytest.MonkeyPatch) -> Non
         assert "The last reading took" not in solution.explain()
         solution.displacement("P")
         assert how in solution.explain()
+
+
+def test_short_batches_do_not_load_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither that of a formula with sines nor a large displacement of few entries looks at the processor."""
+    monkeypatch.setattr(machine_code, "available", lambda: True)
+    monkeypatch.setattr(machine_code, "fused", lambda: pytest.fail("the compiler is loaded"))
+    recording = Recording(fixed=True)
+    work = Calculation.recorded(recording, [np.sin(recording.take(np.arange(6.0)))], (6,))
+    assert not work.choice.compiled
+    np.testing.assert_array_equal(work.results()[0], np.sin(np.arange(6.0)))
+    places = four_bar((1, 6)).solve(large=True).displacement("P")
+    assert np.isfinite(places).all()

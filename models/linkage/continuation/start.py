@@ -12,7 +12,7 @@ from ..kinematics.closed_poses import Pose
 from ..kinematics.elimination import order_of
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.nearest import nearest, open_by
+from ..kinematics.nearest import nearest, open_by_one
 
 # The equations have as many independent ones as singular values above this share of the largest.
 INDEPENDENT = 1e-8
@@ -68,7 +68,8 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
     """
     loops = Loops(mechanism, None, tolerance)
     state = _closed_reference(loops, nominal)
-    rank, full = rank_at(loops, state, nominal), min(loops.rows, loops.columns)
+    jacobian = jacobian_at(loops, state, nominal)
+    rank, full = _rank(loops, jacobian), min(loops.rows, loops.columns)
     if rank < full:
         general = _general_rank(loops, state, nominal)
         if general > rank:
@@ -77,7 +78,6 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
                 "goes: give the points of another pose of the branch that is meant"
             )
         loops = Loops(mechanism, rank, tolerance)
-    jacobian = jacobian_at(loops, state, nominal)
     loops.linear.project(jacobian)
     loops.linear.order = order_of(loops.linear, jacobian)
     start = loops.close(state, nominal)
@@ -88,16 +88,16 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
 
 def _closed_reference(loops: Loops, nominal: Sequence[float]) -> list[float]:
     closed = max(CLOSED, loops.tolerance)
-    if open_by(loops, loops.reference_state, nominal)[0] < CLOSED:
+    if open_by_one(loops, loops.reference_state, nominal)[0] < CLOSED:
         return list(loops.reference_state)
     near = loops.close(list(loops.reference_state), nominal)
-    if near is not None and open_by(loops, near.state, nominal)[0] < closed:
+    if near is not None and open_by_one(loops, near.state, nominal)[0] < closed:
         return near.state
     best, error = nearest(loops, [np.array(x) for x in loops.reference_state], nominal)
     state = [float(x) for x in best]
     if not error < closed:
-        _, row = open_by(loops, state, nominal)
-        raise not_assembled(loops.mechanism.rows[int(row)][0], float(error) * loops.mechanism.size)
+        _, row = open_by_one(loops, state, nominal)
+        raise not_assembled(loops.mechanism.rows[row][0], float(error) * loops.mechanism.size)
     return state
 
 
@@ -121,13 +121,13 @@ def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]
             moved[place] = moved[place] + float(step[n + k])
         best, error = nearest(loops, [np.array(x) for x in moved], nominal, free=not loops.driven_spherical)
         if error < max(1e-10, loops.tolerance):
-            ranks.append(rank_at(loops, [float(x) for x in best], nominal))
+            ranks.append(_rank(loops, jacobian_at(loops, [float(x) for x in best], nominal)))
     return max(ranks, default=0)
 
 
-def rank_at(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> int:
-    """Rank of the closing equations in the unknowns at one state."""
-    return rank_of(jacobian_at(loops, state, parameters), max(INDEPENDENT, 10.0 * loops.tolerance))
+def _rank(loops: Loops, jacobian: Array) -> int:
+    """Rank of the closing equations in the unknowns."""
+    return rank_of(jacobian, max(INDEPENDENT, 10.0 * loops.tolerance))
 
 
 def rank_of(matrix: Array, share: float) -> int:

@@ -225,6 +225,7 @@ def _six(what: str, *components: ArrayLike) -> Array:
     given = {f"{name} of the {what}": finite(value, what) for name, value in zip(FORCES, components, strict=True)}
     known: dict[str, Shape] = {}
     for name, value in given.items():
-        joined(name, value.shape, known)
-        known[name] = value.shape
+        if value.shape:
+            joined(name, value.shape, known)
+            known[name] = value.shape
     return np.stack(np.broadcast_arrays(*given.values()), axis=-1)

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ....elements import Beam
+from ....framework.arm import crossed
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
@@ -46,7 +47,7 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
 
 def _in_line(one: Array, other: Array) -> bool:
     size = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
-    return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) <= IN_LINE * size))
+    return bool(np.all(np.linalg.norm(crossed(one, other), axis=-1) <= IN_LINE * size))
 
 
 def _in_order(

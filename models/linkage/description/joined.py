@@ -188,5 +188,5 @@ def _springs(what: str, kind: Kind, value: ArrayLike) -> Array:
     if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
     # what holds a coordinate that the joint leaves free is refused in other words, see `check_free`
-    check_ideal(what, np.where(np.isin(COMPONENTS, kind.constrained), springs, 0.0))
+    check_ideal(what, np.where([name not in kind.coordinates for name in COMPONENTS], springs, 0.0))
     return springs

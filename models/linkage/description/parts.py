@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....framework.arm import crossed
 from ....framework.batch import Array, finite, vector
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
@@ -215,7 +216,7 @@ def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> A
             )
         x = direction(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
     z, x = np.broadcast_arrays(z, x)
-    return np.stack([x, np.cross(z, x), z], axis=-1)
+    return np.stack([x, crossed(z, x), z], axis=-1)
 
 
 def kind_of(name: str) -> Kind:

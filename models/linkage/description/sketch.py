@@ -228,9 +228,10 @@ class Sketch:
         With `instead` they take the place of what was given under the same names.
         """
         known = {what: shape for what, shape in self._shapes.items() if not (instead and what in given)}
-        whole = np.broadcast_shapes(*known.values())
+        whole = np.broadcast_shapes(*known.values()) if len(known) < len(self._shapes) else self._shape
         for what, shape in given.items():
-            whole = joined(what, shape, known)
+            if shape:
+                whole = joined(what, shape, known)
             known[what] = shape
         self._shape, self._shapes = whole, known
 

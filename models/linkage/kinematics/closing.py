@@ -141,7 +141,7 @@ class Closing:
         # All that the programs depend on.
         states = loops.singles, loops.spherical, loops.driven_spherical, loops.driven_states
         columns = loops.mechanism.unknown, loops.mechanism.driven, loops.linear.pattern.tobytes()
-        self._layout = len(loops.mechanism.state_names), repr(states), repr(columns)
+        self._layout = loops.mechanism.entries, repr(states), repr(columns)
 
     @property
     def shares(self) -> list[float]:
@@ -320,7 +320,7 @@ class _Sheet:
         self.recording = Recording(fixed=True)
         self._given: list[tuple[int, int]] = []
         self._more = 0
-        self.state = self._later(0, len(mechanism.state_names))
+        self.state = self._later(0, mechanism.entries)
         self.parameters = self._later(1, len(mechanism.parameters))
         order = None if loops.linear.compact else loops.linear.order
         self.shares = self._later(2, sum(map(len, order.sizes)) if order is not None else 0)

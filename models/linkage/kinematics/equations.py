@@ -11,6 +11,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.program.source import Function, Functions
 from .elimination import Eliminated
+from .formulas import Formulas
 from .linear import Linear
 from .mechanism import Mechanism
 from .terms import Scalar, Value
@@ -41,23 +42,29 @@ class Equations:
     @cached_property
     def step(self) -> tuple[Function, Function]:
         """(state, parameters) to the step of each unknown, and for arrays the determinants of the blocks."""
-        residual, jacobian, _ = self.mechanism.closing
         if self.linear.compact:
-            return self.mechanism.program([*self.linear.solve(jacobian, residual), *self.linear.determinants(jacobian)])
+            return self.mechanism.program("step", self._step)
         return self._step_by_matrix, self._of_arrays(self.mechanism.newton, 0)
+
+    def _step(self, formulas: Formulas) -> list[Scalar]:
+        residual, jacobian, _ = formulas.closing
+        return [*self.linear.solve(jacobian, residual), *self.linear.determinants(jacobian)]
 
     @cached_property
     def pose(self) -> tuple[Function, Function]:
         """As `step`, with the velocity of each unknown per unit of each drive, drive by drive, in between."""
-        count = len(self.mechanism.driven)
-        residual, jacobian, drives = self.mechanism.closing
-        if not self.linear.compact:
-            return self._pose_by_matrix, self._of_arrays(self.mechanism.full, count)
+        if self.linear.compact:
+            return self.mechanism.program("closed pose", self._pose)
+        return self._pose_by_matrix, self._of_arrays(self.mechanism.full, len(self.mechanism.driven))
+
+    def _pose(self, formulas: Formulas) -> list[Scalar]:
+        residual, jacobian, drives = formulas.closing
         follow: list[Scalar] = []
+        count = len(formulas.driven)
         for k in range(count):
             follow += [-1.0 * x for x in self.linear.solve(jacobian, drives[k::count])]
         step = self.linear.solve(jacobian, residual)
-        return self.mechanism.program([*step, *follow, *self.linear.determinants(jacobian)])
+        return [*step, *follow, *self.linear.determinants(jacobian)]
 
     def written(self, drives: int) -> tuple[Functions, int] | None:
         """The whole of `step`, or of `pose` with so many drives, and how many pivots are told behind its results.
@@ -129,13 +136,17 @@ class Equations:
     def _eliminated(self, drives: int) -> tuple[Functions, int]:
         """The program of `step`, or of `pose` with so many drives, with the pivots behind; and their number."""
         if drives not in self._programs:
-            residual, jacobian, by_drives = self.mechanism.closing
-            rights = [residual, *([-1.0 * x for x in by_drives[k::drives]] for k in range(drives))]
-            found = Eliminated(self.linear, self.linear.order, jacobian, rights)
-            numbers = [x for solution in found.solutions for x in solution]
-            program = self.mechanism.program([*numbers, *found.determinants, *found.pivots])
-            self._programs[drives] = program, len(found.pivots)
+            pivots = self.linear.order.pivots
+            key = "eliminated", drives, tuple(map(tuple, pivots))
+            program = self.mechanism.program(key, lambda formulas: self._written(formulas, drives))
+            self._programs[drives] = program, sum(map(len, pivots))
         return self._programs[drives]
+
+    def _written(self, formulas: Formulas, drives: int) -> list[Scalar]:
+        residual, jacobian, by_drives = formulas.closing
+        rights = [residual, *([-1.0 * x for x in by_drives[k::drives]] for k in range(drives))]
+        found = Eliminated(self.linear, self.linear.order, jacobian, rights)
+        return [*(x for solution in found.solutions for x in solution), *found.determinants, *found.pivots]
 
     @cached_property
     def shares(self) -> list[float]:

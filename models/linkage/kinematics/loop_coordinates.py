@@ -34,7 +34,7 @@ class LoopCoordinates:
         self._driven: dict[int, int] = {}
         for name, those in mechanism.velocities.items():
             place = mechanism.states[name].start
-            if mechanism.linkage.joint(name).kind.name == "spherical":
+            if mechanism.linkage.joints[name].kind.name == "spherical":
                 if those.start in mechanism.driven:
                     self.driven_spherical.append(place)
                     self._driven[place] = order[those.start]
@@ -61,17 +61,17 @@ class LoopCoordinates:
         """True where the drives and the closing equations leave nothing free."""
         return self.linear.rank == self.columns
 
-    @property
+    @cached_property
     def unknown_states(self) -> list[int]:
         """Entries of the state that the drives do not give."""
-        return [place for place in range(len(self.mechanism.state_names)) if place not in self.driven_states]
+        return [place for place in range(self.mechanism.entries) if place not in self.driven_states]
 
     @cached_property
     def reference_state(self) -> list[float]:
         """State in the reference configuration."""
-        state = [0.0] * len(self.mechanism.state_names)
+        state = [0.0] * self.mechanism.entries
         for name, those in self.mechanism.states.items():
-            if self.mechanism.linkage.joint(name).kind.name == "spherical":
+            if self.mechanism.linkage.joints[name].kind.name == "spherical":
                 state[those.start] = 1.0
         return state
 

@@ -72,7 +72,7 @@ class Configurations:
     @cached_property
     def reference_state(self) -> Array:
         """State in the reference configuration, (s,)."""
-        state = np.zeros(len(self.mechanism.state_names))
+        state = np.zeros(self.mechanism.entries)
         state[[start for start, _ in self._spherical]] = 1.0
         closed = self.closed(state)
         if closed is None:

@@ -76,8 +76,9 @@ def whole_shape(motion: Kinematics) -> Shape:
                 shapes.append((f"{what} of link {name!r}", number.shape[: number.ndim - trailing]))
     known = {"the motion": motion.shape}
     for what, shape in shapes:
-        joined(what, shape, known)
-        known[what] = np.broadcast_shapes(shape, known.get(what, ()))
+        if shape:
+            joined(what, shape, known)
+            known[what] = np.broadcast_shapes(shape, known.get(what, ()))
     return np.broadcast_shapes(*known.values())
 
 

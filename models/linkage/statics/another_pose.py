@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....elements import Joint
-from ....framework.batch import Array
+from ....framework.batch import Array, rotated
 from ....framework.described.parts import Body
 from ....framework.frame import Frame
 from ..description.parts import GROUND, about_first
@@ -37,12 +37,18 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
         clone.bodies[name] = Body(_own(motion.origin(name)), axes[name])
     for name, pair in motion.linkage.joints.items():
         cross = pair.kind.name == "universal"
-        rotated = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
+        turned = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
         for own in (name, about_first(pair)) if cross else (name,):
             joint = clone.joints[own]
             assert isinstance(joint.element, Joint)
-            clone.joints[own] = type(joint)(joint.element.along(rotated), joint.first, joint.second)
-    clone.size = max(float(np.abs(clone.position(node)).max()) for node in clone.nodes)
+            clone.joints[own] = type(joint)(joint.element.along(turned), joint.first, joint.second)
+    clone.size = 0.0
+    for node in clone.nodes.values():
+        place = node.coordinates
+        if node.body is not None:
+            body = clone.bodies[node.body]
+            place = body.origin + rotated(body.axes, place)
+        clone.size = max(clone.size, float(np.abs(place).max()))
     return clone
 
 

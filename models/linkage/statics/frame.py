@@ -116,9 +116,9 @@ class Builder:
             built = cls(motion, clearance=True)
             if alike:
                 # What is kept must not hold the linkage that it is kept for.
-                mechanism.framed = built._at(motion)
-                mechanism.framed.linkage = mechanism.linkage
-                mechanism.framed.motion = mechanism.framed.frame.made_from = None
+                mechanism.framed = kept = copy(built)
+                kept.linkage, kept.frame = mechanism.linkage, built.frame.copy()
+                mechanism.framed.motion = kept.frame.made_from = None
             return built
         return mechanism.framed._at(motion)  # type: ignore[no-any-return]
 
@@ -166,12 +166,13 @@ class Builder:
     def joint(self, pair: Pair, *, clearance: bool) -> None:
         """A joint element; a drive is rigid where no stiffness was given."""
         stiffness = pair.full_stiffness
-        driven = np.isin(COMPONENTS, self.linkage.drives.get(pair.name, ()))
+        drives = self.linkage.drives.get(pair.name, ())
+        driven = np.array([name in drives for name in COMPONENTS])
         constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
         stiffness = np.where(driven & constrained, np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
-        axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+        axes = self._axes(pair)
         # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
         spins = pair.name in self.spins
         if spins and is_even(stiffness):
@@ -191,6 +192,14 @@ class Builder:
         if spins:  # springs of its own along the ball's axes
             about = Joint(np.where(np.arange(6) == ABOUT, np.inf, 0.0), self._along(*self.spins[pair.name]))
             self.frame.add(f"{pair.name}.spin", about, first, second)
+
+    def _axes(self, pair: Pair) -> Array:
+        """Axes of a joint, which move with its first link, those of a universal joint with both."""
+        if pair.kind.name == "universal":
+            return self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+        if pair.first == GROUND:
+            return np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
+        return np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
 
     def _guide(self, pair: Pair) -> str:
         """Node of a joint on its first link; on the ground it is made where the joint slides to."""

@@ -1,0 +1,205 @@
+"""The dimensions of a linkage on its tree of links: numbers, and what of them its formulas know beforehand.
+
+A number that is always 0, 1 or -1 is part of a formula. Any other is one of its parameters; equal ones are the same.
+Linkages that agree in all but the values of their parameters have the same formulas.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ....framework.batch import Array
+from ..description.linkage_description import LinkageDescription
+from ..description.parts import GROUND, Pair
+from ..description.places import place as place_of
+from .terms import Value
+from .tree import Tree, spanning_tree
+
+EPS = float(np.finfo(np.float64).eps)
+
+
+class Parameter(NamedTuple):
+    """A dimension that formulas take when they are evaluated: its place among the parameters."""
+
+    place: int
+
+
+Number = float | Parameter
+
+
+class Mount(NamedTuple):
+    """Where a joint sits on a link, along the axes of the link: its axes, None where they are these, and its point."""
+
+    axes: tuple[tuple[Number, ...], ...] | None
+    point: tuple[Number, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class ReferenceLink:
+    """Reference point of a link and its axes as columns, in the reference configuration."""
+
+    place: Array
+    reference_axes: Array
+
+
+class Dimensions:
+    """A linkage on a spanning tree, whose joints hold by construction: each link has the axes of its joint there.
+
+    Lengths are divided by `size`, a power of two.
+
+    Parameters
+    ----------
+    linkage
+        The description.
+    counted
+        A joint whose coordinates must be among the state, so that their whole turns are known; else None.
+
+    Attributes
+    ----------
+    tree
+        Its spanning tree.
+    size
+        Power of two near the greatest distance of points in the reference configuration.
+    parameters
+        Dimensions that the programs take, in units of `size`.
+    bodies
+        Its links, the ground and the twins of links.
+    mounts
+        By joint and link where the joint sits; a link has the axes and the point of the joint that carries it.
+    pitches
+        Advance of screws per radian, by joint.
+    columns
+        Joint and component of each velocity coordinate: angular velocity, in the joint's axes on its first link, for
+        a ball; rate of the coordinate otherwise.
+    states, velocities
+        Where each joint's numbers lie in the state, zero in the reference configuration (four Euler parameters for a
+        ball), and among the velocity coordinates, by joint.
+    entries
+        Number of entries of the state.
+    driven, unknown
+        Indices of the driven velocity coordinates, in the order of ``linkage.drives``, and of the others.
+    """
+
+    def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
+        self.linkage = linkage
+        self.tree: Tree = spanning_tree(linkage, counted)
+        self.size = _size(linkage)
+        self.parameters: list[Value] = []
+        self._met: dict[tuple[tuple[int, ...], bytes], Parameter] = {}
+        self._points: dict[tuple[str, str], Array] = {}
+        self._arms: dict[tuple[str, bytes], list[Value]] = {}
+        self.bodies: dict[str, ReferenceLink] = {GROUND: self._ground()}
+        self.mounts: dict[tuple[str, str], Mount] = {}
+        self.pitches: dict[str, Number] = {}
+        self.columns: list[tuple[str, str]] = []
+        self.states: dict[str, slice] = {}
+        self.velocities: dict[str, slice] = {}
+        self.entries = 0
+        for branch in self.tree.branches:
+            pair = branch.edge
+            self._mount(pair, branch.parent)
+            if pair.pitch is not None:
+                advance = pair.pitch / (2.0 * np.pi * self.size)
+                self.pitches[pair.name] = self._numbers(advance[..., None] * np.ones(3))[0]
+            self.bodies[branch.child] = ReferenceLink(self.place(branch.child, pair.point), pair.axes)
+            self._coordinates(pair)
+        for pair in self.tree.cuts:
+            self._mount(pair, pair.first)
+            self._mount(pair, pair.second)
+        self.driven = [self.columns.index((name, c)) for name, those in linkage.drives.items() for c in those]
+        self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
+
+    def _ground(self) -> ReferenceLink:
+        """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
+        if not self.tree.branches:
+            return ReferenceLink(np.zeros(3), np.eye(3))
+        pair = self.tree.branches[0].edge
+        return ReferenceLink(self.place(GROUND, pair.point), pair.axes if pair.axes.ndim == 2 else np.eye(3))
+
+    def _coordinates(self, pair: Pair) -> None:
+        kind, start = pair.kind, len(self.columns)
+        self.columns += [(pair.name, component) for component in kind.coordinates]
+        self.velocities[pair.name] = slice(start, len(self.columns))
+        begin = self.entries
+        self.entries += 4 if kind.name == "spherical" else len(kind.coordinates)
+        self.states[pair.name] = slice(begin, self.entries)
+
+    def formula_key(self) -> tuple[object, ...]:
+        """All that the formulas of the linkage depend on."""
+        linkage, tree = self.linkage, self.tree
+        return (
+            tuple(linkage.links), tuple(linkage.drives.items()),
+            tuple((each.edge.name, each.edge.kind, each.parent, each.child, each.sign) for each in tree.branches),
+            tuple((pair.name, pair.kind, pair.first, pair.second) for pair in tree.cuts), tuple(tree.twins.items()),
+            tuple(self.mounts.items()), tuple(self.pitches.items()),
+        )  # fmt: skip
+
+    def place(self, link: str, point: str) -> Array:
+        """Where a link has a point, in the reference configuration, (..., 3), with the link's true length."""
+        own = self.tree.twins.get(link, link), point
+        if own not in self._points:
+            self._points[own] = place_of(self.linkage, *own)
+        return self._points[own]
+
+    def arm(self, link: str, place: Array) -> list[Value]:
+        """Components, by `size`, of the vector from a link's reference point to a place before it moves."""
+        key = link, place.tobytes() if place.ndim == 1 else b""
+        if key in self._arms:
+            return self._arms[key]
+        arm = self._along(self.bodies[link], place)
+        components: list[Value] = [arm[..., k] if np.any(arm[..., k]) else 0.0 for k in range(3)]
+        if arm.ndim == 1:
+            components = arm.tolist()
+        if place.ndim == 1:
+            self._arms[key] = components
+        return components
+
+    @cached_property
+    def upright(self) -> bool:
+        """Whether the ground's axes are the global ones."""
+        return np.array_equal(self.bodies[GROUND].reference_axes, np.eye(3))
+
+    def _mount(self, pair: Pair, link: str) -> None:
+        body, axes = self.bodies[link], None
+        if not (pair.axes is body.reference_axes or np.array_equal(pair.axes, body.reference_axes)):
+            rotated = np.einsum("...ji,...jk->...ik", body.reference_axes, pair.axes)
+            axes = tuple(self._numbers(rotated[..., k]) for k in range(3))
+        self.mounts[pair.name, link] = Mount(axes, self._numbers(self._along(body, self.place(link, pair.point))))
+
+    def _along(self, body: ReferenceLink, place: Array) -> Array:
+        """Components (..., 3), by `size`, of the vectors from the reference point of a link to places, in its axes."""
+        axes, arm = body.reference_axes, place - body.place
+        return np.asarray(arm @ axes if axes.ndim == 2 else np.einsum("...ji,...j->...i", axes, arm)) / self.size
+
+    def _numbers(self, value: Array) -> tuple[Number, ...]:
+        """Numbers (..., 3) of the description: those that are always 0, 1 or -1 as such, others as parameters."""
+        return tuple(map(self._number, value.tolist() if value.ndim == 1 else np.moveaxis(value, -1, 0)))
+
+    def _number(self, part: float | Array) -> Number:
+        for exact in (0.0, 1.0, -1.0):
+            off = abs(part - exact) if isinstance(part, float) else float(np.abs(part - exact).max(initial=0.0))
+            if off <= self._rounding:
+                return exact
+        value = np.asarray(part)
+        key = value.shape, value.tobytes()
+        if key not in self._met:
+            self._met[key] = Parameter(len(self.parameters))
+            self.parameters.append(float(value) if value.ndim == 0 else np.ascontiguousarray(value))
+        return self._met[key]
+
+    @cached_property
+    def _rounding(self) -> float:
+        largest = max(float(np.abs(point).max(initial=0.0)) for point in self.linkage.points.values())
+        return 4.0 * EPS * max(1.0, largest / self.size)
+
+
+def _size(linkage: LinkageDescription) -> float:
+    """Power of two just above the extent of the linkage; 1 where it has none."""
+    corners = [point.reshape(-1, 3) for point in linkage.points.values()]
+    places = np.concatenate(corners) if corners else np.zeros((1, 3))
+    extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
+    return float(2.0 ** np.ceil(np.log2(extent))) if extent > 0.0 else 1.0
