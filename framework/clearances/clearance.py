@@ -28,7 +28,7 @@ from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..results.linear import LinearResults
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
-from .contact_state import ClearanceComponents, ContactState
+from .contact_state import ClearanceComponents, ContactState, sizes
 from .determinate import DeterminateContact, determinate_contact, forces_by_work, strained, told_by_work
 from .unit_offsets import Solve, against_offsets
 
@@ -96,7 +96,7 @@ class Clearances:
         radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in self.names])
         force = np.nan_to_num(self._force) if self._singular.any() else self._force
         load = _load(self._without_clearance.plan)
-        return ContactState(self._components, stiffness, members, force, radius, load, frame.size)
+        return ContactState(self._components, stiffness, members, force, radius, load, sizes(frame))
 
     def _without_rounding(self, state: ContactState) -> ContactState:
         """The same, with forces by the work of the loads in joints of which rounding may make all that they bear."""

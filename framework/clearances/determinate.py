@@ -24,7 +24,7 @@ from ..program.direct import Direct
 from ..program.recording import Recording, Term
 from ..results.linear import LinearResults
 from ..structure.parts import Row, Value, add_row, is_zero, total
-from .contact_state import UNLOADED, ClearanceComponents
+from .contact_state import UNLOADED, ClearanceComponents, sizes
 
 # Force in a component: numbers that loads are made of, and the work of a unit of each.
 Works = list[tuple[Value, Value]]
@@ -126,7 +126,7 @@ class DeterminateContact:
 
         Sizes of forces are added up, not compared, so that what is no number anywhere is none here.
         """
-        size, lengths = self.without_clearance.frame.size, self._lengths(take)
+        size, lengths = self._grid.value(sizes(self.without_clearance.frame)), self._lengths(take)
         angular = self.components.is_rotation[self.components.starts]
         arms = [1.0 / size if rotation else 1.0 for rotation in angular]
         scale = _sum((length, take(arm)) for length, arm in zip(lengths, arms, strict=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame
+from linkframe.framework import Frame, Solution
 from linkframe.framework.clearances.ball_qp import minimise_in_balls
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike
@@ -71,3 +71,24 @@ def test_the_middle_is_found_beside_members_that_are_stiffer_by_far(seed: int) -
     expected = minimize(distance, np.zeros(5), constraints=resting, tol=1e-15).x
     assert_allclose(found[:, 0], expected, rtol=0.0, atol=1e-7)
     assert_array_equal(multiplier, 0.0)
+
+
+@pytest.mark.parametrize("stiffness", [1e8, np.inf])
+def test_a_frame_is_not_judged_by_the_size_of_others(stiffness: float) -> None:
+    """A moment on the end of two links in turned axes presses nothing in the pin between them."""
+    axes = Rotation.from_rotvec((0.3, -0.8, 0.5)).as_matrix()
+
+    def under_moment(length: ArrayLike) -> Solution:
+        size, frame = np.asarray(length)[..., None], Frame()
+        for name, (x, y) in {"A": (0.0, 0.0), "B": (1.0, 0.0), "C": (1.0, 0.0), "D": (1.5, 0.4)}.items():
+            frame.node(name, size * (x * axes[:, 0] + y * axes[:, 1]))
+        frame.add("AB", BAR, "A", "B")
+        frame.add("CD", BAR, "C", "D")
+        frame.add("pin", Joint((stiffness,) * 3 + (1e5,) * 3, clearance=1e-4), "B", "C")
+        frame.fix("A")
+        frame.load("D", mx=1.0, my=0.3, mz=-0.7)
+        return frame.solve()
+
+    whole = under_moment([0.01, 1.0, 1000.0]).contact("pin").state
+    assert_array_equal(whole[:2], "free")
+    assert_array_equal(whole, [under_moment(length).contact("pin").state for length in (0.01, 1.0, 1000.0)])
