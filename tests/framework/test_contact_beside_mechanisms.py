@@ -150,8 +150,7 @@ def test_unit_offsets_at_poses_that_are_singular_by_rounding_go_together(monkeyp
     whole = in_line(np.array([0.0, 180.0])[:, None], np.arange(MANY)).solve()
     found = whole.displacement("P"), whole.joint_force("B"), whole.contact("B").offset
     assert max(looked_at, default=0) == 0
-    for pose, degrees in enumerate((0.0, 180.0)):
-        alone = in_line(degrees, 7).solve()
-        expected = alone.displacement("P"), alone.joint_force("B"), alone.contact("B").offset
-        for one, all_of_them in zip(expected, found, strict=True):
-            assert_allclose(all_of_them[pose, 7], one, rtol=0.0, atol=1e-9 * np.nan_to_num(np.abs(one)).max())
+    alone = in_line(180.0, 7).solve()
+    expected = alone.displacement("P"), alone.joint_force("B"), alone.contact("B").offset
+    for one, all_of_them in zip(expected, found, strict=True):
+        assert_allclose(all_of_them[1, 7], one, rtol=0.0, atol=1e-9 * np.nan_to_num(np.abs(one)).max())
