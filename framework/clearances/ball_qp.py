@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
-from .middle import in_the_middle
+from .middle import SOFT, in_the_middle
 
 # Entries handled at a time: the matrices of this many fit the cache.
 CHUNK = 2048
@@ -202,13 +202,18 @@ def _near(quadratic: Quadratic) -> tuple[Array, Array]:
 
 
 def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
-    """Whether S + λ is positive definite, but for components that nothing acts on, so that there is one minimum."""
-    matrix = quadratic.stiffness.copy()
-    for i, ball in enumerate(quadratic.groups.own):
+    """Whether S + λ is positive definite, but for components that nothing acts on, so that there is one minimum.
+
+    What the members' stiffness tells to be soft leaves a choice where no sphere is touched.
+    """
+    matrix, own = quadratic.stiffness.copy(), quadratic.groups.own
+    for i, ball in enumerate(own):
         matrix[i, i] += multiplier[ball]
-    diagonal = [matrix[k, k].copy() for k in range(len(matrix))]
+    diagonal = np.stack([matrix[k, k] for k in range(len(matrix))])
+    untouched = (multiplier[own] == 0.0) & (diagonal > 0.0)
+    least = np.maximum(np.where(untouched, SOFT * quadratic.members, 0.0), _DETERMINED * diagonal)
     factor = _factorised(matrix)
-    return np.asarray(np.logical_and.reduce([_DETERMINED * d * factor[k, k] <= 1.0 for k, d in enumerate(diagonal)]))
+    return np.asarray(np.logical_and.reduce([each * factor[k, k] <= 1.0 for k, each in enumerate(least)]))
 
 
 # -- what is left -----------------------------------------------------------------------------------------------------
@@ -247,7 +252,9 @@ def _of_many(quadratic: Quadratic, x: Array, multiplier: Array, inside: Array) -
     off, before = (
         np.abs(quadratic.left(at) - by[own] * at).max(axis=0) for at, by in ((middle, pressed), (x, multiplier))
     )
-    taken = (middle != x).any(axis=0) & (off <= np.maximum(before, _BALANCED + 16.0 * _ROUNDING * quadratic.largest))
+    # S is known to the rounding of the members' stiffness, and so are the motions that it does not resist
+    rounding = 16.0 * _ROUNDING * np.maximum(quadratic.largest, quadratic.members.max(axis=0))
+    taken = (middle != x).any(axis=0) & (off <= np.maximum(before, _BALANCED + rounding))
     return np.where(taken, middle, x), np.where(taken, pressed, multiplier)
 
 

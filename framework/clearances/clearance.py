@@ -28,9 +28,12 @@ from ..dofs import DISPLACEMENTS
 from ..results.linear import LinearResults
 from ..structure.parts import collapsed
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
-from .contact_state import ClearanceComponents, ContactState
-from .determinate import DeterminateContact, determinate_contact
+from .contact_state import ClearanceComponents, ContactState, sizes
+from .determinate import DeterminateContact, determinate_contact, forces_by_work, strained, told_by_work
 from .unit_offsets import Solve, against_offsets
+
+# A force in a joint below this share of the largest load or joint force may be the rounding of what members bear.
+_DOUBTFUL = 1e-6
 
 
 def joints_with_clearance(frame: Description) -> list[str]:
@@ -85,20 +88,35 @@ class Clearances:
     @cached_property
     def contact_state(self) -> ContactState:
         """Where the journals are in contact."""
-        return self._state(self._resistance.stiffness, self._resistance.members)
+        state = self._state(self._resistance.stiffness, self._resistance.members)
+        return state if self.determinate is not None else self._without_rounding(state)
 
     def _state(self, stiffness: Array, members: Array) -> ContactState:
         frame = self.frame
         radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in self.names])
         force = np.nan_to_num(self._force) if self._singular.any() else self._force
         load = _load(self._without_clearance.plan)
-        return ContactState(self._components, stiffness, members, force, radius, load, frame.size)
+        return ContactState(self._components, stiffness, members, force, radius, load, sizes(frame))
+
+    def _without_rounding(self, state: ContactState) -> ContactState:
+        """The same, with forces by the work of the loads in joints of which rounding may make all that they bear."""
+        motions, resisted = self._resistance.motions, state.stiffness.any(axis=0)
+        if motions is None or resisted.all():
+            return state
+        size = state.components.length(state.found)
+        doubtful = (size > 0.0) & ((size <= _DOUBTFUL * state.scale) | ~state.load.any(axis=0))
+        some = doubtful[state.components.own] & ~resisted
+        if not some.any() or not told_by_work(state.components, self._without_clearance, motions):
+            return state
+        if not resisted.any() and strained(motions):
+            return state
+        return replace(state, found=np.where(some, forces_by_work(self._without_clearance, motions), state.found))
 
     @cached_property
     def _force(self) -> Array:
         """Forces without clearance by component, (n, ...); NaN at mechanisms."""
         if self.determinate is not None:
-            forces = self.determinate.forces()
+            forces = forces_by_work(self._without_clearance, self.determinate.motions)
             forces[:, self.lost] = np.nan
             return forces
         # entries that are mechanisms have no contact, which their state tells

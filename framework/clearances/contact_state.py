@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, aligned
+from ..description import Description
 from .ball_qp import minimise_in_balls
 from .contact import CLOSED, FREE, OPEN, UNRESOLVED
 from .middle import free_motions
@@ -82,7 +84,7 @@ class ContactState:
     load
         Largest force and largest moment on a node, (2, ...).
     length_scale
-        Length by which moments compare with forces.
+        Length by which moments compare with forces, see `sizes`.
     """
 
     components: ClearanceComponents
@@ -91,7 +93,7 @@ class ContactState:
     found: Array
     radius: Array
     load: Array
-    length_scale: float
+    length_scale: Array
 
     @cached_property
     def scale(self) -> Array:
@@ -102,9 +104,10 @@ class ContactState:
             for load, which in zip(self.load, (~is_rotation, is_rotation), strict=True)
         )
         # without a size there are no arms, by which one would make the other
+        arm = self.length_scale
         both = (
-            np.maximum(force, moment / self.length_scale if self.length_scale else 0.0),
-            np.maximum(moment, force * self.length_scale),
+            np.maximum(force, np.where(arm > 0.0, moment, 0.0) / _or_one(arm)),
+            np.maximum(moment, force * arm),
         )
         scale: Array = np.stack(both)[is_rotation[self.components.starts].astype(np.int64)]
         return scale
@@ -197,6 +200,14 @@ class ContactState:
             np.stack([(part[own == j] > _STILL).any(axis=0) for j in range(len(self.components.names))])
             & without_contact
         )
+
+
+def sizes(frame: Description) -> Array:
+    """Largest coordinate of a node, (...): that of each entry, so that none is judged by what others are like."""
+    if math.prod(frame.shape) == 1:
+        return np.asarray(frame.size)
+    each = (np.abs(frame.position(node)).max(axis=-1) for node in frame.nodes)
+    return aligned(reduce(np.maximum, each), len(frame.shape))
 
 
 def _or_one(values: Array) -> Array:

@@ -24,7 +24,10 @@ from ..program.direct import Direct
 from ..program.recording import Recording, Term
 from ..results.linear import LinearResults
 from ..structure.parts import Row, Value, add_row, is_zero, total
-from .contact_state import UNLOADED, ClearanceComponents
+from .contact_state import UNLOADED, ClearanceComponents, sizes
+
+# Force in a component: numbers that loads are made of, and the work of a unit of each.
+Works = list[tuple[Value, Value]]
 
 # Up to so many chunks are done at once, without writing down what is done; machine code does so many at a time.
 _FEW, _LONGER = 2, 16
@@ -95,33 +98,11 @@ class DeterminateContact:
         self._compute(summed, places)
         return out if self._pressed else None
 
-    def forces(self) -> Array:
-        """Forces without clearance, (n, ...)."""
-        out = np.zeros((len(self._works), *self._grid.shape))
-        for k, work in enumerate(self._works):
-            for value, factor in work:
-                out[k, ...] += np.asarray(value * factor, dtype=np.float64)
-        return out
-
     # -- written down -----------------------------------------------------------------------------------------------
 
     @cached_property
-    def _works(self) -> list[list[tuple[Value, Value]]]:
-        """The force in each component as a sum of products: loads, and the work of a unit of each."""
-        plan, motions = self.without_clearance.plan, self.motions
-        dofs = list(plan.forces)
-        rows = [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs]
-        moved = _stacked(motions, rows)
-        out: list[list[tuple[Value, Value]]] = []
-        for u in moved:
-            works: dict[int, Value] = {}
-            for k, dof in enumerate(dofs):
-                if not u[..., k].any():
-                    continue
-                for source, parts in plan.forces[dof].items():
-                    works[source] = works.get(source, 0.0) + total(parts)[1] * self._value(u[..., k])
-            out.append([(plan.rhs_parameters.values[source], work) for source, work in works.items()])
-        return out
+    def _works(self) -> list[Works]:
+        return virtual_works(self.without_clearance, self.motions)
 
     def _forces(self, take: Callable[[Value], Any]) -> list[Any]:
         return [_sum((take(value), take(factor)) for value, factor in work) for work in self._works]
@@ -145,7 +126,7 @@ class DeterminateContact:
 
         Sizes of forces are added up, not compared, so that what is no number anywhere is none here.
         """
-        size, lengths = self.without_clearance.frame.size, self._lengths(take)
+        size, lengths = self._grid.value(sizes(self.without_clearance.frame)), self._lengths(take)
         angular = self.components.is_rotation[self.components.starts]
         arms = [1.0 / size if rotation else 1.0 for rotation in angular]
         scale = _sum((length, take(arm)) for length, arm in zip(lengths, arms, strict=True))
@@ -218,6 +199,48 @@ class DeterminateContact:
         return self._grid.value(aligned(array, len(self._grid.shape)))
 
 
+def virtual_works(without_clearance: LinearResults, motions: LinearResults) -> list[Works]:
+    """Each force in a component that no stiffness resists as a sum of products: loads, and the work of a unit of each.
+
+    Displacements and offsets that are imposed do no work, as such a unit offset strains nothing.
+    """
+    plan = without_clearance.plan
+    dofs = list(plan.forces)
+    moved = _stacked(motions, [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs])
+    out: list[Works] = []
+    for u in moved:
+        works: dict[int, Value] = {}
+        for k, dof in enumerate(dofs):
+            if not u[..., k].any():
+                continue
+            for source, parts in plan.forces[dof].items():
+                value = plan.grid.value(aligned(u[..., k], len(plan.grid.shape)))
+                works[source] = works.get(source, 0.0) + total(parts)[1] * value
+        out.append([(plan.rhs_parameters.values[source], work) for source, work in works.items()])
+    return out
+
+
+def told_by_work(components: ClearanceComponents, without_clearance: LinearResults, motions: LinearResults) -> bool:
+    """Whether `motions` move the nodes that loads act on as they are numbered there, and no screw makes them turn."""
+    frame = without_clearance.frame
+    screws = np.any([frame.joints[j].element.pitch for j in components.names])
+    return bool(frame.size) and not screws and without_clearance.plan.topology.number == motions.plan.topology.number
+
+
+def forces_by_work(without_clearance: LinearResults, motions: LinearResults) -> Array:
+    """Forces without clearance in components that no stiffness resists, (n, ...), to the rounding of the loads.
+
+    Forces of ideal joints are what members leave unbalanced, with the rounding of stiffness times displacement, which
+    may be far more than that of the loads: a joint that bears none would be told to bear one.
+    """
+    works = virtual_works(without_clearance, motions)
+    out = np.zeros((len(works), *without_clearance.frame.shape))
+    for k, work in enumerate(works):
+        for value, factor in work:
+            out[k, ...] += np.asarray(value * factor, dtype=np.float64)
+    return out
+
+
 def determinate_contact(
     components: ClearanceComponents, radius: Sequence[Array], without_clearance: LinearResults, motions: LinearResults
 ) -> DeterminateContact | None:
@@ -234,21 +257,21 @@ def determinate_contact(
         None where offsets reach what loads do not, or several parts of the frame, where they strain a spring or their
         motions vary over much of a long batch, for one entry, and for frames that are not solved by broadcasting.
     """
-    frame, solvers = without_clearance.frame, (without_clearance.solver, motions.solver)
-    if not frame.size or np.any([frame.joints[j].element.pitch for j in components.names]):
-        return None
+    solvers = without_clearance.solver, motions.solver
     if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
         return None
     loaded, moved = without_clearance.plan, motions.plan
     count, whole = moved.grid.sizes[-1], loaded.grid.sizes[-1]
-    if whole < 2 or (count > _SMALL and _SHARE * count > whole) or loaded.topology.number != moved.topology.number:
+    if whole < 2 or (count > _SMALL and _SHARE * count > whole):
         return None
-    if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1 or _strained(motions):
+    if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1:
+        return None
+    if not told_by_work(components, without_clearance, motions) or strained(motions):
         return None
     return DeterminateContact(components, radius, without_clearance, motions)
 
 
-def _strained(motions: LinearResults) -> bool:
+def strained(motions: LinearResults) -> bool:
     """Whether a unit offset in a joint deforms a spring, so that its motion depends on how stiff that is."""
     tree, size = motions.plan.tree, motions.frame.size
     edges = [(branch.edge, [tree.joint_row(branch, k) for k in range(6)]) for branch in tree.branches]

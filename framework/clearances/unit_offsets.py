@@ -17,7 +17,7 @@ from ..errors import FrameError
 from ..joint_protocol import JointElement
 from ..results.linear import LinearResults
 from ..structure.parts import total
-from .contact_state import ClearanceComponents
+from .contact_state import ClearanceComponents, sizes
 
 Solve = Callable[[Description], LinearResults]
 # Tells which components bear a force at which entries, (n, ...).
@@ -205,8 +205,9 @@ def _largest_motions(motions: LinearResults, components: ClearanceComponents) ->
         return np.ones(shape)
     moved = np.abs(motions.nodal())
     length, angle = moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2))
-    arms = np.where(is_rotation, 1.0 / frame.size, 1.0).reshape(-1, *(1,) * (len(shape) - 1))
-    out: Array = np.maximum(1.0, arms * np.maximum(length, angle * frame.size))
+    size = sizes(frame)
+    arms = np.where(is_rotation.reshape(-1, *(1,) * (len(shape) - 1)), 1.0 / size, 1.0)
+    out: Array = np.maximum(1.0, arms * np.maximum(length, angle * size))
     return out
 
 

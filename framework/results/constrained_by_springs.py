@@ -136,11 +136,18 @@ class _SharedMotions:
         sizes = np.abs(moved).astype(np.float64)
         sizes[..., :3] += np.max(sizes[..., 3:], axis=-1, keepdims=True) * frames.extent[:, None, None]
         none: list[Real | None] = [None] * len(kinematics.links)
-        spread = kinematics.sizes(kinematics.coordinates(frames.unknowns, self.motions, none)).astype(np.float64)
+        coordinates = kinematics.coordinates(frames.unknowns, self.motions, none)
+        spread, deformed = (
+            kinematics.sizes(coordinates).astype(np.float64),
+            frames.deformation_sizes(coordinates, sizes),
+        )
         noise = _products(spread[:, own], uncertain + fine * most)
         strained = np.einsum("rgn,nge->rge", np.abs(self.motions).astype(np.float64), frames.sizes)
         noise += fine * np.einsum("rme,me->rm", strained[:, own], sizes_within)
-        least = GIVEN * _products(sizes[:, own], most) + COMPUTED * noise
+        # places that are rounded leave the motion a share of what is borne
+        could = _products(sizes[:, own], most)
+        could += np.einsum("rme,me->rm", deformed.astype(np.float64)[:, own], np.abs(forces_within))
+        least = GIVEN * could + COMPUTED * noise
         return np.asarray((work <= _SURE * least).all(axis=0))
 
     def _loads(self, index: tuple[Index, ...]) -> tuple[Real, Array]:
@@ -156,8 +163,11 @@ class _SharedMotions:
         frames = self.frames
         first, like = distinct(index, matrix_shape(self.statics))
         stiffness = np.broadcast_to(stiffness_at(self.statics, first), (len(first[0]), frames.columns.shape[-2]))
-        deformed = np.einsum("men,mn->me", frames.double[own], values)
-        sizes = np.einsum("nme,mn->me", frames.sizes[:, own], np.abs(values))
+        deformed, sizes = np.empty((2, len(own), frames.columns.shape[-2]))
+        for geometry in range(frames.count):  # one product for all entries of each
+            mine = own == geometry
+            deformed[mine] = values[mine] @ frames.double[geometry].T
+            sizes[mine] = np.abs(values[mine]) @ frames.sizes[:, geometry]
         if units := imposed_components(self.statics):
             amounts, (by_unit, size) = imposed_at(self.statics, index, units), frames.by_imposed(units)
             deformed += np.einsum("ume,um->me", by_unit[:, own], amounts)

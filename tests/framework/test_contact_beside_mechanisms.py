@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution, SolutionState
-from linkframe.framework.results import consistent_mechanisms
+from linkframe.framework.error_bounds.equilibrium import Statics
+from linkframe.framework.results import consistent_mechanisms, constrained_batch
+from linkframe.framework.results.constrained import ConstrainedSolution
 from linkframe.models import FourBar
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike
@@ -126,3 +130,27 @@ def test_a_joint_without_force_at_some_entries_alone() -> None:
         assert_allclose(found.offset[:, sample], expected.offset[:, 0], rtol=0.0, atol=1e-12)
         assert_allclose(whole.displacement("P")[:, sample], alone.displacement("P")[:, 0], rtol=0.0, atol=1e-12)
     assert whole.contact("stop").state[0, 1] == "closed"
+
+
+def test_unit_offsets_at_poses_that_are_singular_by_rounding_go_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At half a turn the sine of the angle is 1e-16, by which a joint that is opened works on the free motion."""
+    looked_at: list[int] = []
+
+    def small(statics: Statics, suspects: np.ndarray, unknowns: list[int]) -> Iterator[ConstrainedSolution]:
+        looked_at.append(int(suspects.sum()))
+        return constrained_batch.small(statics, suspects, unknowns)
+
+    def in_line(degrees: ArrayLike, sample: ArrayLike) -> Frame:
+        """Loaded in line where the links are so: there the load does no work."""
+        frame = four_bar(degrees, STIFFNESS[sample], CLEARANCE[sample], 0.0)
+        frame.load("P", fx=80.0)
+        return frame
+
+    monkeypatch.setattr(consistent_mechanisms, "small", small)
+    whole = in_line(np.array([0.0, 180.0])[:, None], np.arange(MANY)).solve()
+    found = whole.displacement("P"), whole.joint_force("B"), whole.contact("B").offset
+    assert max(looked_at, default=0) == 0
+    alone = in_line(180.0, 7).solve()
+    expected = alone.displacement("P"), alone.joint_force("B"), alone.contact("B").offset
+    for one, all_of_them in zip(expected, found, strict=True):
+        assert_allclose(all_of_them[1, 7], one, rtol=0.0, atol=1e-9 * np.nan_to_num(np.abs(one)).max())
