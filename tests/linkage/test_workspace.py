@@ -52,6 +52,21 @@ def test_drives_of_an_arm_and_its_condition_number() -> None:
     assert np.isnan(space.condition()[~space.reached]).all()
 
 
+def test_a_held_orientation_beyond_a_hole_and_beside_singular_places() -> None:
+    """Bars of 2 and 1 with a driven wrist: its pin goes wherever the bars reach, from 1 to 3 away, stretched at 3."""
+    linkage = Linkage(A=(0, 0), B=(2, 0), W=(2, 1), P=(2.5, 1))
+    for link, on in (("upper", "AB"), ("lower", "BW"), ("tool", "WP")):
+        linkage.link(link, *on)
+    for pin, first, second in (("A", "ground", "upper"), ("B", "upper", "lower"), ("W", "lower", "tool")):
+        linkage.revolute(pin, first, second, drive=True)
+    line = np.linspace(-3.0, 3.0, 5)
+    space = linkage.workspace("P", x=line + 0.5, y=line)
+    away = np.hypot(*np.meshgrid(line, line))
+    assert space.reached[(away > 1.01) & (away < 2.99)].all()
+    assert not space.reached[(away < 0.99) | (away > 3.01)].any()
+    assert_allclose(space.motion.axes("tool"), np.broadcast_to(np.eye(3), (*space.motion.shape, 3, 3)), atol=1e-10)
+
+
 @pytest.mark.parametrize("unit", [1.0, 1000.0])
 def test_a_drive_that_turns_beside_one_that_slides(unit: float) -> None:
     """A polar robot: J^T J = diag(r^2, 1), the same in metres and in millimetres."""

@@ -20,8 +20,9 @@ from ..poses.coordinates import coordinate_of
 Bools = NDArray[np.bool_]
 # A place is reached within this share of the linkage's size.
 REACHED = 1e-11
-# Newton steps, and by how much each has to come nearer.
-STEPS, NEARER = 8, 0.7
+# Newton steps, by how much each has to come nearer, and how far drives go at most in one, in radians or sizes of the
+# linkage: from a singular pose, where the point cannot go, a step has no bound.
+STEPS, NEARER, LONGEST = 8, 0.7, np.pi
 # Singular values below this share of the greatest are none.
 NONE = 1e-9
 
@@ -143,7 +144,7 @@ class InverseKinematics:
             near = far <= REACHED
             reached[left[near]] = True
             step = self._step(motion, places[left])
-            on = ~near & (far < NEARER * before) & np.isfinite(step).all(axis=-1)
+            on = ~near & (far < NEARER * before) & (np.abs(step / self.units) < LONGEST).all(axis=-1)
             if not on.any():
                 break
             left, before = left[on], far[on]
@@ -171,7 +172,7 @@ class InverseKinematics:
         off = (places - motion.position(self.point, self.link)) / self.size
         if self.holds_orientation:
             axes = motion.axes(self.link)
-            turned = np.stack([axes[:, k - 1, k - 2] - axes[:, k - 2, k - 1] for k in range(3)], axis=-1)
+            turned = np.stack([axes[:, k - 2, k - 1] - axes[:, k - 1, k - 2] for k in range(3)], axis=-1)
             off = np.concatenate([off, 0.5 * turned], axis=-1)
         matrix = self.jacobian(motion)[..., : self.rows, :]
         good: Bools = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1))
