@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ def test_rotation_along_a_taper_to_a_thousandth(thin: float | list[float]) -> No
         for at, rotation in zip(stations, row, strict=True):
             breaks = np.minimum([0.0, 0.1, 0.4], at)
             turned = 0.0
-            for begin, end in zip(breaks[:-1], breaks[1:], strict=True):
+            for begin, end in pairwise(breaks.tolist()):
                 s = begin + (end - begin) * (points + 1.0) / 2.0
                 beyond, lever = 0.4 - np.maximum(s, 0.1), (0.4 + np.maximum(s, 0.1)) / 2.0 - s
                 moment = -5.0 * beyond * lever
