@@ -11,16 +11,12 @@ import numpy as np
 
 from ..batch import Array
 from ..errors import FrameError
-from ..protocol import LineElement
 from ..shape_rules import gauss
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
 from ..structure.topology import Group, Index, Topology
 
 # Share of the length by which a station is at an end.
 _AT = 1e-9
-# Points of integration are even if the first is no closer to its end than so many times what Gauss's rule has it; of
-# others every so many divide a piece.
-_EVEN, _APART = 0.3, 8
 
 
 def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
@@ -182,7 +178,7 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
         for some in together(len(points), out.size):
             places = a + (b - a) * points[some].reshape(-1, *(1,) * b.ndim)
             # one axis for the stations and the points of the rule between them: an element knows only stations
-            s = places.reshape(-1, *places.shape[2:])
+            s = places.reshape(-1, *b.shape[1:])
             strain = element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
             free = element.free_strain(s / length)
             strain = strain if free is None else strain + free
@@ -194,7 +190,7 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
 
 
 def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
-    """Distances from the start at which a load begins or ends or a steep taper is divided, in order, and the end.
+    """Distances from the start at which a load begins or ends, in order, and the end of the piece.
 
     Of pieces with line or point loads, one at a time.
     """
@@ -204,22 +200,7 @@ def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
     for load in topology.frame.member_loads.get(piece.member, []):
         span = getattr(load, "span", (getattr(load, "at", 0.0),))
         marks += list(span) if span is not None else []
-    places = [np.clip(mark - start, 0.0, length) for mark in sorted(set(marks))]
-    steep = _steep_parts(group.of(at), length)
-    return [*(np.sort(np.broadcast_arrays(*places, *steep), axis=0) if steep else places), length]
-
-
-def _steep_parts(element: LineElement, length: Array) -> list[Array]:
-    """Distances from the start that divide pieces whose points of integration lie far closer to one end.
-
-    There the strains grow by powers of ten, which no rule with even points integrates over the whole.
-    """
-    fractions = np.sort(element.integration_points[0], axis=0)
-    nearest = min(fractions[0].min(), 1.0 - fractions[-1].max())
-    if nearest > _EVEN * gauss(len(fractions))[0][0]:
-        return []
-    fractions = fractions[(slice(None), *(None,) * (length.ndim + 1 - fractions.ndim))]
-    return [length * fractions[k] for k in range(_APART, len(fractions), _APART)]
+    return [np.clip(mark - start, 0.0, length) for mark in sorted(set(marks))] + [length]
 
 
 def _carried(strain: Array, ahead: Array) -> Array:

@@ -78,3 +78,21 @@ def test_rotation_along_a_taper_to_a_thousandth(thin: float | list[float]) -> No
                 size = THICK * (1.0 + (ratio - 1.0) * s / LENGTH)
                 turned += (end - begin) / 2.0 * np.sum(weights * moment / (STEEL.E * np.pi / 64.0 * size**4))
             np.testing.assert_allclose(rotation, turned, rtol=1e-5)
+
+
+def test_a_line_load_on_a_taper_to_a_thousandth_is_within_the_bound() -> None:
+    """The end's rotation, integrated by the logarithm of the diameter, in which it is smooth."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=1e-3 * THICK)), "A", "B")
+    frame.fix("A")
+    frame.line_load("AB", fy=-5.0)
+    solution = frame.solve()
+    points, weights = np.polynomial.legendre.leggauss(64)
+    size, growth = np.exp(np.log(1e-3) * (points + 1.0) / 2.0), np.log(1e3)
+    rest = LENGTH * (size - 1e-3) / 0.999
+    bent = -5.0 * rest**2 / 2.0 / (STEEL.E * np.pi / 64.0 * (THICK * size) ** 4)
+    exact = np.sum(weights / 2.0 * bent * size * growth * LENGTH / 0.999)
+    bound = solution.error_bound("B")[5]
+    assert abs(solution.displacement("B")[5] - exact) <= bound + 1e-12 * abs(exact)
