@@ -28,9 +28,9 @@ class Spring(LineElement):
     The part across is the geometric stiffness of a string (Przemieniecki, *Theory of Matrix Structural Analysis*,
     1968, ch. 15). S itself is in equilibrium with the loads at rest: it is not applied to the nodes.
 
-    A force that is `applied` is one of the loads instead: the frame is loaded with it at both nodes, and is linear
-    about its shape without loads, ``across`` being zero. That the force turns with the line counts where forces on
-    the displaced shape do: in buckling, in how far linear results hold, and in large displacement.
+    A force that is `applied` is one of the loads instead: give it to both nodes by `Frame.load`, the spring does not.
+    The frame is linear about its shape without loads, ``across`` being zero. That the force turns with the line counts
+    where forces on the displaced shape do: in buckling, in how far linear results hold, and in large displacement.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Spring(LineElement):
     force : array_like
         Force at rest, (...), tension positive.
     applied : bool
-        Whether the frame is loaded with the force.
+        Whether the loads of the frame hold the force.
 
     Raises
     ------

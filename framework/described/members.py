@@ -151,9 +151,9 @@ class DescribedMembers(DescribedNodes):
         """
         names = self.members_on(on, "add_form")
         lengths = {name: self.length(name) for name in names}
-        ndim = max(length.ndim for length in lengths.values())
-        stacked = np.stack(np.broadcast_arrays(*(aligned(length, ndim) for length in lengths.values())))
         values = {name: finite(value, f"add_form: parameter {name}") for name, value in parameters.items()}
+        ndim = max(each.ndim for each in (*lengths.values(), *values.values()))
+        stacked = np.stack(np.broadcast_arrays(*(aligned(length, ndim) for length in lengths.values())))
         widened = self._widened({f"parameter {name} of a form": value.shape for name, value in values.items()})
         added = AddedForm.of(form, into, stacked, values, intorder)
         apart = added.placed and added.strains

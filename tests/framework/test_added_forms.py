@@ -350,3 +350,23 @@ def test_forms_stay_on_a_member_that_is_changed() -> None:
     with pytest.raises(FrameError):
         changed.change("B", (0.0, 0.0, 0.0))
     assert changed.members["AB"] is before
+
+
+def test_a_batch_of_a_form_that_varies_along_several_members() -> None:
+    """Members have no batch of their own, so that theirs is not taken for that of the parameters."""
+    growing = skfem.BilinearForm(lambda u, v, w: w.k * (1.0 + w.x[0]) * u[1] * v[1])
+
+    def sunk(k: ArrayLike) -> Array:
+        frame = Frame()
+        for name, x in {"A": 0.0, "B": 1.0, "C": 3.0}.items():
+            frame.node(name, (x, 0.0, 0.0))
+        rod = Beam(Circle(diameter=0.05), STEEL)
+        frame.add("AB", rod, "A", "B")
+        frame.add("BC", rod, "B", "C")
+        frame.fix("A")
+        frame.add_form(growing, on=("AB", "BC"), k=k)
+        frame.load("C", fy=-100.0)
+        return frame.solve().displacement("C")
+
+    batch = np.array([1e4, 2e4, 5e4])
+    assert_allclose(sunk(batch), [sunk(k) for k in batch], rtol=1e-12)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
+from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.framework import Frame
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
@@ -51,3 +52,47 @@ def test_masses_of_many_points_are_found_together(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(Beam, "section_inertia", counted)
     cantilever().solve().displacement_along("AB", np.linspace(0.0, LENGTH, 11))
     assert 0 < len(calls) < 20
+
+
+@pytest.mark.parametrize("thin", [1e-3, [1e-3, 0.5]])
+def test_rotation_along_a_taper_to_a_thousandth(thin: float | list[float]) -> None:
+    """Towards its thin end the flexibility grows by 10^12, in another entry hardly at all."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    thinnest = THICK * np.asarray(thin)
+    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=thinnest)), "A", "B")
+    frame.fix("A")
+    frame.line_load("AB", fy=-5.0, span=(0.1, 0.4))
+    stations = np.array([0.2, 0.45, 0.499])
+    found = frame.solve().displacement_along("AB", stations)[..., 5].reshape(-1, 3)
+    points, weights = np.polynomial.legendre.leggauss(64)
+    for ratio, row in zip(np.ravel(thinnest / THICK), found, strict=True):
+        for at, rotation in zip(stations, row, strict=True):
+            breaks = np.minimum([0.0, 0.1, 0.4], at)
+            turned = 0.0
+            for begin, end in pairwise(breaks.tolist()):
+                s = begin + (end - begin) * (points + 1.0) / 2.0
+                beyond, lever = 0.4 - np.maximum(s, 0.1), (0.4 + np.maximum(s, 0.1)) / 2.0 - s
+                moment = -5.0 * beyond * lever
+                size = THICK * (1.0 + (ratio - 1.0) * s / LENGTH)
+                turned += (end - begin) / 2.0 * np.sum(weights * moment / (STEEL.E * np.pi / 64.0 * size**4))
+            np.testing.assert_allclose(rotation, turned, rtol=1e-5)
+
+
+def test_a_line_load_on_a_taper_to_a_thousandth_is_within_the_bound() -> None:
+    """The end's rotation, integrated by the logarithm of the diameter, in which it is smooth."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=1e-3 * THICK)), "A", "B")
+    frame.fix("A")
+    frame.line_load("AB", fy=-5.0)
+    solution = frame.solve()
+    points, weights = np.polynomial.legendre.leggauss(64)
+    size, growth = np.exp(np.log(1e-3) * (points + 1.0) / 2.0), np.log(1e3)
+    rest = LENGTH * (size - 1e-3) / 0.999
+    bent = -5.0 * rest**2 / 2.0 / (STEEL.E * np.pi / 64.0 * (THICK * size) ** 4)
+    exact = np.sum(weights / 2.0 * bent * size * growth * LENGTH / 0.999)
+    bound = solution.error_bound("B")[5]
+    assert abs(solution.displacement("B")[5] - exact) <= bound + 1e-12 * abs(exact)
