@@ -12,6 +12,7 @@ from ..framework.errors import FrameError
 from .distributions import Distribution
 
 Array = NDArray[np.float64]
+Function = Callable[[Array], Array]
 
 # Normal scores whose probability is still above zero.
 FARTHEST = 37.5
@@ -38,12 +39,13 @@ def quantiles(distribution: Distribution, probabilities: Array) -> Array:
     known = _location_scale(distribution)
     if known is None:
         return np.asarray(distribution.ppf(probabilities), dtype=np.float64)
-    standard, location, scale = known
+    standard, _, location, scale = known
     return standard(probabilities) * scale + location
 
 
-def _location_scale(distribution: Any) -> tuple[Callable[[Array], Array], float, float] | None:
-    """Quantiles of SciPy's standard normal, lognormal or uniform distribution, its location and scale; else None."""
+def _location_scale(distribution: Any) -> tuple[Function, Function, float, float] | None:
+    """SciPy's standard normal, lognormal or uniform distribution by probability and by normal score, its location and
+    scale; else None."""
     kind = type(getattr(distribution, "dist", None))
     name = kind.__name__.removesuffix("_gen")
     if kind.__module__ != "scipy.stats._continuous_distns" or name not in ("norm", "lognorm", "uniform"):
@@ -52,14 +54,14 @@ def _location_scale(distribution: Any) -> tuple[Callable[[Array], Array], float,
     given = {"loc": 0.0, "scale": 1.0} | dict(zip(names, distribution.args, strict=False)) | distribution.kwds
     if any(np.ndim(value) for value in given.values()) or not min(given["scale"], given.get("s", 1.0)) > 0.0:
         return None
-    from scipy.special import ndtri
+    from scipy.special import ndtr, ndtri
 
-    standard: dict[str, Callable[[Array], Array]] = {
-        "norm": ndtri,
-        "lognorm": lambda q: np.exp(given["s"] * ndtri(q)),
-        "uniform": lambda q: q,
+    standard: dict[str, tuple[Function, Function]] = {
+        "norm": (ndtri, lambda score: score),
+        "lognorm": (lambda q: np.exp(given["s"] * ndtri(q)), lambda score: np.exp(given["s"] * score)),
+        "uniform": (lambda q: q, ndtr),
     }
-    return standard[name], given["loc"], given["scale"]
+    return *standard[name], given["loc"], given["scale"]
 
 
 def log_density(name: str, distribution: Distribution, x: Array) -> Array:
@@ -83,12 +85,17 @@ def probability(name: str, distribution: Distribution, x: Array) -> Array:
 def at_scores(distribution: Distribution, scores: Array) -> Array:
     """Values of an input whose standard normal score is `scores`, (...), exact in both tails where it has `isf`.
 
-    Scores beyond those that have a probability count as the last that has one, so that no input is infinite.
+    SciPy's normal, lognormal and uniform distributions by their closed forms. Scores beyond those that have a
+    probability count as the last that has one, so that no input is infinite.
     """
     from scipy.special import ndtr
 
     found: Any = distribution
     scores = np.clip(scores, -FARTHEST, FARTHEST)
+    known = _location_scale(distribution)
+    if known is not None:
+        _, standard, location, scale = known
+        return standard(scores) * scale + location
     below = np.asarray(found.ppf(ndtr(np.minimum(scores, 0.0 if hasattr(found, "isf") else np.inf))), dtype=np.float64)
     if not hasattr(found, "isf"):
         return below

@@ -21,6 +21,10 @@ settings.register_profile("linkframe", deadline=None, derandomize=True, print_bl
 settings.load_profile("linkframe")
 
 
+# Garbage is sought seldom: of what a test leaves, nearly all goes without.
+gc.set_threshold(5000, 20, 20)
+
+
 def spare_what_is_there() -> None:
     """Let garbage be sought among what is made from now on: what is loaded and kept by now, nearly all of it, stays."""
     gc.collect()

@@ -6,6 +6,8 @@ import ast
 from collections import defaultdict
 from pathlib import Path
 
+from reference.statements import statements
+
 TOP = Path(__file__).parents[1]
 
 
@@ -14,7 +16,7 @@ def test_no_class_name_stands_twice() -> None:
     for folder in ("framework", "elements", "models"):
         for path in sorted((TOP / folder).rglob("*.py")):
             text = path.read_text(encoding="utf-8")
-            for node in ast.walk(ast.parse(text)) if "class " in text else ():
+            for node in statements(text) if "class " in text else ():
                 if isinstance(node, ast.ClassDef):
                     found[node.name].append(f"{path.relative_to(TOP)}:{node.lineno}")
     assert len(found) > 100

@@ -10,6 +10,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
+from reference.statements import statements
 
 TOP = Path(__file__).parents[1]
 WITHOUT_CIRCLES = ("framework", "elements", "models")
@@ -86,7 +87,7 @@ def modules(top: Path, *folders: str) -> dict[str, Path]:
 def imports(here: tuple[str, ...], text: str) -> list[tuple[str, ...]]:
     """What a file in a folder imports, each as a module of that name or, where there is none, the one that holds it."""
     found: list[tuple[str, ...]] = []
-    for node in ast.walk(ast.parse(text)):
+    for node in statements(text):
         if isinstance(node, ast.Import):
             found += [(alias.name.removeprefix("linkframe.").replace(".", "/"),) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):

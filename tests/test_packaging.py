@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
+from reference.statements import statements
 
 TOP = Path(__file__).parents[1]
 FOLDERS = ("framework", "elements", "models")
@@ -84,7 +85,7 @@ def test_import_loads_no_more_than_it_must(module: str, unwanted: set[str]) -> N
 @pytest.mark.parametrize(("lower", "higher"), [("framework", {"elements", "models"}), ("elements", {"models"})])
 def test_imports_point_down(lower: str, higher: set[str]) -> None:
     for module in (TOP / lower).rglob("*.py"):
-        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8"))):
+        for node in statements(module.read_text(encoding="utf-8")):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import | ast.ImportFrom) else []
             source = f"{node.module or ''}." if isinstance(node, ast.ImportFrom) else ""
             parts = {part for name in names for part in f"{source}{name}".split(".")}

@@ -200,16 +200,16 @@ def lattice(side: int, support: bool = True) -> Frame:
 @pytest.mark.parametrize("method", WAYS)
 def test_an_idle_bar_on_a_lattice(method: str) -> None:
     """The lattice moves as without it, in every way of solving; a force on the bar makes it a mechanism."""
-    frame = lattice(4)
-    frame.load("(3, 3, 3)", fx=1e3, mz=5.0)
-    expected = frame.solve(method).displacement("(3, 3, 3)")
-    frame.node("pivot", (3.0, 3.0, 3.0))
-    frame.node("tip", (3.5, 3.7, 3.9))
-    frame.add("hinge", Joint(stiffness=HINGE), "(3, 3, 3)", "pivot")
+    frame = lattice(3)
+    frame.load("(2, 2, 2)", fx=1e3, mz=5.0)
+    expected = frame.solve(method).displacement("(2, 2, 2)")
+    frame.node("pivot", (2.0, 2.0, 2.0))
+    frame.node("tip", (2.5, 2.7, 2.9))
+    frame.add("hinge", Joint(stiffness=HINGE), "(2, 2, 2)", "pivot")
     frame.add("bar", BAR, "pivot", "tip")
     solution = frame.solve(method)
     assert solution.status == "statically consistent mechanism"
-    assert_allclose(solution.displacement("(3, 3, 3)"), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+    assert_allclose(solution.displacement("(2, 2, 2)"), expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
     found = silently(lambda: solution.displacement("tip"))
     assert_allclose(np.isnan(found), [True, True, False, False, False, True])
     assert_allclose(solution.end_forces("bar"), 0.0, atol=1e-7)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -65,63 +66,81 @@ def test_of_forces_in_closed_form() -> None:
     assert_allclose(hinge.joints["hinge"], 0.0, atol=1e-12)
 
 
+Made = Callable[[int], Structure]
+
+
+@cache
+def solved(make: Made, seed: int) -> Solution:
+    """A random structure as it is."""
+    return as_frame(make(seed)).solve()
+
+
+@cache
+def changed(make: Made, seed: int) -> dict[tuple[str, int], tuple[float, Solution, Solution]]:
+    """The same with one input more and less by a step, of which each kind of result is read."""
+    structure = make(seed)
+    node, joint, member = (next(iter(of)) for of in (structure.loads, structure.joints, structure.members))
+    support = list(structure.supports)[-1]
+
+    def loaded(k: int, step: float) -> Structure:
+        load = list(structure.loads[node])
+        load[k] += step
+        return replace(structure, loads={**structure.loads, node: tuple(load)})
+
+    def softer(k: int, step: float) -> Structure:
+        springs = list(structure.joints[joint].stiffness)
+        springs[k] *= 1.0 + step
+        other = replace(structure.joints[joint], stiffness=tuple(springs))
+        return replace(structure, joints={**structure.joints, joint: other})
+
+    def stiffer(_: int, step: float) -> Structure:
+        one = structure.members[member]
+        other = replace(one, E=one.E * (1.0 + step), G=one.G * (1.0 + step))
+        return replace(structure, members={**structure.members, member: other})
+
+    def settled(k: int, step: float) -> Structure:
+        values = {**structure.supports[support], COMPONENTS[k]: step}
+        return replace(structure, supports={**structure.supports, support: values})
+
+    finite = [k for k, stiffness in enumerate(structure.joints[joint].stiffness) if 0.0 < stiffness < np.inf]
+    changes = [(loaded, k, 1.0) for k in range(6)] + [(softer, k, 1e-3) for k in finite]
+    changes += [(stiffer, 0, 1e-3), *((settled, k, 1e-3) for k in range(6))]
+    return {
+        (change.__name__, k): (step, *(as_frame(change(k, sign * step)).solve() for sign in (1.0, -1.0)))
+        for change, k, step in changes
+    }
+
+
 @pytest.mark.parametrize(
     ("make", "seed", "index"),
     [(random_frame, 3, 1), (random_linkage, 3, 1), (random_screws, 7, 5)],
 )
 @pytest.mark.parametrize("kind", READ)
-def test_finite_differences(make: Callable[[int], Structure], seed: int, index: int, kind: str) -> None:
+def test_finite_differences(make: Made, seed: int, index: int, kind: str) -> None:
     """By central differences of the inputs, to 1e-6 of the result."""
     structure = make(seed)
     name = {"displacement": list(structure.loads)[-1], "reaction": next(iter(structure.supports))}.get(
         kind, next(iter(structure.joints))
     )
     component = (LOADS if kind in ("reaction", "joint_force") else COMPONENTS)[index]
-    found = as_frame(structure).solve().sensitivity(name, component, kind)
-    value = abs(READ[kind](as_frame(structure).solve(), name)[index])
+    found = solved(make, seed).sensitivity(name, component, kind)
+    value = abs(READ[kind](solved(make, seed), name)[index])
 
-    def difference(change: Callable[[float], Structure], step: float) -> float:
-        up, down = (READ[kind](as_frame(change(s)).solve(), name)[index] for s in (step, -step))
+    def difference(change: str, k: int = 0) -> float:
+        step, *both = changed(make, seed)[change, k]
+        up, down = (READ[kind](solution, name)[index] for solution in both)
         return float((up - down) / (2 * step))
 
-    node = next(iter(structure.loads))
+    node, joint, member = (next(iter(of)) for of in (structure.loads, structure.joints, structure.members))
     for k in range(6):
-
-        def loaded(step: float, k: int = k) -> Structure:
-            load = list(structure.loads[node])
-            load[k] += step
-            return replace(structure, loads={**structure.loads, node: tuple(load)})
-
-        assert_allclose(found.loads[node][k], difference(loaded, 1.0), atol=1e-8 * value, rtol=1e-6)
-    joint = next(iter(structure.joints))
+        assert_allclose(found.loads[node][k], difference("loaded", k), atol=1e-8 * value, rtol=1e-6)
     for k, stiffness in enumerate(structure.joints[joint].stiffness):
         if 0.0 < stiffness < np.inf:
-
-            def softer(step: float, k: int = k) -> Structure:
-                springs = list(structure.joints[joint].stiffness)
-                springs[k] *= 1.0 + step
-                return replace(
-                    structure,
-                    joints={**structure.joints, joint: replace(structure.joints[joint], stiffness=tuple(springs))},
-                )
-
-            assert_allclose(found.joints[joint][k] * stiffness, difference(softer, 1e-3), atol=1e-6 * value)
-    member = next(iter(structure.members))
-
-    def stiffer(step: float) -> Structure:
-        one = structure.members[member]
-        other = replace(one, E=one.E * (1.0 + step), G=one.G * (1.0 + step))
-        return replace(structure, members={**structure.members, member: other})
-
-    assert_allclose(found.members[member].sum(), difference(stiffer, 1e-3), atol=1e-6 * value)
+            assert_allclose(found.joints[joint][k] * stiffness, difference("softer", k), atol=1e-6 * value)
+    assert_allclose(found.members[member].sum(), difference("stiffer"), atol=1e-6 * value)
     support = list(structure.supports)[-1]
-    for k, held in enumerate(COMPONENTS):
-
-        def settled(step: float, held: str = held) -> Structure:
-            values = {**structure.supports[support], held: step}
-            return replace(structure, supports={**structure.supports, support: values})
-
-        expected = difference(settled, 1e-3)
+    for k in range(6):
+        expected = difference("settled", k)
         assert_allclose(found.supports[support][k], expected, atol=1e-6 * max(value, abs(expected)))
 
 

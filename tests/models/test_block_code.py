@@ -11,11 +11,25 @@ from linkframe.models import propagate
 from linkframe.models.moments import SUMS, Moments
 from linkframe.models.propagation import block_code, blocks
 from linkframe.models.propagation.blocks import BlockStatistics
-from linkframe.models.quantiles import quantiles
+from linkframe.models.quantiles import at_scores, quantiles
 from linkframe.models.sampling import BLOCK
 from scipy import stats
+from scipy.special import ndtr
 
 NUMBERS = ("least", "greatest", "n", *SUMS)
+DISTRIBUTIONS = [
+    stats.norm(3.0, 0.2),
+    stats.norm(loc=1e-3, scale=7.0),
+    stats.lognorm(0.05, scale=1e8),
+    stats.lognorm(s=0.3, loc=2.0),
+    stats.uniform(2.0, 3.0),
+    stats.uniform(),
+    stats.expon(scale=2.0),
+    stats.truncnorm(-1.0, 2.0),
+    stats.norm(2.0, -1.0),
+    stats.lognorm(-0.1),
+    stats.norm([1.0], [2.0]),
+]
 
 
 def by_numpy(rows):
@@ -69,26 +83,19 @@ def test_propagation_has_the_same_bits_with_and_without_machine_code(compiled, p
     np.testing.assert_array_equal(one.envelope, other.envelope)
 
 
-@pytest.mark.parametrize(
-    "distribution",
-    [
-        stats.norm(3.0, 0.2),
-        stats.norm(loc=1e-3, scale=7.0),
-        stats.lognorm(0.05, scale=1e8),
-        stats.lognorm(s=0.3, loc=2.0),
-        stats.uniform(2.0, 3.0),
-        stats.uniform(),
-        stats.expon(scale=2.0),
-        stats.truncnorm(-1.0, 2.0),
-        stats.norm(2.0, -1.0),
-        stats.lognorm(-0.1),
-        stats.norm([1.0], [2.0]),
-    ],
-    ids=lambda d: f"{d.dist.name} {d.args} {d.kwds}",
-)
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS, ids=lambda d: f"{d.dist.name} {d.args} {d.kwds}")
 def test_quantiles_have_the_bits_of_scipy(distribution):
     at = np.concatenate([[2.0**-60, 0.5, 1.0 - 2.0**-53], np.random.default_rng(5).random(1000)])
     np.testing.assert_array_equal(quantiles(distribution, at), distribution.ppf(at))
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS, ids=lambda d: f"{d.dist.name} {d.args} {d.kwds}")
+def test_values_at_normal_scores_are_scipys_quantiles_in_both_tails(distribution):
+    scores = np.linspace(-9.0, 9.0, 37)
+    below, above = distribution.ppf(ndtr(-np.abs(scores))), distribution.isf(ndtr(-np.abs(scores)))
+    np.testing.assert_allclose(at_scores(distribution, scores), np.where(scores > 0.0, above, below), rtol=1e-12)
+    far = at_scores(distribution, np.array([-50.0, -37.5, 37.5, 50.0]))
+    np.testing.assert_array_equal(far[[0, 3]], far[[1, 2]])
 
 
 def test_threads_do_not_write_into_each_others_memory():

@@ -65,11 +65,11 @@ class SparseSteps:
         self.regular = below + 1 == self.count and equations > 0
         if not self.regular:
             return
-        order = scipy.sparse.coo_matrix(
+        # Its pattern is examined once; its numbers are put in place by place.
+        self._matrix = scipy.sparse.coo_matrix(
             (np.arange(1.0, len(rows) + 1.0), (rows, columns)), (self.count, self.count)
         ).tocsc()
-        self._take = order.data.astype(np.intp) - 1
-        self._pattern = order.indices, order.indptr
+        self._take = self._matrix.data.astype(np.intp) - 1
         pattern = np.zeros((self.count, self.count), dtype=bool)
         pattern[self.rows, self.columns] = True
         pattern[range(equations, self.count), [*self.locked, drive]] = True
@@ -108,9 +108,9 @@ class SparseSteps:
     def _factors(self, entries: Array, tangent: Array) -> Any:
         from scipy.sparse.linalg import splu
 
-        values = np.concatenate([entries, np.ones(len(self.locked)), tangent])[self._take]
+        self._matrix.data = np.concatenate([entries, np.ones(len(self.locked)), tangent])[self._take]
         try:
-            return splu(scipy.sparse.csc_matrix((values, *self._pattern), (self.count, self.count)))
+            return splu(self._matrix)
         except RuntimeError:
             return None
 
