@@ -9,11 +9,12 @@ import numpy as np
 
 from ..batch import Array, aligned
 from ..batched.plan import Plan
-from ..structure.assembly import nodal_loads
+from ..structure.assembly import component_loads, mass_loads
 from ..structure.connections import TreeEdge
 from ..structure.edge import ABOUT, ALONG, Edge
 from ..structure.group import Group
 from ..structure.parts import Row, Value, add_row, combine, product
+from ..structure.tree import entries
 from .member_field import end_loads
 
 # Values of combinations of unknowns and right-hand-side parameters.
@@ -99,8 +100,7 @@ class ForceNumbers:
         return list(np.moveaxis(array, -1, 0))
 
     def _matrix(self, axes: Array) -> Matrix:
-        flat = [self._take(value) for value in self.grid.components(axes, 2)]
-        return [flat[0:3], flat[3:6], flat[6:9]]
+        return [[self._take(value) for value in row] for row in entries(self.grid, axes) or ()]
 
     # -- joints and supports ----------------------------------------------------------------------------------------
 
@@ -202,8 +202,8 @@ class ForceNumbers:
             group, position = self._place(piece)
             back = _transposed(self._matrix(group.local_axes[position]))
             total = _sum(total, _rotated(back, self.ends(piece)[6 * side : 6 * side + 6]))
-        for load in self._loads.get(node, []):
-            total = [a - b for a, b in zip(total, load, strict=True)]
+        for k, load in self._loads.get(node, []):
+            total[k] = total[k] - load
         closing = self._closing_forces if closed else self._closing_springs
         for edge, _ in self.tree.closing:
             if node in (edge.first, edge.second):
@@ -213,10 +213,13 @@ class ForceNumbers:
         return total
 
     @cached_property
-    def _loads(self) -> dict[int, list[list[Value]]]:
-        loads: dict[int, list[list[Value]]] = {}
-        for node, vector in nodal_loads(self.topology):
-            loads.setdefault(node, []).append([self._take(value) for value in self.grid.components(vector)])
+    def _loads(self) -> dict[int, list[tuple[int, Value]]]:
+        """By node, components and numbers of its loads."""
+        loads: dict[int, list[tuple[int, Value]]] = {}
+        for node, k, value in component_loads(self.topology):
+            loads.setdefault(node, []).append((k, self._take(self.grid.value(value))))
+        for node, vector in mass_loads(self.topology):
+            loads.setdefault(node, []).extend(enumerate(map(self._take, self.grid.components(vector))))
         return loads
 
     @cached_property
