@@ -129,7 +129,7 @@ class Recovery(AlongMembers):
     def reaction(self, node: str) -> Array:
         """Force of the ground on a node, global, (..., 6)."""
         edge = self._edge("support", node)
-        (found,) = self.together([lambda numbers: [-x for x in numbers.of_edge(edge)]])
+        (found,) = self.together([lambda numbers: [0.0 - x for x in numbers.of_edge(edge)]])
         return found + self._excess[edge] if edge in self._excess else found
 
     def _edge(self, kind: str, name: str) -> Edge:
@@ -180,7 +180,7 @@ class Recovery(AlongMembers):
             if kind == "end_forces":
                 return (numbers.member_ends(member) for member in frame.members)
             if kind == "reactions":
-                return ([-x for x in numbers.of_edge(self._edge("support", node))] for node in frame.supports)
+                return ([0.0 - x for x in numbers.of_edge(self._edge("support", node))] for node in frame.supports)
             if kind == "joint_displacements":
                 return (numbers.values(self.joint_rows(joint)) for joint in frame.joints)
             return (numbers.of_edge(self._edge("joint", joint)) for joint in frame.joints)
