@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .matrices import FrameMatrices
     from .paraview.vtu import read_names
     from .protocol import LineElement, PointElement
+    from .results.base import AllResults
     from .results.buckling import Buckling
     from .results.modes import Modes
     from .results.singular import FreeMotion
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from .view import movie, picture
 
 __all__ = [
+    "AllResults",
     "Buckling",
     "Contact",
     "EquilibriumPath",
@@ -52,6 +54,7 @@ __all__ = [
 
 # Elements need the protocol alone: a frame, and the solvers with it, are imported where they are first asked for.
 _LATER = {
+    "AllResults": ".results.base",
     "Buckling": ".results.buckling",
     "Contact": ".clearances.contact",
     "EquilibriumPath": ".large.path",

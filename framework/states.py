@@ -76,5 +76,7 @@ def among(states: States, *some: State) -> NDArray[np.bool_]:
 
 
 def words(states: States, kind: type[State]) -> NDArray[np.str_]:
-    """The texts of states, (...)."""
+    """The texts of states, (...): one in memory where all are the same, as most often."""
+    if states.size and states.min() == (most := states.max()):
+        return np.broadcast_to(np.array(kind(most).text), states.shape)
     return np.asarray(np.array([state.text for state in kind])[states])

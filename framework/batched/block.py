@@ -166,6 +166,15 @@ class BlockFactor:
                 return self.shared.values(rows)
             return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
 
+    def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
+        """What writes down `values`; None where more than the last joint-relative unknowns is left to the chunks."""
+        if not any(self.large):
+            return lambda rows: [recording.take(value) for value in self.shared.values(rows)]
+        if not self._only_trailing:
+            return None
+        numbers = self._unknowns(recording) or self._rest.recorded(recording).numbers
+        return lambda rows: recording.products([self.shared.carried(row) for row in rows], numbers)
+
     def pivot_ratio(self) -> Array:
         """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
         return np.broadcast_to(self.least(), self.block.grid.shape)
@@ -221,12 +230,11 @@ class BlockFactor:
         asked = [self.shared.carried(row) for row in rows]
         keep = self._numbers is None and (self._again or self.chunks == 1)
         watched: list[Value] = []
-        if self._numbers is None:
+        numbers = self._unknowns(recording)
+        if not numbers:
             recorded = rest.recorded(recording)
             numbers = recorded.numbers
             watched = [recorded.pivot_ratio] if recorded.pivot_ratio is not None and self._least is None else []
-        else:
-            numbers = {k: recording.take(value) for k, value in self._numbers.items()}
         results = recording.products(asked, numbers)
         unknowns = [numbers[k] for k in rest.pivots] if keep else []
         found = [*results, *watched, *unknowns]
@@ -240,6 +248,10 @@ class BlockFactor:
         if rows:  # whether something is singular may be asked before anything else
             self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
         return found[: len(rows)]
+
+    def _unknowns(self, recording: Arithmetic) -> dict[int, Value]:
+        """The trailing unknowns and the right-hand-side parameters where they were kept; nothing where not."""
+        return {k: recording.take(value) for k, value in (self._numbers or {}).items()}
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Results by the whole way once more, for the terms that are large; what is kept of it is taken up."""

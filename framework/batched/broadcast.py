@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..clock import timed
 from ..lazily import cached_property
+from ..program.recording import Recording
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, sums
 from .block import BlockFactor
@@ -66,6 +67,41 @@ class BroadcastSolver:
         plan = self.plan
         if plan.entry is not None:
             return plan.entry.values(rows)
+        split, terms = self._split(rows)
+        factors = {name: self.factor(name) for name in split}
+        with timed(plan.times, "solution"):
+            for name, parts in split.items():
+                # What several components have a part in is a sum.
+                alone = [bool(places) and len(terms[k]) + sum(k in each for each in split.values()) == 1 for k in parts]
+                mine = [places[k] if single else None for k, single in zip(parts, alone, strict=True)]
+                for index, value in zip(parts, factors[name].values(list(parts.values()), mine), strict=True):
+                    terms[index].append((1.0, value))
+            return sums(terms)
+
+    def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
+        """What writes down `values`; None where the whole matrix varies over the batch, or there is one entry."""
+        if self.plan.entry is not None:
+            return None
+        blocks = {}
+        for name in self.plan.excited:
+            block = self.factor(name).written(recording)
+            if block is None:
+                return None
+            blocks[name] = block
+
+        def values(rows: Sequence[Row]) -> list[Value]:
+            split, given = self._split(rows)
+            terms = [[(recording.take(a), recording.take(b)) for a, b in each] for each in given]
+            for name, parts in split.items():
+                for index, value in zip(parts, blocks[name](list(parts.values())), strict=True):
+                    terms[index].append((1.0, value))
+            return sums(terms)
+
+        return values
+
+    def _split(self, rows: Sequence[Row]) -> tuple[dict[int, dict[int, Row]], list[list[tuple[Value, Value]]]]:
+        """By component, its part of each of the rows; and factors and right-hand-side parameters of each."""
+        plan = self.plan
         condensed = plan.condensed
         if condensed.chains:
             of_nodes = plan.tree.rows
@@ -77,17 +113,8 @@ class BroadcastSolver:
                 name = component[k] if k >= 0 else None
                 if name is not None and name in excited:
                     split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
-        factors = {name: self.factor(name) for name in split}
         rhs_parameters = plan.rhs_parameters.values
-        terms = [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
-        with timed(plan.times, "solution"):
-            for name, parts in split.items():
-                # What several components have a part in is a sum.
-                alone = [bool(places) and len(terms[k]) + sum(k in each for each in split.values()) == 1 for k in parts]
-                mine = [places[k] if single else None for k, single in zip(parts, alone, strict=True)]
-                for index, value in zip(parts, factors[name].values(list(parts.values()), mine), strict=True):
-                    terms[index].append((1.0, value))
-            return sums(terms)
+        return split, [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
 
     def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.

@@ -317,6 +317,14 @@ class NamedResults(FrameStates):
         apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
         return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
+    def _all_of(self, *kinds: str) -> list[Array]:
+        one = self.determinate is None and self.plan.entry is None and self.solver.parts < 2
+        if one and isinstance(self.solver, BroadcastSolver) and self.consistent_mechanisms is None:
+            found = self._recovery.all_of(kinds)
+            if found is not None:
+                return [self._masked(array) for array in found]
+        return super()._all_of(*kinds)
+
     def _displacement(self, node: str) -> Array:
         if self.determinate is not None and (found := self.determinate.displacement(node)) is not None:
             return found

@@ -246,16 +246,13 @@ def workers() -> int:
 
 def _addresses(arrays: Sequence[Array], lead: Shape) -> machine_code.Addresses:
     """Where each array begins, for each of the `lead` batch entries in turn, (rows, arrays)."""
-    offsets: dict[tuple[int, ...], machine_code.Addresses] = {}
-    strides = [tuple(s if n > 1 else 0 for s, n in _lead(array, len(lead))) for array in arrays]
-    for each in set(strides):
-        found = np.zeros(lead, dtype=np.int64)
-        for axis, stride in enumerate(each):
-            found += stride * np.arange(lead[axis]).reshape(-1, *(1,) * (len(lead) - 1 - axis))
-        offsets[each] = found.reshape(-1)
-    base = np.array([array.ctypes.data for array in arrays], dtype=np.int64)
-    table: machine_code.Addresses = np.stack([offsets[each] for each in strides], axis=-1) + base
-    return table
+    strides = [[s if n > 1 else 0 for s, n in _lead(array, len(lead))] for array in arrays]
+    base = np.array([array.__array_interface__["data"][0] for array in arrays], dtype=np.int64)
+    table = np.empty((*lead, len(arrays)), dtype=np.int64)
+    table[...] = base
+    for axis, steps in enumerate(np.array(strides, dtype=np.int64).T):
+        table += np.arange(lead[axis]).reshape(-1, *(1,) * (len(lead) - axis)) * steps
+    return table.reshape(-1, len(arrays))
 
 
 def _lead(array: Array, count: int) -> Iterator[tuple[int, int]]:

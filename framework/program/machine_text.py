@@ -56,18 +56,22 @@ class Text:
         self.label = "entries"
         self._reduced: set[int] = set()
         self._places: set[int] = set()
+        # what is the same all along a row is copied beside each other: in the loop it is read from the cache
+        self._values = [k for k in read if k not in program.tables]
+        same = [k for k, varies in zip(read, along, strict=True) if not varies and k not in program.tables]
+        self._same = {k: place for place, k in enumerate(same)}
+        self._unread, self._asked = set(self._values), frozenset(written)
 
     def lines(self) -> Iterator[str]:
         """All of it."""
         yield _DECLARED
         yield "define void @run(ptr noalias %table, i64 %first, i64 %last, i64 %start, i64 %stop) {"
-        yield f"entry:\n  %most = sub i64 %stop, {WIDTH}\n  br label %row"
+        yield f"entry:\n  %same = alloca double, i64 {max(1, len(self._same))}"
+        yield f"  %most = sub i64 %stop, {WIDTH}\n  br label %row"
         yield "row:\n  %r = phi i64 [%first, %entry], [%r1, %done]"
         yield from self._begin_row()
         yield "  br label %entries\nentries:\n  %j = phi i64 [%start, %row], [%j1, %next]"
-        yield from self._load()
         yield from self._steps()
-        yield from self._store()
         yield f"  br label %next\nnext:\n  %j0 = add i64 %j, {WIDTH}"
         yield "  %over = icmp sge i64 %j0, %stop\n  %beyond = icmp sgt i64 %j0, %most"
         yield "  %j1 = select i1 %beyond, i64 %most, i64 %j0\n  br i1 %over, label %done, label %entries"
@@ -82,18 +86,18 @@ class Text:
         yield "  %line = getelementptr ptr, ptr %table, i64 %at"
         for place, k in enumerate([*self.read, *self.written]):
             yield f"  %l{place} = getelementptr ptr, ptr %line, i64 {place}\n  %p{k} = load ptr, ptr %l{place}"
-        for k, varies in zip(self.read, self.along, strict=True):
-            if not varies and k not in self.program.tables:
-                yield f"  %s{k} = load double, ptr %p{k}"
-                yield from _everywhere(f"%s{k}", f"{self._loaded(k)}")
-                yield from self._condition(k)
+        for k, place in self._same.items():
+            yield f"  %s{k} = load double, ptr %p{k}\n  %b{k} = getelementptr double, ptr %same, i64 {place}"
+            yield f"  store double %s{k}, ptr %b{k}"
 
-    def _load(self) -> Iterator[str]:
-        for k, varies in zip(self.read, self.along, strict=True):
-            if varies:
-                yield f"  %a{k} = getelementptr double, ptr %p{k}, i64 %j"
-                yield f"  {self._loaded(k)} = load {_V}, ptr %a{k}, align 8"
-                yield from self._condition(k)
+    def _load(self, k: int) -> Iterator[str]:
+        if k in self._same:
+            yield f"  %c{k} = load double, ptr %b{k}"
+            yield from _everywhere(f"%c{k}", f"{self._loaded(k)}")
+        else:
+            yield f"  %a{k} = getelementptr double, ptr %p{k}, i64 %j"
+            yield f"  {self._loaded(k)} = load {_V}, ptr %a{k}, align 8"
+        yield from self._condition(k)
 
     def _loaded(self, k: int) -> str:
         return f"%d{k}" if self.program.holds(k) else f"%v{k}"
@@ -103,14 +107,13 @@ class Text:
         if self.program.holds(k):
             yield f"  %v{k} = fcmp une {_V} %d{k}, zeroinitializer"
 
-    def _store(self) -> Iterator[str]:
-        for k in self.written:
-            if self.program.holds(k):
-                yield f"  %z{k} = zext {_B} %v{k} to <{WIDTH} x i8>\n  %w{k} = getelementptr i8, ptr %p{k}, i64 %j"
-                yield f"  store <{WIDTH} x i8> %z{k}, ptr %w{k}, align 1"
-            else:
-                yield f"  %w{k} = getelementptr double, ptr %p{k}, i64 %j"
-                yield f"  store {_V} %v{k}, ptr %w{k}, align 8"
+    def _store(self, k: int) -> Iterator[str]:
+        if self.program.holds(k):
+            yield f"  %z{k} = zext {_B} %v{k} to <{WIDTH} x i8>\n  %w{k} = getelementptr i8, ptr %p{k}, i64 %j"
+            yield f"  store <{WIDTH} x i8> %z{k}, ptr %w{k}, align 1"
+        else:
+            yield f"  %w{k} = getelementptr double, ptr %p{k}, i64 %j"
+            yield f"  store {_V} %v{k}, ptr %w{k}, align 8"
 
     # -- steps -------------------------------------------------------------------------------------------------------
 
@@ -118,8 +121,14 @@ class Text:
         """What comes before the rounds, the rounds, and what comes after them."""
         program, made = self.program, [k + self.program.first for k in self.program.made(self.program.widest)]
         if program.rounds is None:
-            yield from self._all(made)
+            for k in made:
+                yield from self._read_for(k)
+                yield from self._step(k)
+                if k in self._asked:
+                    yield from self._store(k)
             return
+        for k in self._values:
+            yield from self._load(k)
         carried = {begins for begins, _ in program.rounds.carried}
         late = set(carried)
         for k in made:
@@ -128,6 +137,15 @@ class Text:
         yield from self._all(k for k in made if k not in late)
         yield from self._rounds([k for k in made if k in program.again and k not in carried])
         yield from self._all(k for k in made if k in late and k not in program.again and k not in carried)
+        for k in self.written:
+            yield from self._store(k)
+
+    def _read_for(self, k: int) -> Iterator[str]:
+        """Load what a step takes and no step before has taken: few of many numbers are in registers at a time."""
+        for operand in self.program.steps[k - self.program.first].operands:
+            if operand in self._unread:
+                self._unread.discard(operand)
+                yield from self._load(operand)
 
     def _all(self, those: Iterator[int] | Sequence[int]) -> Iterator[str]:
         for k in those:

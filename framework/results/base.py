@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import warnings
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import Protocol
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -58,6 +58,30 @@ class HasStackedResults(Protocol):
     def stresses_at(self, fraction: Array) -> Array:
         """At shares of the lengths of all members, (..., members, k, 3)."""
         ...
+
+
+class AllResults(NamedTuple):
+    """Results of all nodes, supports, joints and members of a frame, in the order of its description.
+
+    Attributes
+    ----------
+    displacements
+        Of the nodes, ``ux uy uz rx ry rz`` in global axes, (..., nodes, 6).
+    reactions
+        Of the supports on their nodes, ``fx fy fz mx my mz`` in global axes, (..., supports, 6).
+    joint_displacements
+        Of the second nodes of joints relative to the first, in the joints' axes, (..., joints, 6).
+    joint_forces
+        Of the joints on their first nodes, in the joints' axes, (..., joints, 6).
+    end_forces
+        On the start and the end of each member, in its local axes, (..., members, 12).
+    """
+
+    displacements: Array
+    reactions: Array
+    joint_displacements: Array
+    joint_forces: Array
+    end_forces: Array
 
 
 class Results(ABC):
@@ -217,6 +241,31 @@ class Results(ABC):
 
     # -- all at once ------------------------------------------------------------------------------------------------
 
+    def all_results(self) -> AllResults:
+        """Make the results of all nodes, supports, joints and members: over a long batch in one pass.
+
+        Returns
+        -------
+        AllResults
+            Displacements, reactions, displacements and forces of joints, and forces on the ends of members.
+
+        Examples
+        --------
+        A cantilever under 10 N at its end: the reaction, and the force on the start of the member.
+
+        >>> from linkframe.elements import Beam, Circle, Material
+        >>> from linkframe.framework import Frame
+        >>> frame = Frame()
+        >>> for name, x in {"A": 0.0, "B": 1.0}.items():
+        ...     frame.node(name, (x, 0.0, 0.0))
+        >>> frame.add("AB", Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3)), "A", "B")
+        >>> frame.fix("A"); frame.load("B", fy=-10.0)
+        >>> found = frame.solve().all_results()
+        >>> found.reactions[0].round(9).tolist(), found.end_forces[0, [1, 5]].round(9).tolist()
+        ([0.0, 10.0, 0.0, 0.0, 0.0, 10.0], [10.0, 10.0])
+        """
+        return AllResults(*self._all_of(*AllResults._fields))
+
     def displacements(self) -> Array:
         """Displacement and rotation of every node in global axes, in the order of ``frame.nodes``.
 
@@ -225,9 +274,7 @@ class Results(ABC):
         ndarray
             ``ux uy uz rx ry rz``, (..., nodes, 6), length and radians.
         """
-        if (whole := self._stacked_results) is not None:
-            return self._masked(whole.displacements())
-        return self._stacked([self.displacement(node) for node in self.frame.nodes], 6)
+        return self._all_of("displacements")[0]
 
     def reactions(self) -> Array:
         """Force and moment of every support on its node in global axes, in the order of ``frame.supports``.
@@ -237,7 +284,7 @@ class Results(ABC):
         ndarray
             ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not held.
         """
-        return self._stacked([self.reaction(node) for node in self.frame.supports], 6)
+        return self._all_of("reactions")[0]
 
     def all_end_forces(self) -> Array:
         """Force and moment on each end of every member in its local axes, in the order of ``frame.members``.
@@ -247,9 +294,7 @@ class Results(ABC):
         ndarray
             ``fx fy fz mx my mz`` at the start and then at the end, (..., members, 12).
         """
-        if (whole := self._stacked_results) is not None:
-            return self._masked(whole.end_forces())
-        return self._stacked([self.end_forces(member) for member in self.frame.members], 12)
+        return self._all_of("end_forces")[0]
 
     def displacements_at(self, fractions: ArrayLike) -> Array:
         """Displacement and rotation along every member in global axes, in the order of ``frame.members``.
@@ -332,6 +377,25 @@ class Results(ABC):
     def _stacked_results(self) -> HasStackedResults | None:
         """What has the results of all nodes and members by stacks; None where they are taken one by one."""
         return None
+
+    def _all_of(self, *kinds: str) -> list[Array]:
+        """Some of `AllResults`: by stacks where there are, else one by one."""
+        frame, stacks = self.frame, self._stacked_results
+        one_by_one: dict[str, tuple[Iterable[str], Callable[[str], Array], int]] = {
+            "displacements": (frame.nodes, self.displacement, 6),
+            "reactions": (frame.supports, self.reaction, 6),
+            "joint_displacements": (frame.joints, self.joint_displacement, 6),
+            "joint_forces": (frame.joints, self.joint_force, 6),
+            "end_forces": (frame.members, self.end_forces, 12),
+        }
+        found = []
+        for kind in kinds:
+            if stacks is not None and kind in ("displacements", "end_forces"):
+                found.append(self._masked(getattr(stacks, kind)()))
+            else:
+                names, result, size = one_by_one[kind]
+                found.append(self._stacked([result(name) for name in names], size))
+        return found
 
     def _along_all(self, name: str, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
         """A result along all members, by stacks under its name or else member by member, (..., members, k, size)."""

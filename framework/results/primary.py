@@ -14,10 +14,12 @@ from ..description import Description
 from ..error_bounds.resolved import MOST, Resolved, ResolvedByBands, ResolvedLarge, Solved
 from ..factor_cache import Factors
 from ..lazily import cached_property
+from ..program.recording import Recording
+from ..program.sweep import Sweep
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
-from ..structure.parts import Row
+from ..structure.parts import Row, Value
 from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, loaded
 from .driven_mechanisms import at_rest, plain_mechanisms
 
@@ -220,6 +222,21 @@ class Primary:
         if self.at_rest.any():
             out[self.at_rest] = 0.0
         return out
+
+    def sweep(self) -> Sweep:
+        """What results of a long batch are written down in: from the elimination on, or from `stacked`."""
+        recording, grid = Recording(), self.plan.grid
+        alone = self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any()
+        if alone and isinstance(self.solver, BroadcastSolver):
+            written = self.solver.written(recording)
+            if written is not None:
+                return Sweep(grid, recording, written)
+
+        def values(rows: Sequence[Row]) -> list[Value]:
+            found = np.moveaxis(self.stacked(rows), -1, 0)
+            return [recording.take(value) if row else 0.0 for row, value in zip(rows, found, strict=True)]
+
+        return Sweep(grid, recording, values)
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""

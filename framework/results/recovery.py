@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
+from itertools import chain
 
 import numpy as np
 
-from ..arm import transferred
 from ..batch import Array, rotated
 from ..error_bounds.equilibrium import rounded
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.sharing import load_shares
-from ..structure.assembly import nodal_loads
+from ..program import sweep
+from ..program.sweep import Sweep
 from ..structure.connections import TreeEdge
-from ..structure.edge import ABOUT, ALONG, Edge
-from ..structure.parts import Row, add_row, product
+from ..structure.edge import Edge
+from ..structure.parts import Row, Value
 from .along_member import AlongMembers
+from .force_numbers import ForceNumbers
 from .member_field import deflection, end_loads, internal_forces
-from .piece_program import forces_on_ends
 from .primary import Primary
 
 
@@ -85,17 +88,23 @@ class Recovery(AlongMembers):
     def piece_forces(self, piece: int) -> Array:
         """Forces on both ends of a piece in its local axes, (..., 12)."""
         if piece not in self._pieces:
-            group, position = self.group(piece)
-            rows = self._rows(piece)
-            nodal = self.solution.stacked(rows)
-            loads = end_loads(self.topology, group, np.array([position]))[0]
-            with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
-                found = forces_on_ends(self.plan.grid, group, position, rows, nodal, loads)
-                if found is None:
-                    local = group.local(position, nodal)
-                    found = group.of(position).end_forces(group.length[position], local) - loads
-            self._pieces[piece] = np.broadcast_to(found, (*self.solution.shape, 12))
+            with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
+                found = self._by_formula(piece) if self.long else None
+                self._pieces[piece] = self._by_arrays(piece) if found is None else found
         return self._pieces[piece]
+
+    def _by_formula(self, piece: int) -> Array | None:
+        """The same over a long batch, None where the element has no formula number by number."""
+        once = self.solution.sweep()
+        found = self._written(once).by_formula(piece)
+        return None if found is None else once.run([found])[0]
+
+    def _by_arrays(self, piece: int) -> Array:
+        group, position = self.group(piece)
+        local = group.local(position, self.solution.stacked(self._rows(piece)))
+        loads = end_loads(self.topology, group, np.array([position]))[0]
+        found = group.of(position).end_forces(group.length[position], local) - loads
+        return np.broadcast_to(found, (*self.solution.shape, 12))
 
     def internal(self, piece: int, x: Array) -> Array:
         """Internal forces at stations of a piece, (k, ..., 6)."""
@@ -113,149 +122,103 @@ class Recovery(AlongMembers):
 
     def joint_force(self, joint: str) -> Array:
         """Force of a joint on its first node, in its axes, (..., 6)."""
-        edge = next(e for e in self.tree.edges if e.kind == "joint" and e.name == joint)
-        return self._edge_force(edge)
+        edge = self._edge("joint", joint)
+        (found,) = self.together([lambda numbers: numbers.of_edge(edge)])
+        return found - self._excess[edge] if edge in self._excess else found
 
     def reaction(self, node: str) -> Array:
         """Force of the ground on a node, global, (..., 6)."""
-        edge = next(e for e in self.tree.edges if e.kind == "support" and e.name == node)
-        return -self._edge_force(edge)
+        edge = self._edge("support", node)
+        (found,) = self.together([lambda numbers: [0.0 - x for x in numbers.of_edge(edge)]])
+        return found + self._excess[edge] if edge in self._excess else found
 
-    def _edge_force(self, edge: Edge) -> Array:
-        """Force of an edge on its first node, in its axes; redundant ideal components as they share it."""
-        excess = self._excess.get(edge)
-        return self._any_force(edge) if excess is None else self._any_force(edge) - excess
+    def _edge(self, kind: str, name: str) -> Edge:
+        return next(edge for edge in self.tree.edges if edge.kind == kind and edge.name == name)
 
     @cached_property
     def _excess(self) -> dict[Edge, Array]:
-        """What `_any_force` has of forces that need no load, where ideal components are redundant."""
+        """What forces of edges exceed those by that redundant ideal components have as they share them."""
         if not self.tree.elimination.self_stresses:
             return {}
         kinematics = FrameKinematics.of(self.plan).mapped(rounded)
         links, out = kinematics.links, {}
         for load_share in load_shares(kinematics):
-            forces = {k: links[k].worked(self._any_force(links[k].edge)) for k in load_share.place}
+            edges = [links[k].edge for k in load_share.place]
+            whole = self.together([partial(ForceNumbers.of_edge, edge=edge) for edge in edges])
+            forces = {k: links[k].worked(force) for k, force in zip(load_share.place, whole, strict=True)}
             with np.errstate(invalid="ignore"):  # of mechanisms
                 for k, excess in load_share.excess(forces).items():
                     out[links[k].edge] = np.asarray(links[k].exerted(excess), dtype=np.float64)
         return out
 
-    def _any_force(self, edge: Edge) -> Array:
-        """The same as any choice of redundant components has it: springs by their displacement, what is held by
-        equilibrium."""
-        if edge in self._closing_forces:
-            return self._closing_forces[edge]
-        branch = next(b for b in self.tree.branches if b.edge is edge)
-        out = self._tree_springs(branch)
-        if edge.ideal:
-            transmitted = -branch.sign * self._in_axes(edge, self._carried_force(branch.child, closed=True))
-            for k in edge.ideal:
-                out[..., k] = transmitted[..., k]
-            if ALONG in edge.ideal and ABOUT not in edge.ideal:
-                out[..., ABOUT] -= edge.pitch * out[..., ALONG]
-        return out
-
-    def _tree_springs(self, branch: TreeEdge) -> Array:
-        moved = [self.tree.joint_row(branch, k) for k in range(6)]
-        return self._springs(branch.edge, moved)
-
-    def _springs(self, edge: Edge, moved: list[Row]) -> Array:
-        """Forces of an edge's springs on its first node, in its axes, for its relative displacement."""
-        force: list[Row] = [{} for _ in range(6)]
-        for k, row in enumerate(edge.elastic(moved)):
-            add_row(force[k], row, edge.stiffness[k])
-        add_row(force[ABOUT], force[ALONG], product(-1.0, edge.pitch))
-        return self.solution.stacked(force)
-
     @cached_property
     def _branches(self) -> dict[str, TreeEdge]:
         return {b.edge.name: b for b in self.tree.branches if b.edge.kind == "joint" and b.edge.name is not None}
 
-    @cached_property
-    def _children(self) -> dict[int, list[TreeEdge]]:
-        children: dict[int, list[TreeEdge]] = {}
-        for branch in self.tree.branches:
-            children.setdefault(branch.parent, []).append(branch)
-        return children
+    # -- together ---------------------------------------------------------------------------------------------------
+
+    @property
+    def long(self) -> bool:
+        """Whether the batch is so long that what is to be done is written down first."""
+        return math.prod(self.solution.shape) >= sweep.LONG
+
+    def all_of(self, kinds: Iterable[str]) -> list[Array] | None:
+        """Some of `AllResults` in one pass over a long batch; None where they are not made together.
+
+        Parameters
+        ----------
+        kinds
+            Their names.
+        """
+        frame, number = self.plan.frame, self.topology.number
+        if not self.long or self.tree.elimination.self_stresses:
+            return None
+
+        def of(kind: str, numbers: ForceNumbers) -> Iterator[Sequence[Value]]:
+            if kind == "displacements":
+                return (numbers.displacement(number[node]) for node in frame.nodes)
+            if kind == "end_forces":
+                return (numbers.member_ends(member) for member in frame.members)
+            if kind == "reactions":
+                return ([0.0 - x for x in numbers.of_edge(self._edge("support", node))] for node in frame.supports)
+            if kind == "joint_displacements":
+                return (numbers.values(self.joint_rows(joint)) for joint in frame.joints)
+            return (numbers.of_edge(self._edge("joint", joint)) for joint in frame.joints)
+
+        def flat(numbers: ForceNumbers, kind: str) -> list[Value]:
+            return list(chain.from_iterable(of(kind, numbers)))
+
+        found = self.together([partial(flat, kind=kind) for kind in kinds])
+        sizes = [12 if kind == "end_forces" else 6 for kind in kinds]
+        return [
+            array.reshape(*array.shape[:-1], array.shape[-1] // size, size)
+            for array, size in zip(found, sizes, strict=True)
+        ]
+
+    def together(self, results: Sequence[Callable[[ForceNumbers], Sequence[Value]]]) -> list[Array]:
+        """Some results, each (..., n): in one pass over the batch where that is long."""
+        with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
+            if self.long:
+                once = self.solution.sweep()
+                numbers = self._written(once)
+                return once.run([result(numbers) for result in results])
+            return [self._stacked(result(self._numbers)) for result in results]
+
+    def _written(self, once: Sweep) -> ForceNumbers:
+        take = once.recording.take
+        return ForceNumbers(self.plan, self.group, once.values, take, self.piece_forces, written=True)
 
     @cached_property
-    def _closing_springs(self) -> dict[Edge, Array]:
-        """Forces of the springs in loop-closing edges on their first nodes."""
-        return {edge: self._springs(edge, between) for edge, between in self.tree.closing}
+    def _numbers(self) -> ForceNumbers:
+        """Of arrays."""
 
-    @cached_property
-    def _closing_forces(self) -> dict[Edge, Array]:
-        """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
-        out = {key: force.copy() for key, force in self._closing_springs.items()}
-        for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
-            force, edge = out[constraint.edge], constraint.edge
-            force[..., constraint.component] += multiplier
-            if constraint.component == ALONG:
-                force[..., ABOUT] -= edge.pitch * multiplier
-        return out
+        def values(rows: Sequence[Row]) -> list[Value]:
+            return list(np.moveaxis(self.solution.stacked(rows), -1, 0))
 
-    def _multipliers(self) -> list[Array]:
-        """One multiplier a constraint: what keeps the dependent unknowns in equilibrium."""
-        elimination = self.tree.elimination
-        out: list[Array] = [np.zeros(self.solution.shape) for _ in elimination.given]
-        for dependent, source in elimination.sources.items():
-            residual = self._generalised(dependent)
-            for index, factor in source.items():
-                out[index] = out[index] + factor * residual
-        return out
+        return ForceNumbers(self.plan, self.group, values, lambda value: value, self.piece_forces, written=False)
 
-    def _generalised(self, unknown: int) -> Array:
-        """Unbalanced force on an unknown before the multipliers."""
-        node, k = divmod(unknown, 6)
-        total = self._carried_force(node, closed=False)
-        branch = next((b for b in self.tree.branches if b.child == node), None)
-        if branch is None:
-            axes = self.topology.axes(node)
-            return (total if axes is None else rotated(np.swapaxes(axes, -1, -2), total))[..., k]
-        force = branch.sign * self._in_axes(branch.edge, total) + self._tree_springs(branch)
-        advance = branch.edge.pitch * force[..., ALONG] if k == ABOUT else 0.0
-        value: Array = force[..., k] + advance
-        return value
-
-    def _in_axes(self, edge: Edge, vector: Array) -> Array:
-        return vector if edge.axes is None else rotated(np.swapaxes(edge.axes, -1, -2), vector)
-
-    def _carried_force(self, node: int, *, closed: bool) -> Array:
-        """Inner minus outer forces at a node and all that it carries, global, (..., 6)."""
-        total = self._residual(node, closed=closed)
-        for branch in self._children.get(node, []):
-            force = self._carried_force(branch.child, closed=closed)
-            total = total + self._moved(force, branch.edge, branch.sign)
-        return total
-
-    def _moved(self, force: Array, edge: Edge, sign: float) -> Array:
-        """A force at the child of a rigid link as felt at its parent."""
-        if edge.kind != "rigid":
-            return force
-        arm = sign * (self.topology.position(edge.second) - self.topology.position(edge.first))
-        return transferred(force, arm)
-
-    def _residual(self, node: int, *, closed: bool) -> Array:
-        total: Array = np.moveaxis(np.zeros((6, *self.solution.shape)), 0, -1)
-        for piece, side in self._touching.get(node, []):
-            group, position = self.group(piece)
-            end = self.piece_forces(piece)[..., 6 * side : 6 * side + 6]
-            total = total + rotated(np.swapaxes(group.local_axes[position], -1, -2), end)
-        for loaded, vector in nodal_loads(self.topology):
-            if loaded == node:
-                total = total - vector
-        closing = self._closing_forces if closed else self._closing_springs
-        for edge, _ in self.tree.closing:
-            if node in (edge.first, edge.second):
-                force = closing[edge]
-                force = force if edge.axes is None else rotated(edge.axes, force)
-                total = total + (force if node == edge.second else -self._moved(force, edge, 1.0))
-        return total
-
-    @cached_property
-    def _touching(self) -> dict[int, list[tuple[int, int]]]:
-        touching: dict[int, list[tuple[int, int]]] = {}
-        for index, piece in enumerate(self.topology.pieces):
-            for side, node in enumerate(piece.nodes):
-                touching.setdefault(node, []).append((index, side))
-        return touching
+    def _stacked(self, numbers: Sequence[Value]) -> Array:
+        whole = np.zeros((len(numbers), *self.solution.shape))
+        for k, number in enumerate(numbers):
+            whole[k, ...] = number
+        return np.moveaxis(whole, 0, -1)

@@ -20,6 +20,7 @@ from time import perf_counter
 
 BENCHMARKS = (
     "paper_job",
+    "all_results",
     "samples",
     "segments",
     "size",

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Section
-from linkframe.framework import Frame
-from linkframe.framework.program import calculation, machine_code
-from linkframe.framework.results import piece_program
+from linkframe.framework import AllResults, Frame, Solution
+from linkframe.framework.program import calculation, machine_code, sweep
 
 POSES, SAMPLES = 3, 40
 RNG = np.random.default_rng(5)
@@ -47,11 +46,24 @@ def frame(*, plane: bool, singular: bool = False) -> Frame:
     return found
 
 
+def together(solution: Solution) -> dict[str, np.ndarray]:
+    """All results by name, made together."""
+    return dict(zip(AllResults._fields, solution.all_results(), strict=True))
+
+
 def read(one: Frame) -> dict[str, np.ndarray]:
     solution = one.solve()
-    found = {name: solution.end_forces(name) for name in ("AB", "BC", "CD")}
+    found = together(solution)
+    found |= {name: solution.end_forces(name) for name in ("AB", "BC", "CD")}
     found |= {f"reaction {name}": solution.reaction(name) for name in "AD"}
     return found | {"inside": solution.forces("AB", [0.1, 0.5]), "joint": solution.joint_force("C")}
+
+
+def assert_same(found: dict[str, np.ndarray], wanted: dict[str, np.ndarray]) -> None:
+    """The same bits, but of displacements that were turned out of the axes of bodies instead of being found outside."""
+    for name, each in wanted.items():
+        near = 1e-15 * np.nanmax(np.abs(each)) if name == "displacements" else 0.0
+        np.testing.assert_allclose(found[name], each, rtol=0.0, atol=near, err_msg=name)
 
 
 @pytest.mark.parametrize("plane", [True, False], ids=["in the plane", "in space"])
@@ -62,25 +74,57 @@ def test_long_batches_have_the_bits_of_short_ones(plane: bool, compiled: bool, m
         monkeypatch.setattr(calculation, "NUMPY", 1.0)  # so slow that compiling pays
     else:
         monkeypatch.setattr(machine_code, "available", lambda: False)
-        monkeypatch.setattr(piece_program, "CHUNK", 32)
+        monkeypatch.setattr(sweep, "CHUNK", 32)
     one = frame(plane=plane)
-    monkeypatch.setattr(piece_program, "LONG", 1)
+    monkeypatch.setattr(sweep, "LONG", 1)
     found = read(one)
-    monkeypatch.setattr(piece_program, "LONG", POSES * SAMPLES + 1)
-    for name, wanted in read(one).items():
-        np.testing.assert_array_equal(found[name], wanted, err_msg=name)
+    monkeypatch.setattr(sweep, "LONG", POSES * SAMPLES + 1)
+    assert_same(found, read(one))
+
+
+@pytest.mark.parametrize("compiled", [True, False], ids=["machine code", "NumPy"])
+def test_all_results_of_a_long_batch_are_those_by_name_and_in_equilibrium(
+    compiled: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if compiled:
+        pytest.importorskip("llvmlite")
+        monkeypatch.setattr(calculation, "NUMPY", 1.0)
+    else:
+        monkeypatch.setattr(machine_code, "available", lambda: False)
+    monkeypatch.setattr(sweep, "LONG", 1)
+    one = frame(plane=False)
+    solution = one.solve()
+    found = together(solution)
+    for name, result, names in (
+        ("displacements", solution.displacement, one.nodes),
+        ("reactions", solution.reaction, one.supports),
+        ("joint_displacements", solution.joint_displacement, one.joints),
+        ("joint_forces", solution.joint_force, one.joints),
+        ("end_forces", solution.end_forces, one.members),
+    ):
+        wanted = np.stack([result(each) for each in names], axis=-2)
+        assert found[name].shape == wanted.shape
+        np.testing.assert_allclose(found[name], wanted, rtol=0.0, atol=2e-15 * np.abs(wanted).max(), err_msg=name)
+    loads = np.stack(np.broadcast_arrays(3.0, dict(one.loads["B"])[1] - 2.0 * one.length("AB"), 1.0), axis=-1)
+    np.testing.assert_allclose(found["reactions"].sum(axis=-2)[..., :3], -loads, rtol=0.0, atol=1e-9)
+
+
+def test_a_state_that_all_entries_share_is_told_of_each() -> None:
+    solution = frame(plane=True).solve()
+    assert solution.status.shape == (POSES, SAMPLES)
+    assert solution.status.strides == (0, 0)
+    assert set(solution.status.reshape(-1).tolist()) == {"regular"}
 
 
 @pytest.mark.filterwarnings("ignore::linkframe.framework.errors.MechanismWarning")
 def test_what_is_lost_at_some_entries_is_so_in_what_is_read_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Forces of a piece serve several results: those that are NaN there leave the others as they are."""
     one = frame(plane=True, singular=True)
-    monkeypatch.setattr(piece_program, "LONG", 1)
+    monkeypatch.setattr(sweep, "LONG", 1)
     once = read(one)
     solution = one.solve()
     for name in ("AB", "reaction A"):
         again = solution.end_forces("AB") if name == "AB" else solution.reaction("A")
         np.testing.assert_array_equal(again, once[name])
-    monkeypatch.setattr(piece_program, "LONG", POSES * SAMPLES + 1)
-    for name, wanted in read(one).items():
-        np.testing.assert_array_equal(once[name], wanted, err_msg=name)
+    monkeypatch.setattr(sweep, "LONG", POSES * SAMPLES + 1)
+    assert_same(once, read(one))

@@ -1,0 +1,84 @@
+"""Results of a long batch that are written down together, and then made in one pass over the batch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..batch import Array, Shape
+from ..structure.parts import Grid, Row, Value, mask_of_shape
+from .calculation import Calculation
+from .recording import Recording, Term
+
+# Entries from which on the steps of a result take longer than to write them down; those that NumPy does at once.
+LONG, CHUNK = 2**14, 2**13
+# Numbers in a line of the cache.
+LINE = 8
+
+
+class Sweep:
+    """A recording that values of combinations begin with, and what becomes of it.
+
+    Parameters
+    ----------
+    grid
+        The batch.
+    recording
+        What is written down already.
+    values
+        Writes down the values of combinations of unknowns and right-hand-side parameters.
+    """
+
+    def __init__(self, grid: Grid, recording: Recording, values: Callable[[Sequence[Row]], Sequence[Value]]) -> None:
+        self.grid, self.recording, self.values = grid, recording, values
+
+    def run(self, asked: Sequence[Sequence[Value]]) -> list[Array]:
+        """Some results, each of numbers that were written down or are the same throughout.
+
+        Returns
+        -------
+        list of ndarray
+            Each (..., n), number by number in memory, where what is zero is never touched.
+        """
+        grid = self.grid
+        whole = [_zeros((len(numbers), *grid.shape)) for numbers in asked]
+        terms: list[Term] = []
+        places: list[Array] = []
+        for array, numbers in zip(whole, asked, strict=True):
+            for place, number in zip(array, numbers, strict=True):
+                if isinstance(number, Term):
+                    terms.append(number)
+                    places.append(place)
+                elif np.any(number):
+                    place[...] = number
+        if terms:
+            self._fill(terms, places)
+        return [np.moveaxis(array, 0, -1) for array in whole]
+
+    def _fill(self, terms: Sequence[Term], places: Sequence[Array]) -> None:
+        """Put numbers in their places, by way of less memory where they vary over less than the batch."""
+        shape = self.grid.shape
+        calculation = Calculation.recorded(self.recording, terms, shape)
+        axis, slices = self.grid.slices(math.prod(shape) if calculation.choice.compiled else CHUNK)
+        full = mask_of_shape(shape)
+        made = [
+            place if term.mask == full else np.empty(calculation.of(term.mask))
+            for term, place in zip(terms, places, strict=True)
+        ]
+        for indices in slices:
+            part = (*(slice(None),) * axis, indices)
+            cut = [out[part] if term.mask >> axis & 1 else out for term, out in zip(terms, made, strict=True)]
+            calculation.run(axis, indices, cut)
+        for place, out in zip(places, made, strict=True):
+            if out is not place:
+                place[...] = out
+
+
+def _zeros(shape: Shape) -> Array:
+    """Zeros that begin with a line of the cache, so that what a register holds is written to one line."""
+    size = math.prod(shape)
+    room = np.zeros(size + LINE)
+    start = -room.__array_interface__["data"][0] // room.itemsize % LINE
+    return room[start : start + size].reshape(shape)
