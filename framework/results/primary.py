@@ -226,7 +226,7 @@ class Primary:
     def sweep(self) -> Sweep:
         """What results of a long batch are written down in: from the elimination on, or from `stacked`."""
         recording, grid = Recording(), self.plan.grid
-        alone = self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any()
+        alone = self.sound or (self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any())
         if alone and isinstance(self.solver, BroadcastSolver):
             written = self.solver.written(recording)
             if written is not None:
