@@ -20,8 +20,8 @@ from ..structure.topology import Group, Topology
 Field = Callable[[int, Array], Array]
 
 
-class AlongMembers(ABC):
-    """Forces, stress and displacement along members, from what they are in a piece.
+class GroupedPieces:
+    """Where the numbers of each piece stand: which group holds them, and in which place.
 
     Parameters
     ----------
@@ -31,6 +31,27 @@ class AlongMembers(ABC):
 
     def __init__(self, topology: Topology) -> None:
         self.topology = topology
+
+    def group(self, piece: int) -> tuple[Group, int]:
+        """The group of a piece, and its position in that."""
+        number, position = self.placed[piece]
+        return self.topology.groups[number], position
+
+    @cached_property
+    def placed(self) -> dict[int, tuple[int, int]]:
+        """Number of each piece's group, and its position in that."""
+        groups = enumerate(self.topology.groups)
+        return {piece: (k, position) for k, group in groups for position, piece in enumerate(group.pieces.tolist())}
+
+
+class AlongMembers(GroupedPieces, ABC):
+    """Forces, stress and displacement along members, from what they are in a piece.
+
+    Parameters
+    ----------
+    topology
+        The numbered frame.
+    """
 
     @abstractmethod
     def internal(self, piece: int, x: Array) -> Array:
@@ -78,17 +99,6 @@ class AlongMembers(ABC):
             out = np.where((which == index)[..., None], inside(index), out)
         full: Array = np.broadcast_to(out, (len(stations), *shape, out.shape[-1]))
         return np.array(np.moveaxis(full, 0, -2))
-
-    def group(self, piece: int) -> tuple[Group, int]:
-        """The group of a piece, and its position in that."""
-        number, position = self.placed[piece]
-        return self.topology.groups[number], position
-
-    @cached_property
-    def placed(self) -> dict[int, tuple[int, int]]:
-        """Number of each piece's group, and its position in that."""
-        groups = enumerate(self.topology.groups)
-        return {piece: (k, position) for k, group in groups for position, piece in enumerate(group.pieces.tolist())}
 
 
 def check_stations(member: str, at: ArrayLike, length: Array, batch: Shape) -> None:

@@ -282,7 +282,7 @@ class Results(ABC):
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not held.
+            ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not constrained.
         """
         return self._all_of("reactions")[0]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import chain
@@ -13,14 +12,13 @@ from ..batch import Array, rotated
 from ..error_bounds.equilibrium import rounded
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.sharing import load_shares
-from ..program import sweep
-from ..program.sweep import Sweep
 from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.parts import Row, Value
 from .along_member import AlongMembers
 from .force_numbers import ForceNumbers
-from .member_field import deflection, end_loads, internal_forces
+from .member_field import deflection, internal_forces
+from .piece_ends import PieceEnds
 from .primary import Primary
 
 
@@ -38,14 +36,14 @@ class Recovery(AlongMembers):
         self.solution = solution
         self.plan = solution.plan
         self.tree = solution.plan.tree
-        self._pieces: dict[int, Array] = {}
+        self._piece_ends = PieceEnds(solution)
 
     # -- members ----------------------------------------------------------------------------------------------------
 
     def end_forces(self, member: str) -> Array:
         """Forces on both ends of a member in its local axes, (..., 12), not to be written to."""
         pieces = self.topology.pieces_of[member]
-        start, end = self.piece_forces(pieces[0]), self.piece_forces(pieces[-1])
+        start, end = self._piece_ends.forces(pieces[0]), self._piece_ends.forces(pieces[-1])
         if start is end:
             return start
         return np.concatenate([start[..., :6], end[..., 6:]], axis=-1)
@@ -53,7 +51,7 @@ class Recovery(AlongMembers):
     def moved(self, piece: int, x: Array) -> Array:
         """Displacement at stations of a piece in global axes, (k, ..., 6)."""
         group, position = self.group(piece)
-        ends = self.piece_displacement(piece)[None]
+        ends = self._piece_ends.displacement(piece)[None]
         local = deflection(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
         return rotated(np.swapaxes(group.local_axes[position], -1, -2), local)
 
@@ -66,7 +64,7 @@ class Recovery(AlongMembers):
         def displacement(piece: int, x: Array, motion: int) -> Array:
             group, position = self.group(piece)
             ends = np.zeros((*self.solution.shape, 12))
-            ends[mechanisms.mask] = mechanisms.motions(self._rows(piece))[motion]
+            ends[mechanisms.mask] = mechanisms.motions(self._piece_ends.rows(piece))[motion]
             local = group.local(position, ends)
             shapes = group.of(position).shape_functions(group.length[position], x)
             moved = np.einsum("...ij,...j->...i", shapes, local)
@@ -75,41 +73,10 @@ class Recovery(AlongMembers):
         whole = [self.along(member, at, partial(displacement, motion=motion)) for motion in range(count)]
         return np.stack([each[mechanisms.mask] for each in whole])
 
-    def _rows(self, piece: int) -> list[Row]:
-        return [self.tree.row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
-
-    def piece_displacement(self, piece: int) -> Array:
-        """End displacements of a piece in its local axes, (..., 12)."""
-        group, position = self.group(piece)
-        nodal = self.solution.stacked(self._rows(piece))
-        with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
-            return group.local(position, nodal)
-
-    def piece_forces(self, piece: int) -> Array:
-        """Forces on both ends of a piece in its local axes, (..., 12)."""
-        if piece not in self._pieces:
-            with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
-                found = self._by_formula(piece) if self.long else None
-                self._pieces[piece] = self._by_arrays(piece) if found is None else found
-        return self._pieces[piece]
-
-    def _by_formula(self, piece: int) -> Array | None:
-        """The same over a long batch, None where the element has no formula number by number."""
-        once = self.solution.sweep()
-        found = self._written(once).by_formula(piece)
-        return None if found is None else once.run([found])[0]
-
-    def _by_arrays(self, piece: int) -> Array:
-        group, position = self.group(piece)
-        local = group.local(position, self.solution.stacked(self._rows(piece)))
-        loads = end_loads(self.topology, group, np.array([position]))[0]
-        found = group.of(position).end_forces(group.length[position], local) - loads
-        return np.broadcast_to(found, (*self.solution.shape, 12))
-
     def internal(self, piece: int, x: Array) -> Array:
         """Internal forces at stations of a piece, (k, ..., 6)."""
         group, position = self.group(piece)
-        ends = self.piece_forces(piece)[None]
+        ends = self._piece_ends.forces(piece)[None]
         return internal_forces(self.topology, group, np.array([position]), x[:, None], ends)[:, 0]
 
     # -- joints and supports ----------------------------------------------------------------------------------------
@@ -157,11 +124,6 @@ class Recovery(AlongMembers):
 
     # -- together ---------------------------------------------------------------------------------------------------
 
-    @property
-    def long(self) -> bool:
-        """Whether the batch is so long that what is to be done is written down first."""
-        return math.prod(self.solution.shape) >= sweep.LONG
-
     def all_of(self, kinds: Iterable[str]) -> list[Array] | None:
         """Some of `AllResults` in one pass over a long batch; None where they are not made together.
 
@@ -171,7 +133,7 @@ class Recovery(AlongMembers):
             Their names.
         """
         frame, number = self.plan.frame, self.topology.number
-        if not self.long or self.tree.elimination.self_stresses:
+        if not self._piece_ends.long or self.tree.elimination.self_stresses:
             return None
 
         def of(kind: str, numbers: ForceNumbers) -> Iterator[Sequence[Value]]:
@@ -198,24 +160,15 @@ class Recovery(AlongMembers):
     def together(self, results: Sequence[Callable[[ForceNumbers], Sequence[Value]]]) -> list[Array]:
         """Some results, each (..., n): in one pass over the batch where that is long."""
         with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
-            if self.long:
+            if self._piece_ends.long:
                 once = self.solution.sweep()
-                numbers = self._written(once)
+                numbers = self._piece_ends.written(once)
                 return once.run([result(numbers) for result in results])
             return [self._stacked(result(self._numbers)) for result in results]
 
-    def _written(self, once: Sweep) -> ForceNumbers:
-        take = once.recording.take
-        return ForceNumbers(self.plan, self.group, once.values, take, self.piece_forces, written=True)
-
     @cached_property
     def _numbers(self) -> ForceNumbers:
-        """Of arrays."""
-
-        def values(rows: Sequence[Row]) -> list[Value]:
-            return list(np.moveaxis(self.solution.stacked(rows), -1, 0))
-
-        return ForceNumbers(self.plan, self.group, values, lambda value: value, self.piece_forces, written=False)
+        return self._piece_ends.of_arrays()
 
     def _stacked(self, numbers: Sequence[Value]) -> Array:
         whole = np.zeros((len(numbers), *self.solution.shape))

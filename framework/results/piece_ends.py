@@ -1,0 +1,83 @@
+"""What the pieces do into which members are cut: the displacement of their ends, and the forces on them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..batch import Array
+from ..program import sweep
+from ..program.sweep import Sweep
+from ..structure.parts import Row, Value
+from .along_member import GroupedPieces
+from .force_numbers import ForceNumbers
+from .member_field import end_loads
+from .primary import Primary
+
+
+class PieceEnds(GroupedPieces):
+    """Displacements of and forces on the ends of all pieces.
+
+    Parameters
+    ----------
+    solution
+        Where the unknowns come from.
+    """
+
+    def __init__(self, solution: Primary) -> None:
+        super().__init__(solution.plan.topology)
+        self.solution, self.plan = solution, solution.plan
+        self._forces: dict[int, Array] = {}
+
+    @property
+    def long(self) -> bool:
+        """Whether the batch is so long that what is to be done is written down first."""
+        return math.prod(self.solution.shape) >= sweep.LONG
+
+    def rows(self, piece: int) -> list[Row]:
+        """Displacement of both ends in the axes of the nodes, twelve, over the unknowns."""
+        row = self.plan.tree.row
+        return [row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
+
+    def displacement(self, piece: int) -> Array:
+        """End displacements of a piece in its local axes, (..., 12)."""
+        group, position = self.group(piece)
+        nodal = self.solution.stacked(self.rows(piece))
+        with np.errstate(invalid="ignore"):  # of mechanisms, whose entries are masked
+            return group.local(position, nodal)
+
+    def forces(self, piece: int) -> Array:
+        """Forces on both ends of a piece in its local axes, (..., 12)."""
+        if piece not in self._forces:
+            with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
+                found = self._by_formula(piece) if self.long else None
+                self._forces[piece] = self._by_arrays(piece) if found is None else found
+        return self._forces[piece]
+
+    def _by_formula(self, piece: int) -> Array | None:
+        """The same over a long batch, None where the element has no formula number by number."""
+        once = self.solution.sweep()
+        found = self.written(once).by_formula(piece)
+        return None if found is None else once.run([found])[0]
+
+    def _by_arrays(self, piece: int) -> Array:
+        group, position = self.group(piece)
+        local = group.local(position, self.solution.stacked(self.rows(piece)))
+        loads = end_loads(self.topology, group, np.array([position]))[0]
+        found = group.of(position).end_forces(group.length[position], local) - loads
+        return np.broadcast_to(found, (*self.solution.shape, 12))
+
+    def written(self, once: Sweep) -> ForceNumbers:
+        """Forces number by number, written down."""
+        return ForceNumbers(self.plan, self.group, once.values, once.recording.take, self.forces, written=True)
+
+    def of_arrays(self) -> ForceNumbers:
+        """Forces number by number, of arrays."""
+        solution = self.solution
+
+        def values(rows: Sequence[Row]) -> list[Value]:
+            return list(np.moveaxis(solution.stacked(rows), -1, 0))
+
+        return ForceNumbers(self.plan, self.group, values, lambda value: value, self.forces, written=False)
