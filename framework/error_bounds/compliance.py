@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
@@ -19,6 +21,8 @@ ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 _DEFORMATION = 32.0
 # Least eigenvalue below which products of two errors begin to count.
 NEAR = 1e-8
+# Numbers in a matrix from which it is worth to leave zeros out.
+_LARGE = 4096
 # Steps of refinement with an inverse in extended precision, which serves what is hardest.
 _STEPS = 3
 
@@ -137,7 +141,7 @@ class DenseCompliance(Compliance):
     def _invert(self, columns: Real, sizes: Real, k: Array) -> None:
         size, rounding = columns.shape[-1], float(np.finfo(columns.dtype).eps) / 2.0
         self.greatest = float(size)
-        matrix = np.swapaxes(columns * k[..., None], -1, -2) @ columns
+        matrix = _product(np.swapaxes(columns * k[..., None], -1, -2), columns)
         diagonal = np.diagonal(matrix, axis1=-2, axis2=-1)
         root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         self.root, self._columns, self._k = root, columns, k
@@ -153,7 +157,7 @@ class DenseCompliance(Compliance):
         inverse: Real = _inverse(safe + 4.0 * size * rounding * eye)
         self.inverse = inverse
         norm = np.sqrt(np.sum(inverse**2, axis=(-1, -2)))
-        off = np.sqrt(np.sum((eye - inverse @ safe) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * rounding * norm
+        off = np.sqrt(np.sum((eye - _product(inverse, safe)) ** 2, axis=(-1, -2))) + 2.0 * size**1.5 * rounding * norm
         proved = np.where(off < 1.0, (1.0 - off) / np.where(norm > 0.0, norm, 1.0), 0.0) - size * entries
         singular = np.sqrt(np.maximum(proved, 0.0)) * (1.0 - 64.0 * rounding) - lost
         least: Array = np.where(finite, np.maximum(singular, 0.0) ** 2, 0.0)
@@ -267,6 +271,21 @@ def by_units(
     alone = [(np.array(unknowns) == key).astype(kind).reshape(size, *(1,) * (ndim + 1)) for key in kinematics.idle]
     of, parts = [*of, *alone], [*parts, *alone]
     return together([none, *of]), together([none, *parts])
+
+
+def _product(one: Real, other: Real) -> Real:
+    """Product of matrices (..., m, n) and (..., n, p), of which the second holds many zeros; in extended precision,
+    without BLAS, what is multiplied by them is left out of large ones."""
+    out: Real
+    if other.dtype == np.float64 or math.prod(other.shape[-2:]) < _LARGE:
+        out = one @ other
+        return out
+    shape = np.broadcast_shapes(one.shape[:-2], other.shape[:-2])
+    first, second = (np.broadcast_to(each, (*shape, *each.shape[-2:])) for each in (one, other))
+    out = np.empty((*shape, one.shape[-2], other.shape[-1]), dtype=other.dtype)
+    for entry in np.ndindex(shape):
+        out[entry] = (scipy.sparse.csr_array(second[entry].T) @ first[entry].T).T
+    return out
 
 
 def _inverse(matrix: Real) -> Real:

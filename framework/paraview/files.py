@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -34,9 +34,12 @@ def whole_or_nothing(directory: Path) -> Iterator[Path]:
         If `directory` cannot be made or written.
     """
     try:
-        with _made(directory), TemporaryDirectory(dir=directory, prefix=f"{STAGE}{owner()}-") as name:
+        with ExitStack() as begun:
+            # What is made is known to what unmakes it before an interrupt comes.
+            with put_off("SIGINT", "SIGTERM", "SIGHUP"):
+                begun.enter_context(_made(directory))
+                stage = Path(begun.enter_context(TemporaryDirectory(dir=directory, prefix=f"{STAGE}{owner()}-")))
             _remove_abandoned(directory)
-            stage = Path(name)
             yield stage
             written = [file for file in stage.rglob("*") if file.is_file()]
             with put_off("SIGINT", "SIGTERM"):

@@ -95,21 +95,33 @@ def _begun(work: Callable[[], object]) -> tuple[int, int] | None:
         reading, writing = os.pipe()
     except OSError:  # no room for a pipe
         return None
-    # A signal that came between would raise in the copy, too, which then went on as if it were this process.
-    with put_off(*ENDING):
-        try:
+    process = 0
+    try:
+        # A signal that came between would raise in the copy, too, which then went on as if it were this process.
+        with put_off(*ENDING):
             process = _copied()
-        except OSError:  # no room for another process
-            os.close(reading)
-            os.close(writing)
+            if not process:
+                _end_by_signals()
+    except BaseException as error:
+        os.close(reading)
+        os.close(writing)
+        if process:  # the signal that was put off: nobody would know of the copy, which writes on
+            _end(process)
+        if isinstance(error, OSError):  # no room for another process
             return None
-        if not process:
-            _end_by_signals()
+        raise
     if not process:
         os.close(reading)
         _work_and_end(work, writing, here)
     os.close(writing)
     return process, reading
+
+
+def _end(process: int) -> None:
+    """End a copy, and wait until it has."""
+    os.kill(process, signal.SIGKILL)
+    with suppress(ChildProcessError):
+        os.waitpid(process, 0)
 
 
 def _copied() -> int:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import assume, given
 from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
-from linkframe.framework.error_bounds import bounds
+from linkframe.framework.error_bounds import bounds, compliance
 from reference.as_frame import as_frame
 from reference.four_bar import coordinates, four_bar
 from reference.random_structures import CLAMPED, constrained, few, screws, structures
@@ -438,3 +438,13 @@ def test_bounds_of_middle_sized_batches_take_flat_memory(monkeypatch: pytest.Mon
     assert solution.bounds.step == 1
     np.testing.assert_allclose(*found, rtol=1e-4)
     assert peaks[1] < 0.5 * peaks[0]
+
+
+def test_a_product_without_its_zeros_is_the_whole_one() -> None:
+    """In extended precision, entry by entry of a batch whose axes only one of the factors has."""
+    rng = np.random.default_rng(3)
+    rows = (rng.normal(size=(2, 1, 90, 70)) * (rng.random((2, 1, 90, 70)) < 0.1)).astype(np.longdouble)
+    weighted = np.swapaxes(rows * rng.random((3, 90))[..., None].astype(np.longdouble), -1, -2)
+    found = compliance._product(weighted, rows)
+    assert found.dtype == np.longdouble
+    np.testing.assert_array_equal(found, weighted @ rows)

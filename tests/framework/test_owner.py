@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from linkframe.framework.owner import is_gone, owner
+from linkframe.framework.paraview import files
 from linkframe.framework.paraview.files import STAGE, whole_or_nothing
 
 WRITING = """
@@ -66,3 +67,22 @@ def test_folders_of_others_stay(tmp_path: Path) -> None:
     with whole_or_nothing(tmp_path):
         pass
     assert stages(tmp_path) == before
+
+
+@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be put off")
+def test_an_interrupt_while_the_folder_is_made_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is heard when all that was made is known."""
+
+    class Interrupted(files.TemporaryDirectory[str]):
+        def __init__(self, **words: str) -> None:
+            super().__init__(**words)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(files, "TemporaryDirectory", Interrupted)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), whole_or_nothing(tmp_path / "new" / "out"):
+            raise AssertionError
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert not (tmp_path / "new").exists()

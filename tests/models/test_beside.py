@@ -174,3 +174,27 @@ def test_choices_are_compared_at_the_pose_that_is_shown(monkeypatch: pytest.Monk
     assert not asked
     assert against_paper.points(result, replace(known, angle=0.0)) == text
     assert asked == [known.angle]
+
+
+@pytest.mark.usefixtures("copied")
+@pytest.mark.parametrize("copied", [True], indirect=True)
+def test_a_signal_while_a_copy_is_made_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is heard when the copy is there, of which nobody would know any more."""
+    made, plain = [], beside._copied
+
+    def copied_and_asked_to_end() -> int:
+        process = plain()
+        if process:
+            made.append(process)
+            os.kill(os.getpid(), signal.SIGINT)
+        return process
+
+    monkeypatch.setattr(beside, "_copied", copied_and_asked_to_end)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            Beside(lambda: time.sleep(20.0))
+        with pytest.raises(ChildProcessError):
+            os.waitpid(made[0], os.WNOHANG)
+    finally:
+        signal.signal(signal.SIGINT, before)

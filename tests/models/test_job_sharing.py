@@ -26,6 +26,7 @@ from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.paper import against_paper
 from linkframe.models.paper import result as paper
 from linkframe.models.paper.inputs import Inputs
+from linkframe.models.paper.job import FourBarJob
 from numpy.testing import assert_array_equal
 from stress.killed_jobs import COMMAND
 
@@ -70,8 +71,9 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_same_files_from_two_processes_and_a_checkpoint(
     job: str, tmp_path: Path, file: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # What the report says of the paper has samples of its own, which are not shared.
+    # What the report says of the paper, and of other choices, has samples of its own, which are not shared.
     monkeypatch.setattr(against_paper, "points", lambda *_: [])
+    monkeypatch.setattr(FourBarJob, "compared", lambda _: None)
     words = FOUR_BAR if job == "four-bar" else ["run", file]
     wanted = written(tmp_path, "one", *words)
     kept = ["--checkpoint", str(tmp_path / "kept")]

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import tracemalloc
 from collections.abc import Mapping
@@ -30,8 +31,10 @@ from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import BYTES, Result, compute
 from linkframe.models.paper.study import LARGE_WAY, LINEAR_WAY, work
 from numpy.typing import NDArray
+from stress.killed_jobs import HEARING
 
-COMMAND = [sys.executable, "-c", "from linkframe.models.command_line import main; raise SystemExit(main())", "four-bar"]
+MAIN = "from linkframe.models.command_line import main; raise SystemExit(main())"
+COMMAND = [sys.executable, "-c", MAIN, "four-bar"]
 FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
 FEW = ["--poses", "30", "60", "30", "--samples", "5"]
 
@@ -150,32 +153,92 @@ def test_memory_is_told_by_the_system() -> None:
     assert found is None or found > 10**6
 
 
+class Clock:
+    """Time that goes on where a test says so; a thread that waits for a moment of it is there at that moment."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now = 0.0
+        self.due: float | None = None  # when the thread that waits goes on
+        self.changed = threading.Condition()
+        monkeypatch.setattr(stages, "perf_counter", lambda: self.now)
+        monkeypatch.setattr(stages, "Event", lambda: Ended(self))
+
+    def sleep(self, seconds: float) -> None:
+        end = self.now + seconds
+        with self.changed:
+            while True:
+                assert self.changed.wait_for(lambda: self.due is not None, timeout=60.0)
+                assert self.due is not None
+                if self.due > end:
+                    break
+                self.now, self.due = self.due, None
+                self.changed.notify_all()
+            self.now = end
+
+
+class Ended:
+    """An event by such a clock."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock, self.happened = clock, False
+
+    def set(self) -> None:
+        with self.clock.changed:
+            self.happened = True
+            self.clock.changed.notify_all()
+
+    def wait(self, pause: float) -> bool:
+        clock = self.clock
+        with clock.changed:
+            clock.due = clock.now + pause
+            clock.changed.notify_all()
+            clock.changed.wait_for(lambda: self.happened or clock.due is None)
+            clock.due = None
+            return self.happened
+
+
 def test_lines_where_there_is_no_terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """How much is done, with an estimate, for which the first line waits; nothing of what is soon or nearly done."""
-    shown = Stages(3)
+    clock, shown = Clock(monkeypatch), Stages(3)
     with shown("solution", {"samples": 10}) as advance:
         advance("samples", 10)
     with shown("solution", {"samples": 1000}) as advance:
         advance("samples", 0)
         advance("samples", 999)
-        time.sleep(1.2)
+        clock.sleep(1.2)
     assert capsys.readouterr().err == ""
     with shown("solution", {"samples": 10}) as advance:
         advance("samples", 0)
-        time.sleep(1.3)
+        clock.sleep(1.3)
         advance("samples", 5)
-        time.sleep(0.5)
+        clock.sleep(0.5)
     assert capsys.readouterr().err == "solution: 5 of 10 samples after 1 s, about 1 s to go\n"
-    monkeypatch.setattr(stages, "WAIT", 1.0)
     with shown("solution", {"samples": 10}):
-        time.sleep(1.2)
-    assert capsys.readouterr().err == "solution: 0 of 10 samples after 1 s, no estimate yet\n"
+        clock.sleep(2.9)
+        assert capsys.readouterr().err == ""
+        clock.sleep(0.3)
+    assert capsys.readouterr().err == "solution: 0 of 10 samples after 3 s, no estimate yet\n"
 
 
-def test_a_long_stage_without_parts_tells_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+def test_lines_become_rare(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each comes after half of what was spent till then, and after half a minute at most."""
+    clock = Clock(monkeypatch)
     with Stages(1)("figures"):
-        time.sleep(1.2)
-    assert capsys.readouterr().err == "figures: 1 s so far\n"
+        clock.sleep(150.0)
+    spent = [1.0]
+    while spent[-1] + min(max(1.0, spent[-1] / 2.0), 30.0) <= 150.0:
+        spent.append(spent[-1] + min(max(1.0, spent[-1] / 2.0), 30.0))
+    assert capsys.readouterr().err.splitlines() == [f"figures: {each:.0f} s so far" for each in spent]
+
+
+def test_a_long_stage_without_parts_tells_its_name(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the clock of the machine."""
+    monkeypatch.setattr(stages, "FIRST", 0.05)
+    with Stages(1)("figures"):
+        time.sleep(0.25)
+    assert set(capsys.readouterr().err.splitlines()) == {"figures: 0 s so far"}
 
 
 def test_the_estimate_does_not_wait_for_a_whole_part() -> None:
@@ -283,11 +346,12 @@ def test_jobs_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.Monk
 def test_a_signal_leaves_nothing(number: signal.Signals, code: int, tmp_path: Path) -> None:
     """Neither files nor the folder in which they were to be made."""
     out = tmp_path / "out"
-    with subprocess.Popen([*COMMAND, "--samples", "100000", "--out", str(out)], stderr=subprocess.PIPE) as running:
-        for _ in range(600):
+    command = [sys.executable, "-c", HEARING + MAIN, "four-bar", "--samples", "100000", "--out", str(out)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE) as running:
+        for _ in range(3000):
             if out.exists():
                 break
-            time.sleep(0.1)
+            time.sleep(0.02)
         running.send_signal(number)
         _, told = running.communicate(timeout=60)
     assert running.returncode == code
@@ -301,7 +365,7 @@ def test_a_closed_pipe_ends_quietly() -> None:
     read, write = os.pipe()
     os.close(read)
     printing = "from linkframe.models.job import run; run.run = lambda *_: print('x' * 100000); "
-    command = [sys.executable, "-c", printing + COMMAND[2], "four-bar"]
+    command = [sys.executable, "-c", printing + MAIN, "four-bar"]
     ended = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, check=False)
     os.close(write)
     assert (ended.returncode, ended.stderr) == (141, b"")

@@ -12,8 +12,11 @@ import time
 from pathlib import Path
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
+# Before a job that is to hear an interrupt even where the tests do not, as in the background of a shell.
+HEARING = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
 # With parts that take a moment each.
-COMMAND = """
+COMMAND = f"""
+{HEARING}
 import sys
 from linkframe.models.command_line import main
 from linkframe.models.job import parts
