@@ -78,6 +78,18 @@ def test_a_held_orientation_at_places_far_apart() -> None:
     assert_allclose(space.motion.axes("tool"), np.broadcast_to(np.eye(3), (*space.motion.shape, 3, 3)), atol=1e-10)
 
 
+def test_a_slide_may_go_as_far_as_the_linkage_is_long() -> None:
+    """A polar robot with a wrist, in millimetres: behind its pivot it is tried from the place beside."""
+    linkage = Linkage(A=(0, 0), W=(1000, 0), P=(1500, 0))
+    linkage.link("turret", "A", "W")
+    linkage.link("rod", "W")
+    linkage.link("tool", "W", "P")
+    linkage.revolute("A", "ground", "turret", drive=True)
+    linkage.prismatic("W", "turret", "rod", axis=(1, 0, 0), drive=True, name="slide")
+    linkage.revolute("W", "rod", "tool", drive=True, name="wrist")
+    assert linkage.workspace("P", x=[-1500.0, 500.0], y=[0.0, 1000.0]).reached.all()
+
+
 @pytest.mark.parametrize("unit", [1.0, 1000.0])
 def test_a_drive_that_turns_beside_one_that_slides(unit: float) -> None:
     """A polar robot: J^T J = diag(r^2, 1), the same in metres and in millimetres."""

@@ -215,6 +215,7 @@ def test_the_usual_distributions_hold_in_both_tails():
 def test_what_the_usual_distributions_cannot_mean_is_left_to_scipy():
     assert np.isnan(continuous("norm", {"scale": -1.0}).ppf(np.array(0.5)))
     assert continuous("norm", {"loc": 1.0, "scale": 1e-20}).mean() == 1.0
+    assert continuous("uniform", {"loc": 1.0, "scale": 1e-20}).mean() == 1.0
     assert continuous("gamma", {"a": 2.0}).mean() == 2.0
     assert continuous("qmc", {}) is None
     with pytest.raises(TypeError):
