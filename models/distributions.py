@@ -232,7 +232,18 @@ class Interval(ContinuousDistribution):
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
 
     def sf(self, x: Array, /) -> Array:
-        """Probability of a value above `x`."""
+        """Probability of a value above `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
         return np.clip((self.high - np.asarray(x)) / (self.high - self.low), 0.0, 1.0)
 
     def mean(self) -> float:
