@@ -19,8 +19,9 @@ from .parameters import Real, array_of, as_real, common_shape, given_state, requ
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
-# Points for a taper, at least, and half the digits of a double by which their number is set, as a natural logarithm.
-_POINTS, _DIGITS = 40, 20.0
+# Points for a taper, at least and at most: beyond a millionth rounding hides what they would add. Half the digits of a
+# double by which their number is set, as a natural logarithm.
+_POINTS, _MOST, _DIGITS = 40, 4000, 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,8 +104,8 @@ class BeamSectionLaw(LineElement):
             return 3
         here, there = self.section.sizes(), self.end.sizes()
         growth = max(float(np.max(np.maximum(there[name] / here[name], here[name] / there[name]))) for name in here)
-        place = 1.0 + 2.0 / max(growth - 1.0, 0.1)
-        return max(_POINTS, int(np.ceil(_DIGITS / np.log(place + np.sqrt(place * place - 1.0)))))
+        count = _DIGITS / np.arccosh(1.0 + 2.0 / max(growth - 1.0, 0.1))
+        return int(np.clip(np.ceil(count), _POINTS, _MOST))
 
     @property
     def integration_points(self) -> tuple[Array, Array]:

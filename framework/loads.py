@@ -4,22 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 
 from .added_forms import FormLoad
 from .batch import Array
+from .shape_rules import gauss_legendre
 
 # Of an array whose last axis is no batch axis.
 _VECTORS = {"trailing": 1}
-
-
-@cache
-def _rule(count: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss's rule on (-1, 1)."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)
-    return nodes, weights
 
 
 @dataclass(frozen=True)
@@ -66,7 +59,7 @@ class LineLoad:
         a, b = self.clipped(lower, upper, length)
         half = (b - a) / 2.0
         out = []
-        for point, weight in zip(*_rule(count), strict=True):
+        for point, weight in zip(*gauss_legendre(count), strict=True):
             x = a + half * (1.0 + point)
             share = ((x - x1) / (x2 - x1))[..., None]
             per_length = self.start * (1.0 - share) + self.end * share

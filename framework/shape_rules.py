@@ -16,6 +16,8 @@ from .batch import Array, Shape, merged
 Real = NDArray[Any]
 # Places, as fractions of the length, whose polynomial gives the derivative of shape functions (Chebyshev's).
 PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(8) / 7.0)
+# Points of Gauss's rule up to which it is found from a full matrix.
+_DENSE = 300
 # Share of a deformation that is surely the rounding of double precision in what a rigid motion makes of it.
 _ROUNDED = 1e-10
 
@@ -47,6 +49,24 @@ class Law(Protocol):
 
 
 @cache
+def gauss_legendre(count: int) -> tuple[Array, Array]:
+    """Nodes and weights of Gauss's rule on (-1, 1).
+
+    Parameters
+    ----------
+    count
+        Number of nodes.
+    """
+    if count <= _DENSE:
+        return np.polynomial.legendre.leggauss(count)
+    # its work grows by the square of their number, not by the cube
+    from scipy.special import roots_legendre
+
+    nodes, weights = roots_legendre(count)
+    return nodes, weights
+
+
+@cache
 def gauss(count: int) -> tuple[Array, Array]:
     """Nodes and weights of Gauss's rule on (0, 1).
 
@@ -55,7 +75,7 @@ def gauss(count: int) -> tuple[Array, Array]:
     count
         Number of nodes.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(count)
+    nodes, weights = gauss_legendre(count)
     found = 0.5 * (1.0 + nodes), 0.5 * weights
     for part in found:
         part.setflags(write=False)

@@ -154,6 +154,23 @@ class Normal(ContinuousDistribution):
 
         return np.asarray(ndtr((x - self.loc) / self.scale))
 
+    def isf(self, q: Array, /) -> Array:
+        """Value that is exceeded with probability `q`."""
+        from scipy.special import ndtri
+
+        return np.asarray(-ndtri(q) * self.scale + self.loc)
+
+    def sf(self, x: Array, /) -> Array:
+        """Probability of a value above `x`."""
+        from scipy.special import ndtr
+
+        return np.asarray(ndtr((self.loc - x) / self.scale))
+
+    def logpdf(self, x: Array, /) -> Array:
+        """Logarithm of the probability density."""
+        off = (x - self.loc) / self.scale
+        return np.asarray(-0.5 * off**2 - np.log(np.sqrt(2.0 * np.pi) * self.scale))
+
     def mean(self) -> float:
         """Mean."""
         return self.loc
@@ -213,6 +230,21 @@ class Interval(ContinuousDistribution):
     def cdf(self, x: Array, /) -> Array:
         """Probability of a value below `x`."""
         return np.clip((np.asarray(x) - self.low) / (self.high - self.low), 0.0, 1.0)
+
+    def sf(self, x: Array, /) -> Array:
+        """Probability of a value above `x`.
+
+        Parameters
+        ----------
+        x
+            Values, (...).
+
+        Returns
+        -------
+        ndarray
+            Probabilities, (...).
+        """
+        return np.clip((self.high - np.asarray(x)) / (self.high - self.low), 0.0, 1.0)
 
     def mean(self) -> float:
         """Mean."""

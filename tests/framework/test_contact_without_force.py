@@ -92,3 +92,15 @@ def test_a_frame_is_not_judged_by_the_size_of_others(stiffness: float) -> None:
     whole = under_moment([0.01, 1.0, 1000.0]).contact("pin").state
     assert_array_equal(whole[:2], "free")
     assert_array_equal(whole, [under_moment(length).contact("pin").state for length in (0.01, 1.0, 1000.0)])
+
+
+def test_a_soft_spring_that_is_stretched_presses_what_no_load_does() -> None:
+    """Its stiffness against an offset is lost in the rounding of the members', its force is not."""
+    frame = two_links(0, 0.0)
+    frame.node("G", frame.position("D"))
+    frame.add("spring", Joint((1e-7,) * 3 + (0.0,) * 3), "D", "G")
+    frame.fix("G", "rx", "ry", "rz")
+    frame.prescribe("G", ux=1.0, uy=0.0, uz=0.0)
+    contact = frame.solve().contact("pin")
+    assert contact.state == "closed"
+    assert_allclose(contact.force, 1e-7, rtol=1e-3)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.framework import Frame
+from linkframe.framework.shape_rules import gauss_legendre
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 LENGTH, THICK, THIN, WIDTH, GRAVITY = 0.5, 0.02, 0.01, 0.01, 9.81
@@ -96,3 +97,16 @@ def test_a_line_load_on_a_taper_to_a_thousandth_is_within_the_bound() -> None:
     exact = np.sum(weights / 2.0 * bent * size * growth * LENGTH / 0.999)
     bound = solution.error_bound("B")[5]
     assert abs(solution.displacement("B")[5] - exact) <= bound + 1e-12 * abs(exact)
+
+
+@pytest.mark.parametrize("count", [300, 301, 1000])
+def test_rules_of_many_points_are_exact(count: int) -> None:
+    nodes, weights = gauss_legendre(count)
+    np.testing.assert_allclose(weights @ np.exp(nodes), np.e - 1.0 / np.e, rtol=1e-12)
+    np.testing.assert_allclose(weights @ nodes ** (2 * count - 2), 2.0 / (2 * count - 1), rtol=1e-9)
+
+
+def test_a_member_that_comes_to_a_point_asks_for_no_rule_without_end() -> None:
+    """The points that would be asked for grow by the root of the taper; beyond a millionth none of them tells."""
+    points = [Beam(Circle(THICK), STEEL, end=Circle(thin * THICK)).quadrature for thin in (1e-4, 1e-6, 1e-12)]
+    assert points[0] < points[1] == points[2] < 5000

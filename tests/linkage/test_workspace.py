@@ -52,19 +52,42 @@ def test_drives_of_an_arm_and_its_condition_number() -> None:
     assert np.isnan(space.condition()[~space.reached]).all()
 
 
-def test_a_held_orientation_beyond_a_hole_and_beside_singular_places() -> None:
+def arm_with_wrist() -> Linkage:
     """Bars of 2 and 1 with a driven wrist: its pin goes wherever the bars reach, from 1 to 3 away, stretched at 3."""
     linkage = Linkage(A=(0, 0), B=(2, 0), W=(2, 1), P=(2.5, 1))
     for link, on in (("upper", "AB"), ("lower", "BW"), ("tool", "WP")):
         linkage.link(link, *on)
     for pin, first, second in (("A", "ground", "upper"), ("B", "upper", "lower"), ("W", "lower", "tool")):
         linkage.revolute(pin, first, second, drive=True)
+    return linkage
+
+
+def test_a_held_orientation_beyond_a_hole_and_beside_singular_places() -> None:
     line = np.linspace(-3.0, 3.0, 5)
-    space = linkage.workspace("P", x=line + 0.5, y=line)
+    space = arm_with_wrist().workspace("P", x=line + 0.5, y=line)
     away = np.hypot(*np.meshgrid(line, line))
     assert space.reached[(away > 1.01) & (away < 2.99)].all()
     assert not space.reached[(away < 0.99) | (away > 3.01)].any()
     assert_allclose(space.motion.axes("tool"), np.broadcast_to(np.eye(3), (*space.motion.shape, 3, 3)), atol=1e-10)
+
+
+def test_a_held_orientation_at_places_far_apart() -> None:
+    """Beside each other by more than the shorter bar is long, beyond what Newton's method takes in one go."""
+    space = arm_with_wrist().workspace("P", x=[-2.1, -0.8], y=[0.0, 1.3])
+    assert space.reached.all()
+    assert_allclose(space.motion.axes("tool"), np.broadcast_to(np.eye(3), (*space.motion.shape, 3, 3)), atol=1e-10)
+
+
+def test_a_slide_may_go_as_far_as_the_linkage_is_long() -> None:
+    """A polar robot with a wrist, in millimetres: behind its pivot it is tried from the place beside."""
+    linkage = Linkage(A=(0, 0), W=(1000, 0), P=(1500, 0))
+    linkage.link("turret", "A", "W")
+    linkage.link("rod", "W")
+    linkage.link("tool", "W", "P")
+    linkage.revolute("A", "ground", "turret", drive=True)
+    linkage.prismatic("W", "turret", "rod", axis=(1, 0, 0), drive=True, name="slide")
+    linkage.revolute("W", "rod", "tool", drive=True, name="wrist")
+    assert linkage.workspace("P", x=[-1500.0, 500.0], y=[0.0, 1000.0]).reached.all()
 
 
 @pytest.mark.parametrize("unit", [1.0, 1000.0])

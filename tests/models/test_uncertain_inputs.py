@@ -12,6 +12,7 @@ from linkframe.models import GaussianCopula, propagate, tolerance
 from linkframe.models.distributions import Interval, Normal, continuous, distribution_of
 from linkframe.models.propagation.correlation import by_quadrature, nataf
 from linkframe.models.propagation.inputs import JointInputs
+from linkframe.models.quantiles import at_scores, log_density, normal_scores
 from linkframe.models.sampling import draw
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy import stats
@@ -198,9 +199,23 @@ def test_the_usual_distributions_are_those_of_scipy():
         )
 
 
+def test_the_usual_distributions_hold_in_both_tails():
+    """Failures of one in 10^19 and rarer lie nine standard deviations off, whichever way the distribution was given."""
+    scores = np.array([-37.0, -9.0, -6.0, 0.0, 6.0, 9.0, 37.0])
+    for name, loc, scale in (("norm", 2.0, 0.5), ("uniform", -3.0, 7.0)):
+        ours, theirs = continuous(name, {"loc": loc, "scale": scale}), getattr(stats, name)(loc, scale)
+        assert_allclose(at_scores(ours, scores), at_scores(theirs, scores), rtol=1e-13)
+        x = theirs.ppf([1e-20, 1e-3, 0.7, 0.999])
+        assert_allclose(normal_scores(name, ours, x), normal_scores(name, theirs, x), rtol=1e-10)
+    far = 2.0 + 0.5 * scores
+    assert_allclose(normal_scores("norm", Normal(2.0, 0.5), far), scores, rtol=1e-12)
+    assert_allclose(log_density("norm", Normal(2.0, 0.5), 30.0 + far), stats.norm(2.0, 0.5).logpdf(30.0 + far))
+
+
 def test_what_the_usual_distributions_cannot_mean_is_left_to_scipy():
     assert np.isnan(continuous("norm", {"scale": -1.0}).ppf(np.array(0.5)))
     assert continuous("norm", {"loc": 1.0, "scale": 1e-20}).mean() == 1.0
+    assert continuous("uniform", {"loc": 1.0, "scale": 1e-20}).mean() == 1.0
     assert continuous("gamma", {"a": 2.0}).mean() == 2.0
     assert continuous("qmc", {}) is None
     with pytest.raises(TypeError):

@@ -11,6 +11,8 @@ from .inverse import Bools, InverseKinematics
 Numbers = NDArray[np.int64]
 
 BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
+# Pieces of the way to a place that is too far from the one beside it for Newton's method.
+PIECES = 8
 
 
 def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
@@ -33,12 +35,25 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, 
         target, source = _beside(fresh, reached)
         if not len(target):
             return drives, reached, reached | possible.reshape(shape)
-        found, good = solver.refined(drives[source[:, 0], source[:, 1]], places[target[:, 0], target[:, 1]])
+        given, start, wanted = drives[*source.T], places[*source.T], places[*target.T]
+        found, good = solver.refined(given, wanted)
+        far = ~good & possible.reshape(shape)[*target.T]
+        found[far], good[far] = _by_pieces(solver, given[far], start[far], wanted[far])
         rows, columns = target[good].T
         drives[rows, columns] = found[good]
         fresh = np.zeros(shape, dtype=bool)
         fresh[rows, columns] = True
         reached |= fresh
+
+
+def _by_pieces(solver: InverseKinematics, drives: Array, start: Array, end: Array) -> tuple[Array, Bools]:
+    """Drive values (k, drives) that bring the point from places `start` to places `end`, (k, 3), and which do, (k,)."""
+    good = np.ones(len(drives), dtype=bool)
+    for share in np.arange(1, PIECES + 1) / PIECES:
+        on = np.flatnonzero(good)
+        if len(on):
+            drives[on], good[on] = solver.refined(drives[on], start[on] + share * (end - start)[on])
+    return drives, good
 
 
 def _beside(fresh: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
