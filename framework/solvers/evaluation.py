@@ -52,6 +52,8 @@ class Picked:
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
         """Entries by their numbers among those that vary over the axes of a mask, the others at their first index."""
+        if len(shape) == 1:  # as most often
+            return cls(shape, (numbers if mask else np.zeros_like(numbers),))
         sizes = [n if mask >> axis & 1 else 1 for axis, n in enumerate(shape)]
         return cls(shape, tuple(np.array(k, dtype=np.int64) for k in np.unravel_index(numbers, sizes or (1,))))
 
