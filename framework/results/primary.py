@@ -111,7 +111,7 @@ class Primary:
     @cached_property
     def sound(self) -> bool:
         """Whether no pivot raises the suspicion that something can move, so that nothing is to be looked at again."""
-        return isinstance(self.solver, BroadcastSolver) and not self.solver.suspects().any()
+        return not isinstance(self.solver, SparseSolver) and not self.solver.suspects().any()
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
@@ -226,8 +226,9 @@ class Primary:
     def sweep(self) -> Sweep:
         """What results of a long batch are written down in: from the elimination on, or from `stacked`."""
         recording, grid = Recording(), self.plan.grid
-        alone = self.sound or (self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any())
-        if alone and isinstance(self.solver, BroadcastSolver):
+        if isinstance(self.solver, BroadcastSolver) and (
+            self.sound or (self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any())
+        ):
             written = self.solver.written(recording)
             if written is not None:
                 return Sweep(grid, recording, written)

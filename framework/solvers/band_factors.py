@@ -81,11 +81,11 @@ class OneByOne:
         factorise = scipy.linalg.lapack.dpbtrf
         self.failed = np.array([factorise(band, lower=1, overwrite_ab=1)[1] != 0 for band in self._each], dtype=bool)
 
-    @property
+    @cached_property
     def pivots(self) -> Array:
         """Diagonal of L, (m, n)."""
-        found = self._bands.reshape(-1, *self._shape)[..., 0]
-        return np.where(self.failed[:, None], np.nan, found)
+        found: Array = self._bands.reshape(-1, *self._shape)[..., 0]
+        return np.where(self.failed[:, None], np.nan, found) if self.failed.any() else found
 
     def solve(self, entries: Index, loads: Array) -> None:
         """Replace the loads (n, entries, k) on some entries by solutions."""

@@ -52,6 +52,8 @@ class Picked:
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
         """Entries by their numbers among those that vary over the axes of a mask, the others at their first index."""
+        if len(shape) == 1:  # as most often
+            return cls(shape, (numbers if mask else np.zeros_like(numbers),))
         sizes = [n if mask >> axis & 1 else 1 for axis, n in enumerate(shape)]
         return cls(shape, tuple(np.array(k, dtype=np.int64) for k in np.unravel_index(numbers, sizes or (1,))))
 
@@ -130,40 +132,52 @@ class Sums:
 
     def __init__(self, coupling: Coupling, pattern: SumPattern) -> None:
         self.coupling, self.count = coupling, pattern.count
-        self.parts = [_Sum.of(coupling, *part) for part in pattern.parts]
+        parts = [_Sum.of(coupling, *part) for part in pattern.parts]
+        self._fixed = [part for part in parts if part.whole is not None and not part.block.mask]
+        self._varying = [part for part in parts if part.each is not None or part.block.mask]
+
+    @property
+    def varies(self) -> bool:
+        """Whether something varies over the batch."""
+        return bool(self._varying)
 
     @cached_property
     def constant(self) -> Array:
         """What does not vary over the batch, (targets,)."""
         out = np.zeros(self.count)
-        picked = Picked(self.coupling.grid.shape, tuple(np.zeros(1, dtype=np.int64) for _ in self.coupling.grid.shape))
-        for part in self.parts:
-            if part.whole is not None and not part.block.mask:
-                out += part.whole @ numbers_of(part.block, picked)[:, 0]
+        picked = Picked.of(self.coupling.grid.shape, 0, np.zeros(1, dtype=np.int64))
+        for part in self._fixed:
+            assert part.whole is not None
+            out += part.whole @ numbers_of(part.block, picked)[:, 0]
         return out
 
     @cached_property
     def _factors(self) -> Together | None:
         """What terms are multiplied by that varies; None where none are."""
-        return Together(self.coupling.factors) if any(part.each is not None for part in self.parts) else None
+        return Together(self.coupling.factors) if any(part.each is not None for part in self._varying) else None
 
     def at(self, picked: Picked) -> Array:
         """The sums at some entries, (targets, m)."""
         count = len(picked.index[0]) if picked.index else 1
-        out = np.repeat(self.constant[:, None], count, axis=1)
+        out = np.repeat(self.constant[:, None], count, axis=1) if self._fixed else None
         factors = None if self._factors is None else picked.of_values(self._factors)
-        for part in self.parts:
-            varies = part.block.mask != 0
-            if not varies and part.each is None:
-                continue
+        for part in self._varying:
             numbers = numbers_of(part.block, picked)
-            if part.whole is not None and varies:
+            if part.whole is not None and part.block.mask:
                 every = numbers if numbers.shape[1] == count else np.broadcast_to(numbers, (len(numbers), count))
-                out += part.whole @ np.ascontiguousarray(every)
+                out = _more(out, part.whole @ np.ascontiguousarray(every))
             if part.each is not None:
                 assert factors is not None
-                out += part.each @ _weighted(part, numbers, factors)
-        return out
+                out = _more(out, part.each @ _weighted(part, numbers, factors))
+        return np.zeros((self.count, count)) if out is None else out
+
+
+def _more(sums: Array | None, terms: Array) -> Array:
+    """Sums with terms added in place; these themselves where there are none yet, as memory is slow to come by."""
+    if sums is None:
+        return terms
+    sums += terms
+    return sums
 
 
 def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]:

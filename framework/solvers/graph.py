@@ -46,16 +46,17 @@ class Links:
     @cached_property
     def unknowns(self) -> list[int]:
         """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        rows = self.connections.rows
-        own = [6 * node + k for node in range(self.count) if node not in rows for k in range(6)]
-        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
-        on_edges.update(k for row in self.connections.springs for k in row if k >= 0)
-        return sorted(on_edges.union(own)) if on_edges else own
+        found: list[int] = self.unknown.tolist()
+        return found
 
     @cached_property
     def unknown(self) -> Index:
         """The same as an array, (n,)."""
-        return np.array(self.unknowns, dtype=np.int64)
+        rows = self.connections.rows
+        own: Index = (6 * np.flatnonzero(self.free)[:, None] + np.arange(6)).reshape(-1)
+        on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
+        on_edges.update(k for row in self.connections.springs for k in row if k >= 0)
+        return np.union1d(own, np.array(list(on_edges), dtype=np.int64)) if on_edges else own
 
     @cached_property
     def node(self) -> Index:

@@ -7,16 +7,19 @@ unit of it, times its size.
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, aligned
+from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
+
+# Shape and numbers of an array.
+_Content = tuple[Shape, bytes]
 
 
 class Loaded(Protocol):
@@ -38,23 +41,24 @@ class Loaded(Protocol):
 
 def varying(plan: Loaded) -> list[Value]:
     """Numbers, the first of which is one, in which the solution is linear: none where they are not known to be few."""
+    given = _given(plan)
+    return [] if given is None else [*plan.imposed, *given.values()]
+
+
+def _given(plan: Loaded) -> dict[_Content, Value] | None:
+    """Loads at nodes that vary, by their content: often one number acts at many nodes; None where others vary, too."""
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
     along += [] if frame.weight is None else [frame.weight]
     if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
-        return []
-    return [*plan.imposed, *_given(frame, grid).values()]
-
-
-def _given(frame: Description, grid: Grid) -> dict[bytes, Value]:
-    """Loads at nodes that vary, by their content: often one number acts at many nodes."""
+        return None
     values = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
     return {_content(value): value for value in values if mask_of(value)}
 
 
-def _content(value: Value) -> bytes:
+def _content(value: Value) -> _Content:
     array = np.asarray(value)
-    return np.array(array.shape).tobytes() + array.tobytes()
+    return array.shape, array.tobytes()
 
 
 def count(plan: Loaded) -> int:
@@ -70,22 +74,25 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 
     The units are along the last axis of the batch. None where there are no fewer of them than load cases.
     """
-    numbers = varying(plan) if plan.grid.sizes[-1] > 1 else []
+    given = _given(plan) if plan.grid.sizes[-1] > 1 else None
+    if given is None:
+        return None
+    numbers = [*plan.imposed, *given.values()]
     if not 0 < len(numbers) < plan.grid.sizes[-1]:
         return None
     shape = plan.grid.shape
     own, unit = (1,) * (len(shape) - 1) + (len(numbers),), np.eye(len(numbers))
     grid = Grid(own)
     units: list[Value] = [row.reshape(own) for row in unit]
-    frame = _units(plan.frame, plan.grid, units, len(plan.imposed))
+    frame = _units(plan.frame, plan.grid, units[0], dict(zip(given, units[len(plan.imposed) :], strict=True)))
     whole = [np.broadcast_to(number, shape).reshape(-1) for number in numbers]
     return frame, grid, RightHandSideParameters(grid, 0, units[: len(plan.imposed)]), np.array(whole)
 
 
-def _units(frame: Description, grid: Grid, units: Sequence[Value], first: int) -> Description:
-    """Loads of a frame as units of what varies, from the number `first` on, and constants as the first unit."""
+def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content, Value]) -> Description:
+    """Loads of a frame: of what varies the `unit`, and of constants their number times the `first`."""
     clone, ndim = copy.copy(frame), len(grid.shape)
-    one, unit = np.asarray(units[0]), dict(zip(_given(frame, grid), units[first:], strict=True))
+    one = np.asarray(first)
 
     def load(value: Array) -> Array:
         number = grid.value(value)

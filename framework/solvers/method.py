@@ -31,6 +31,8 @@ _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 _SLENDER, _PATIENCE = 18.0, 3.0
 # Operations of a banded factor up to which it takes less time than to look for anything better.
 _SMALL = 2e8
+# Width up to which what is better saves no more than it takes to look for it, and operations of a band that is light.
+_NARROW, _LIGHT = 300, 4e9
 # Entries up to which a band is held.
 _BAND = 4e8
 _ITERATION = 0.4e-9
@@ -179,7 +181,7 @@ def _fastest_batch(plan: Compiled) -> Method:
     shared = broadcast(coupling, graph, condensed, apart)
     text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
     # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
-    patience = np.clip(left / max(1, graph.width - 6) / _SLENDER, 1.0, _PATIENCE)
+    patience = min(max(left / max(1, graph.width - 6) / _SLENDER, 1.0), _PATIENCE)
     if shared * patience <= apart:
         return Method(BROADCAST, f"broadcasting LDL^T, {text}", shared)
     return Method(BANDED, f"banded Cholesky of each entry, {text}", apart)
@@ -188,7 +190,7 @@ def _fastest_batch(plan: Compiled) -> Method:
 def _fastest(plan: Compiled) -> Method:
     graph, size, pieces, cases = plan.graph, len(plan.unknowns), len(plan.topology.ends), count(plan)
     in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
-    if size * graph.width**2 <= _SMALL:
+    if size * graph.width**2 <= (_LIGHT if graph.width <= _NARROW else _SMALL):
         what = "slender" if size > _SLENDER * graph.width else "small"
         why = f"banded Cholesky, as the frame is {what}: a band of {graph.width} by {size}"
         return Method(BANDED, why, one(pieces, size, cases, in_bands))

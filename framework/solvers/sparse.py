@@ -273,7 +273,7 @@ class SparseSolver:
             return None
         frame, grid, rhs_parameters, sizes = found
         solver = SparseSolver(self.plan.under(frame, grid, rhs_parameters), self.matrix)
-        solver._reached = self._reached
+        solver._reached, solver.units = self._reached, None  # which are as many as its load cases
         return solver, sizes
 
     def _nodal_load(self) -> Array:
@@ -282,8 +282,8 @@ class SparseSolver:
         for node, k, value in component_loads(topology):
             axes = topology.axes(node)
             if axes is None:
-                one = value.size == 1
-                out[6 * node + k] += value.reshape(-1) if one else self._flat(value[None, ..., None])[0, :, 0]
+                plain = value.size in (1, self._cases)
+                out[6 * node + k] += value.reshape(-1) if plain else self._flat(value[None, ..., None])[0, :, 0]
             else:
                 local = axes[..., k % 3, :] * value[..., None]
                 half = 6 * node + k - k % 3

@@ -287,12 +287,16 @@ class _Solved:
     def _run(self, rows: Index) -> None:
         """Solve, and keep some of the unknowns."""
         solver = self.solver
-        out = np.empty((len(rows), solver.count, solver.columns))
+        out: Array = np.empty((len(rows), solver.count, solver.columns))
         for matrices, factor in solver.factors(self.bands):
             self._examine(matrices, factor)
             for columns in solver.slices(self.bands.size * len(matrices)):
                 part = slice(matrices[0], matrices[-1] + 1), slice(columns[0], columns[-1] + 1)
-                out[:, *part] = self._part(matrices, columns, factor)[rows]
+                values = self._part(matrices, columns, factor)
+                if values.shape == out.shape:  # nothing is left out
+                    out = values
+                else:
+                    out[:, *part] = values if len(rows) == len(values) else values[rows]
         self._found, self._at = out, np.full(self.bands.size, -1)
         self._at[rows] = np.arange(len(rows))
 
@@ -303,7 +307,7 @@ class _Solved:
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
         """Values (size, m, right-hand sides) of some matrices for some of their right-hand sides."""
         with timed(self.plan.times, "solution"):
-            right = self._right(matrices, columns)
+            right = self._right(matrices, columns, self._entries(matrices, columns, factor))
             values = right * factor.root[..., None]
             factor.solve(np.arange(len(matrices)), values)
             values *= factor.root[..., None]
@@ -317,13 +321,19 @@ class _Solved:
 
     # -- loads --------------------------------------------------------------------------------------------------------
 
-    def _right(self, matrices: Index, columns: Index, *, imposed: bool = True) -> Array:
+    def _entries(self, matrices: Index, columns: Index, factor: StackedFactor) -> Picked:
+        """Their batch entries: those of their factor where each has one load case, which are evaluated already."""
+        alike = len(matrices) == factor.count and (self.solver.by_units or self.solver.cases == 1)
+        return factor.picked if alike else self.solver.entries(matrices, columns)
+
+    def _right(self, matrices: Index, columns: Index, picked: Picked, *, imposed: bool = True) -> Array:
         """Loads (size, m, right-hand sides) in the order of elimination; what `imposed` displacements call for too."""
         solver, size = self.solver, self.bands.size
-        picked = solver.entries(matrices, columns)
-        found = (self._loads if imposed else self._forces).at(picked).reshape(len(solver.sources), size, -1)
+        sums = self._loads if imposed else self._forces
+        found = (sums.at(picked) if sums.varies else sums.constant).reshape(len(solver.sources), size, -1)
         if solver.by_units:
-            return np.ascontiguousarray(found[columns].transpose(1, 2, 0))
+            units = found[columns].transpose(1, 2, 0)
+            return np.ascontiguousarray(np.broadcast_to(units, (size, len(matrices), len(columns))))
         whole: Array = np.einsum("snm,sm->nm", found, picked.of_values(self._acting))
         return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
 
@@ -399,14 +409,15 @@ class _Solved:
     ) -> Residual:
         """Of some `entries` of a factor, by their numbers as matrices of the batch."""
         solver, deformations = self.solver, self._deformations
-        picked = solver.entries(matrices, columns)
         if deformations is None:
-            return StaticsResidual(self.plan, self._kinematics, picked, self.names, right if solver.by_units else None)
+            picked, units = solver.entries(matrices, columns), right if solver.by_units else None
+            return StaticsResidual(self.plan, self._kinematics, picked, self.names, units)
         stiffness = factor.numbers(deformations.acting, entries)
         given, forces = None, right
         if self.coupling.imposed:
+            picked = solver.entries(matrices, columns)
             given = picked.of_values(self._given)
-            forces = self._right(matrices, columns, imposed=False)
+            forces = self._right(matrices, columns, picked, imposed=False)
         residual = SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given)
         return BySprings(residual, in_pairs=self.bands.in_pairs)
 

@@ -24,6 +24,8 @@ from .terms import SumPattern, TermPattern
 Mask = NDArray[np.bool_]
 # Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
 _SURE = 1e-3
+# Numbers that are scaled at a time.
+_AT_ONCE = 2**15
 _EPS = float(np.finfo(np.float64).eps)
 # Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
 # where they vary over the batch.
@@ -101,8 +103,11 @@ class Bands:
         diagonal = np.zeros((self.size, values.shape[1]))
         diagonal[self.column[self._diagonal]] = values[self._diagonal]
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
-        values *= root[self.row]
-        values *= root[self.column]
+        step = max(1, _AT_ONCE // values.shape[1])  # few at a time, so that what they are multiplied by is in the cache
+        for start in range(0, len(values), step):
+            some = slice(start, start + step)
+            values[some] *= root[self.row[some]]
+            values[some] *= root[self.column[some]]
         return StackedFactor(self, picked, values, root)
 
 
@@ -178,7 +183,10 @@ class StackedFactor:
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
-        blocks, count = self.bands.sums.coupling.blocks[:-1], self.count
+        blocks, count = [block for block in self.bands.sums.coupling.blocks[:-1] if block.count], self.count
+        if len(blocks) == 1 and blocks[0].count == len(springs) and len(entries) == count:  # as they were evaluated
+            found = numbers_of(blocks[0], self.picked)
+            return found if found.shape[1] == count else np.repeat(found, count, axis=1)
         out = np.empty((len(springs), len(entries)))
         for block in blocks:
             mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))

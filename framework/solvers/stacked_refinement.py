@@ -71,7 +71,7 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     flat = values.reshape(size, -1)
     whole = greatest(flat / root).reshape(count, cases)
     found = residual.refined(flat, root)
-    contraction = np.repeat(factor.rough[entries][:, None], cases, axis=1)
+    contraction = factor.rough[entries][:, None]
     error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
     lacking = np.zeros((count, cases), dtype=bool)
     for _ in range(_STEPS):

@@ -9,6 +9,8 @@ from pathlib import Path
 from types import FrameType
 
 import linkframe.framework
+import numpy as np
+import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.cache import ORDERS, PROGRAMS
@@ -67,3 +69,23 @@ def test_few_calls_lead_from_a_load_to_a_displacement() -> None:
     assert counts[1] < 320
     assert counts[5] < 130
     assert between_files(partial(solved, frames[5], 50.0)) < 70
+
+
+@pytest.mark.parametrize(("entries", "varying", "most"), [(3, "modulus", 320), (30, "load", 335)])
+def test_few_calls_lead_to_a_displacement_of_a_short_batch(entries: int, varying: str, most: int) -> None:
+    """Of a chain that was described, whose topology was met before: nothing is asked or evaluated a second time."""
+    share = np.linspace(0.8, 1.25, entries)
+    modulus, force = (200e9 * share, 1.0) if varying == "modulus" else (200e9, share)
+    beam, frame = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=modulus, nu=0.3)), Frame()
+    for k in range(21):
+        frame.node(f"{k}", (0.0, 0.0, float(k)))
+        if k:
+            frame.add(f"AB{k}", beam, f"{k - 1}", f"{k}")
+    frame.fix("0")
+    frame.load("20", fx=force, fy=0.1 * force, fz=0.2 * force)
+
+    def solved() -> None:
+        frame.copy().solve().displacement("20")
+
+    solved()
+    assert between_files(solved) <= most

@@ -40,6 +40,15 @@ def test_slender() -> None:
     assert "slender" in reason
 
 
+def test_nothing_better_is_looked_for_where_a_band_is_narrow() -> None:
+    """Nested dissection of a tower takes a share of what its band does, and is not better."""
+    plan = grid(6, 6, 40).solve().plan
+    assert plan.method.name == "banded"
+    assert "dissection" not in vars(plan.graph)
+    factor = plan.graph.dissection
+    assert factor.operations > len(plan.unknowns) * plan.graph.width**2
+
+
 def test_cube() -> None:
     """A factor of a cube fills up: a few load cases are iterated."""
     name, reason = chosen(grid(16, 16, 16))
