@@ -380,7 +380,7 @@ class Results(ABC):
 
     def _all_of(self, *kinds: str) -> list[Array]:
         """Some of `AllResults`: by stacks where there are, else one by one."""
-        frame, stacks = self.frame, self._stacked_results
+        frame = self.frame
         one_by_one: dict[str, tuple[Iterable[str], Callable[[str], Array], int]] = {
             "displacements": (frame.nodes, self.displacement, 6),
             "reactions": (frame.supports, self.reaction, 6),
@@ -388,9 +388,12 @@ class Results(ABC):
             "joint_forces": (frame.joints, self.joint_force, 6),
             "end_forces": (frame.members, self.end_forces, 12),
         }
+        by_stacks = {"displacements", "end_forces"}.intersection(kinds)
+        # these begin with the displacements of all nodes, which few supports and joints do not ask for
+        stacks = self._stacked_results if by_stacks else None
         found = []
         for kind in kinds:
-            if stacks is not None and kind in ("displacements", "end_forces"):
+            if stacks is not None and kind in by_stacks:
                 found.append(self._masked(getattr(stacks, kind)()))
             else:
                 names, result, size = one_by_one[kind]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Joint, Material, Section
+from linkframe.elements import Beam, Joint, Material, PointMass, Section
 from linkframe.framework import AllResults, Frame, Solution
 from linkframe.framework.program import calculation, machine_code, sweep
 
@@ -128,3 +130,77 @@ def test_what_is_lost_at_some_entries_is_so_in_what_is_read_alone(monkeypatch: p
         np.testing.assert_array_equal(again, once[name])
     monkeypatch.setattr(sweep, "LONG", POSES * SAMPLES + 1)
     assert_same(once, read(one))
+
+
+def post(*, count: int = 2) -> Frame:
+    """Bars that stand side by side: masses on their ends, modulus over the poses, loads over the samples alone."""
+    found, steel = Frame(), Material(E=2e11 * np.linspace(1.0, 2.0, POSES)[:, None], nu=0.3)
+    for k in range(count):
+        found.node(f"A{k}", (3.0 * k, 0.0, 0.0))
+        found.node(f"B{k}", (3.0 * k, 1.0, 0.0))
+        found.fix(f"A{k}")
+        found.add(f"AB{k}", Beam(THIN, steel), f"A{k}", f"B{k}")
+        found.add(f"mass{k}", PointMass(2.0), f"B{k}")
+        found.add(f"foot{k}", PointMass(1.0), f"A{k}")
+        found.load(f"B{k}", fx=np.linspace(1.0, 3.0, SAMPLES), mz=0.5)
+    found.gravity((0.0, -9.81, 0.0))
+    return found
+
+
+def redundant() -> Frame:
+    """Two posts and two ideal joints beside each other between their tops, which are rigid with these."""
+    found = post()
+    for k in range(2):
+        for side in "CD":
+            found.node(f"{side}{k}", (1.5, 1.0, 0.0 if side == "C" else 0.4))
+        found.rigid(f"B{k}", f"C{k}", f"D{k}")
+    for side in "CD":
+        found.add(side, Joint((np.inf,) * 6), f"{side}0", f"{side}1")
+    return found
+
+
+def apart() -> Frame:
+    """Two posts of which one is no longer supported at a pose."""
+    found = post()
+    found.node("C", (3.0, 0.0, 0.0))
+    found.node("E", (3.0, -1.0, 0.0))
+    stiffness = np.tile([1e8, 1e8, 1e8, 1e5, 1e5, 1e5], (POSES, 1, 1))
+    stiffness[1] = 0.0
+    found.add("EC", Beam(THIN, Material(E=2e11, nu=0.3)), "E", "C")
+    found.fix("E", "ux")
+    found.add("joint", Joint(stiffness), "C", "A1")
+    found.load("C", fx=1.0)
+    return found
+
+
+def left_out() -> Frame:
+    found = post(count=1)
+    found.exclude(np.arange(SAMPLES) < 3)
+    return found
+
+
+def with_clearance() -> Frame:
+    found = post(count=1)
+    found.node("C", (0.0, 1.0, 0.0))
+    found.fix("C")
+    found.add("stop", Joint((1e6, 1e6, 0.0, 0.0, 0.0, 0.0), clearance=1e-6), "B0", "C")
+    return found
+
+
+@pytest.mark.filterwarnings("ignore::linkframe.framework.errors.MechanismWarning")
+@pytest.mark.parametrize("described", [post, redundant, apart, left_out, with_clearance])
+def test_whatever_stands_beside_numbers_of_a_long_batch(
+    described: Callable[[], Frame], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What varies over less than the batch, shares of redundant joints, other parts, entries left out, contact."""
+    one = described()
+    wanted = together(one.solve())
+    monkeypatch.setattr(sweep, "LONG", 1)
+    monkeypatch.setattr(sweep, "CHUNK", 32)
+    found = together(one.solve())
+    for name, each in wanted.items():
+        np.testing.assert_allclose(found[name], each, rtol=0.0, atol=1e-12 * np.nanmax(np.abs(each), initial=0.0))
+    if described is post:
+        load = np.linspace(1.0, 3.0, SAMPLES)
+        exact = np.stack(np.broadcast_arrays(-load, 3.0 * 9.81, 0.0, 0.0, 0.0, load - 0.5), axis=-1)[:, None]
+        np.testing.assert_allclose(found["reactions"] - exact, 0.0, rtol=0.0, atol=1e-9)

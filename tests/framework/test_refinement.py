@@ -105,3 +105,16 @@ def test_where_neither_pivots_nor_tensions_tell(monkeypatch: pytest.MonkeyPatch)
     found = solution.displacement(f"{count}")[[0, 2]]
     assert solution.status == "regular"
     np.testing.assert_allclose(found, [2.0 * count**3 / (3.0 * E * IY), 5.0 * count / (E * A)], rtol=1e-14)
+
+
+@pytest.mark.filterwarnings("ignore::linkframe.framework.errors.MechanismWarning")
+@pytest.mark.parametrize("count", [40, 400])
+def test_chains_that_swing_about_their_foot_are_mechanisms(count: int) -> None:
+    """Whose load does no work as it is along them: no pivot may tell that nothing moves."""
+    frame = chain(count)
+    frame.supports.clear()
+    frame.fix("0", "ux", "uy", "uz", "rx", "rz")
+    frame.loads.clear()
+    frame.load(f"{count}", fz=5.0)
+    solution = frame.solve("banded")
+    assert solution.status == "statically consistent mechanism"
