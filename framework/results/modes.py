@@ -128,7 +128,7 @@ def _soft(plan: Plan, mass: Array, soft: NDArray[np.bool_], squared: Array, vect
 
 def _found_anew(stiffness: Array, mass: Array, least: Array, squared: Array, vectors: Array) -> tuple[Array, Array]:
     """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own."""
-    while (far := squared > _APART * least[..., None]).any():
+    while (far := np.asarray(squared > _APART * least[..., None])).any():
         least = np.where(far.any(axis=-1), np.where(far, squared, np.inf).min(axis=-1), least)
         values, shapes = inverse_pencil(*_shifted(stiffness, mass, least), mass, squared.shape[-1])
         squared = np.where(far, 1.0 / values - least[..., None], squared)
