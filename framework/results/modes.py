@@ -117,7 +117,7 @@ def _soft(plan: Plan, mass: Array, soft: NDArray[np.bool_], squared: Array, vect
     """Modes whose stiffness is rounding beside that of others, by deformations, which have not lost it."""
     if not soft.any():
         return squared, vectors
-    alone = soft.any(axis=-1)[..., None, None]
+    alone = np.asarray(soft.any(axis=-1))[..., None, None]
     half, root = stiffness_halves(plan)
     half = np.where(alone, half, np.eye(half.shape[-1]))
     values, shapes = inverse_pencil(half, root, mass, soft.shape[-1])
