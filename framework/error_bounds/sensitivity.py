@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..batch import Array, aligned, rotated
+from ..composed import OfAnother
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from .adjoint import Adjoint
@@ -126,7 +127,10 @@ class Sensitivity:
         for name in solution.plan.frame.joints:
             axes, apart = self._axes(name), self._apart(name)
             moved = rotated(axes, solution.joint_displacement(name))
-            forces = rotated(axes, solution.joint_force(name)), rotated(axes, self.offsets[name])
+            unit = self.offsets[name].copy()
+            # A thread turns by its force along z as well, which an offset of the rotation does not meet.
+            unit[..., 5] -= solution.plan.frame.joints[name].element.pitch / (2.0 * np.pi) * unit[..., 2]
+            forces = rotated(axes, solution.joint_force(name)), rotated(axes, unit)
             total = np.zeros((*solution.shape, 3))
             for half in (slice(0, 3), slice(3, 6)):
                 total = total - np.cross(forces[1][..., half], moved[..., half])
@@ -138,15 +142,16 @@ class Sensitivity:
     def moduli(self) -> dict[str, Array]:
         """By member that has a material: by Young's modulus E, Poisson's ratio being kept, (...).
 
-        Forces that heat would cause in a member that is held are taken as they are.
+        Forces that heat would cause in a member that is held, and forms on it, are taken as they are.
         """
-        members = self._solution.plan.frame.members
-        materials = {name: getattr(each.element, "material", None) for name, each in members.items()}
-        return {
-            name: np.sum(self.members[name], axis=-1) / material.E
-            for name, material in materials.items()
-            if material is not None
-        }
+        out = {}
+        for name, member in self._solution.plan.frame.members.items():
+            element = member.element.innermost if isinstance(member.element, OfAnother) else member.element
+            material = getattr(element, "material", None)
+            if material is not None:
+                own = element.springs(np.ones(()))[0].shape[-1]  # those of forms come after them
+                out[name] = np.sum(self.members[name][..., :own], axis=-1) / material.E
+        return out
 
     def _axes(self, joint: str) -> Array:
         """Axes of a joint as columns, (..., 3, 3)."""

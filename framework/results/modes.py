@@ -18,9 +18,9 @@ from ..solvers.sparse import SparseSolver
 from . import dense
 from .shapes import Shapes, check_count_of
 from .sparse_spectrum import SparsePencil
-from .spectrum import DENSE, inverse_pencil, stiffness_halves
+from .spectrum import DENSE, inverse_pencil, stiffness_halves, surely_stiff
 
-# Scaled eigenvalues below this are those of rigid-body motions and mechanisms.
+# Scaled eigenvalues below this are those of rigid-body motions and mechanisms, unless deformations tell otherwise.
 _REGULAR = 1e-12
 # The shift that makes their stiffness regular is narrowed down to the first elastic mode in so many steps, each of
 # which finds squared frequencies down to this share of the shift.
@@ -28,6 +28,8 @@ _NARROWINGS = 4
 # Restarts that are enough for that where the frame is large.
 _CRUDE = 2
 _NOISE = 1e-6
+# Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
+_APART = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,14 +96,44 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
         if concerned.any():
             warnings.warn(_unstable(concerned), MechanismWarning, stacklevel=4)
         stiffness = np.where(unstable[..., None, None], eye, stiffness)
-    shift = _shift(stiffness, mass, (least <= _REGULAR) & ~unstable)
+    singular = (least <= _REGULAR) & ~unstable
+    shift = _shift(stiffness, mass, singular)
     half, root = _halves(plan, stiffness, mass, shift)
     values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
     if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
         raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
     squared = _elastic(1.0 / values - shift[..., None], shift[..., None])
+    vectors = vectors / np.sqrt(values)[..., None, :]
+    if singular.any():
+        own = (np.diagonal(stiffness, axis1=-2, axis2=-1) > 0.0).all(axis=-1)
+        soft = (squared == 0.0) & (singular & own & surely_stiff(plan))[..., None]
+        squared, vectors = _soft(plan, mass, soft, squared, vectors)
+    squared, vectors = _found_anew(stiffness, mass, np.maximum(shift, squared[..., 0]), squared, vectors)
     squared[np.broadcast_to(unstable, squared.shape[:-1])] = np.nan
-    return squared, vectors / np.sqrt(values)[..., None, :]
+    return squared, vectors
+
+
+def _soft(plan: Plan, mass: Array, soft: NDArray[np.bool_], squared: Array, vectors: Array) -> tuple[Array, Array]:
+    """Modes whose stiffness is rounding beside that of others, by deformations, which have not lost it."""
+    if not soft.any():
+        return squared, vectors
+    alone = np.asarray(soft.any(axis=-1))[..., None, None]
+    half, root = stiffness_halves(plan)
+    half = np.where(alone, half, np.eye(half.shape[-1]))
+    values, shapes = inverse_pencil(half, root, mass, soft.shape[-1])
+    values = np.where(soft, values, 1.0)
+    shapes = shapes / np.sqrt(values)[..., None, :]
+    return np.where(soft, 1.0 / values, squared), np.where(soft[..., None, :], shapes, vectors)
+
+
+def _found_anew(stiffness: Array, mass: Array, least: Array, squared: Array, vectors: Array) -> tuple[Array, Array]:
+    """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own."""
+    while (far := np.asarray(squared > _APART * least[..., None])).any():
+        least = np.where(far.any(axis=-1), np.where(far, squared, np.inf).min(axis=-1), least)
+        values, shapes = inverse_pencil(*_shifted(stiffness, mass, least), mass, squared.shape[-1])
+        squared = np.where(far, 1.0 / values - least[..., None], squared)
+        vectors = np.where(far[..., None, :], shapes / np.sqrt(values)[..., None, :], vectors)
+    return squared, vectors
 
 
 def _unstable(where: NDArray[np.bool_]) -> str:

@@ -41,7 +41,8 @@ class Shapes:
         """
         frame, number = self._plan.frame, self._plan.topology.number
         name = found("node", node, frame.nodes, frame.aliases)
-        return np.swapaxes(dense.global_substitution(self._plan, [number[name]]) @ self._vectors, -1, -2)
+        moved = np.swapaxes(dense.global_substitution(self._plan, [number[name]]) @ self._vectors, -1, -2)
+        return np.broadcast_to(moved, np.broadcast_shapes(moved.shape, (*frame.shape, 1, 1)))
 
 
 def check_count(what: str, count: int, size: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
@@ -21,9 +22,7 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     would square its condition number. Springs that push at rest have no such root: there L comes from the product, and
     is NaN where they push the frame over.
     """
-    statics = Statics(plan)
-    kinematics, springs = statics.kinematics.mapped(rounded), [each.mapped(rounded) for each in statics.springs]
-    found = DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
+    found = _compliance(plan)
     weighted, size = found.scaled, len(plan.unknowns)
     missing = np.zeros((*weighted.shape[:-2], max(size - weighted.shape[-2], 0), size))
     upper = np.linalg.qr(np.concatenate([weighted, missing], axis=-2), mode="r")
@@ -34,6 +33,18 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     values, vectors = np.linalg.eigh(found.matrix)
     root = np.sqrt(np.where(values > 0.0, values, np.nan))[..., None, :]
     return np.where(pushed[..., None, None], vectors * root, half), found.root
+
+
+def surely_stiff(plan: Plan) -> NDArray[np.bool_]:
+    """Where deformations tell a stiffness above rounding for every motion, also where the sum of all has lost it."""
+    found = _compliance(plan)
+    return np.asarray(found.distance() > found.backward_error)
+
+
+def _compliance(plan: Plan) -> DenseCompliance:
+    statics = Statics(plan)
+    kinematics, springs = statics.kinematics.mapped(rounded), [each.mapped(rounded) for each in statics.springs]
+    return DenseCompliance(kinematics, springs, statics.stiffness, plan.unknowns)
 
 
 def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[Array, Array]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Circle, Joint, Material, Rectangle
+from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame, FrameError
 from numpy.testing import assert_allclose
+from scipy.linalg import eigh
 
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0), segments=4)
 TURN = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
@@ -140,3 +141,39 @@ def test_buckling_of_a_mechanism_in_segments_is_refused() -> None:
     frame.load("B", fy=1.0)
     with pytest.raises(FrameError, match="buckling: the frame is a mechanism"):
         frame.buckling(1)
+
+
+def test_soft_hinges_keep_their_frequencies_and_those_of_the_rod() -> None:
+    """A rod on a hinge of 1e-14 to 1 N m/rad: as a pendulum ``sqrt(k / J)``, and in bending by two matrices by hand."""
+    length, area, inertia, modulus, density = 0.7, 1e-3, 1e-7, 2e11, 7800.0
+    springs = np.zeros((8, 6)) + np.inf
+    springs[:, 5] = 10.0 ** np.arange(-14, 2, 2)
+    frame = Frame()
+    for name, x in {"G": 0.0, "A": 0.0, "B": length}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("hinge", Joint(springs), "G", "A")
+    section = Section(A=area, Iy=inertia, Iz=inertia, J=2.0 * inertia)
+    frame.add("AB", Beam(section, Material(E=modulus, nu=0.3, density=density), shear=False), "A", "B")
+    frame.fix("G")
+    frame.fix("B", "ux", "uz", "rx", "ry")
+    modes = frame.modes(3)
+    h = length
+    bend = np.array([[4 * h**2, -6 * h, 2 * h**2], [-6 * h, 12, -6 * h], [2 * h**2, -6 * h, 4 * h**2]]) / h**3
+    mass = np.array([[4 * h**2, 13 * h, -3 * h**2], [13 * h, 156, -22 * h], [-3 * h**2, -22 * h, 4 * h**2]])
+    turn = np.array([[4 * h**2, -3 * h, -(h**2)], [-3 * h, 36, -3 * h], [-(h**2), -3 * h, 4 * h**2]])
+    heavy = density * (area * h / 420.0 * mass + inertia / (30.0 * h) * turn)
+    about = density * (area * h**3 / 3.0 + inertia * h)
+    for k, found in zip(springs[:, 5], modes.frequencies, strict=True):
+        bending = np.sqrt(eigh(modulus * inertia * bend + k * np.diag([1.0, 0, 0]), heavy, eigvals_only=True)[1:])
+        assert_allclose(found, [np.sqrt(k / about) / (2 * np.pi), *bending / (2 * np.pi)], rtol=1e-4 * k + 1e-10)
+    tips = modes.shapes("B")[..., [1, 5]]
+    assert_allclose(np.abs(tips[:, 0]), np.array([[h, 1.0]] * 8) / np.sqrt(about), rtol=1e-4)
+
+
+def test_shapes_have_the_batch_of_the_frequencies() -> None:
+    """Loads vary and modes do not: the shapes are there at each entry all the same."""
+    frame = bracket(np.eye(3), (1.0, 0.0, 0.0))
+    frame.load("C", fy=[1.0, 2.0, 3.0])
+    modes = frame.modes(2)
+    assert modes.frequencies.shape == (3, 2)
+    assert modes.shapes("C").shape == (3, 2, 6)

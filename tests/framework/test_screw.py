@@ -9,6 +9,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 PITCH = 0.05
@@ -184,3 +185,20 @@ def test_bounds_and_sensitivities_of_a_batch_of_screws() -> None:
     torque = solution.sensitivity("screw", "mz", "joint_force")
     along = torque.loads["D"][..., :3] @ TURNED[:, 2]
     np.testing.assert_allclose(along, 0.0, atol=1e-12)
+
+
+def test_sensitivity_to_the_axes_of_a_screw() -> None:
+    """Against differences of frames whose screws point elsewhere, in a batch of pitches, zero among them."""
+    stiffness, pitches, step = np.array([1e6, 2e6, 3e6, 4e3, 5e3, 25.0]), np.array([0.0, 0.01, PITCH]), 1e-5
+
+    def moved(turn: Array) -> Frame:
+        frame = spindle(stiffness, TURNED, closed=False, pitch=pitches)
+        frame.change("screw", Joint(stiffness, axes=turn @ TURNED, pitch=pitches))
+        frame.set_load("C", fx=3.0, fy=200.0, fz=100.0, mx=2.0, mz=5.0)
+        return frame
+
+    found = moved(np.eye(3)).solve().sensitivity("C", "ux").joint_axes["screw"]
+    for axis in range(3):
+        ahead, behind = (Rotation.from_rotvec(sign * step * np.eye(3)[axis]).as_matrix() for sign in (1.0, -1.0))
+        change = moved(ahead).solve().displacement("C") - moved(behind).solve().displacement("C")
+        np.testing.assert_allclose(found[:, axis], change[:, 0] / (2.0 * step), rtol=1e-5, atol=1e-9)

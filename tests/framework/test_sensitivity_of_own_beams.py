@@ -86,3 +86,14 @@ def test_a_beam_on_a_foundation_keeps_it_at_each_size() -> None:
     found = footed(y).solve().sensitivity("B", "uy").sections["AB"]["y"]
     ahead, behind = (float(footed(y * (1.0 + step)).solve().displacement("B")[1]) for step in (STEP, -STEP))
     assert_allclose(found, (ahead - behind) / (2.0 * STEP * y), rtol=1e-6)
+
+
+def test_modulus_of_a_beam_on_a_foundation_leaves_the_foundation_as_it_is() -> None:
+    def footed(modulus: float) -> Frame:
+        frame = cantilever(Beam(Rectangle(y=0.02, z=0.01), Material(E=modulus, nu=0.3), segments=2))
+        frame.add_form(foundation, on="AB", k=2e4)
+        return frame
+
+    found = footed(200e9).solve().sensitivity("B", "uy").moduli["AB"]
+    ahead, behind = (float(footed(200e9 * (1.0 + step)).solve().displacement("B")[1]) for step in (STEP, -STEP))
+    assert_allclose(found, (ahead - behind) / (2.0 * STEP * 200e9), rtol=1e-6)
