@@ -69,8 +69,10 @@ class Equations:
     def written(self, drives: int) -> tuple[Functions, int] | None:
         """The whole of `step`, or of `pose` with so many drives, and how many pivots are told behind its results.
 
-        None where the equations take a choice of pivots.
+        None where the equations take a choice of pivots, and where there is nothing to solve.
         """
+        if not self.linear.columns:
+            return None
         if self.linear.compact:
             return cast(Functions, self.pose if drives else self.step), 0
         return None if self.linear.order is None else self._eliminated(drives)
