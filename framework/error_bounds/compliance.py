@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import scipy.sparse
 from numpy.typing import NDArray
 
 from ..batch import Array, merged
@@ -280,11 +279,13 @@ def _product(one: Real, other: Real) -> Real:
     if other.dtype == np.float64 or math.prod(other.shape[-2:]) < _LARGE:
         out = one @ other
         return out
+    from scipy.sparse import csr_array
+
     shape = np.broadcast_shapes(one.shape[:-2], other.shape[:-2])
     first, second = (np.broadcast_to(each, (*shape, *each.shape[-2:])) for each in (one, other))
     out = np.empty((*shape, one.shape[-2], other.shape[-1]), dtype=other.dtype)
     for entry in np.ndindex(shape):
-        out[entry] = (scipy.sparse.csr_array(second[entry].T) @ first[entry].T).T
+        out[entry] = (csr_array(second[entry].T) @ first[entry].T).T
     return out
 
 
