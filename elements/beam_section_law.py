@@ -13,15 +13,11 @@ from ..framework.errors import FrameError
 from ..framework.orientation import axes_towards, default_axes, default_axis_numbers
 from ..framework.protocol import Array, LineElement
 from .cross_section import CrossSection
-from .flexibility import Six, spread_points
+from .flexibility import POINTS, Six, spread_points
 from .material import Material
 from .parameters import Real, array_of, as_real, common_shape, given_state, require, shape_of
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
-
-# Points for a taper, at least and at most: beyond a millionth rounding hides what they would add. Half the digits of a
-# double by which their number is set, as a natural logarithm.
-_POINTS, _MOST, _DIGITS = 40, 4000, 20.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,24 +89,21 @@ class BeamSectionLaw(LineElement):
         """Roundings in `springs`; of 400 random members the worst had 6, of tapered ones 28."""
         return 12.0 if self.end is None else 100.0
 
-    @cached_property
+    @property
     def quadrature(self) -> int:
-        """Even points of Gauss's rule: the more, the closer to an end the lines of a taper meet outside of it.
-
-        The error falls by the square of the sum of the half axes of the ellipse through that place, with foci at the
-        ends (Trefethen, *Approximation Theory and Approximation Practice*, 2013, th. 19.3).
-        """
-        if self.end is None:
-            return 3
-        here, there = self.section.sizes(), self.end.sizes()
-        growth = max(float(np.max(np.maximum(there[name] / here[name], here[name] / there[name]))) for name in here)
-        count = _DIGITS / np.arccosh(1.0 + 2.0 / max(growth - 1.0, 0.1))
-        return int(np.clip(np.ceil(count), _POINTS, _MOST))
+        """Points at most, see `rule_between`."""
+        return 3 if self.end is None else 2 * POINTS
 
     @property
     def integration_points(self) -> tuple[Array, Array]:
         """Fractions and weights, (points, ...); those of a taper suit its flexibility, which is no polynomial."""
         return super().integration_points if self.end is None else spread_points(self.section, self.end)
+
+    def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        if self.end is None:
+            return super().rule_between(lower, upper)
+        first, last = (self.section.between(self.end, np.clip(place, 0.0, 1.0)) for place in (lower, upper))
+        return spread_points(first, last, max(np.ndim(lower), np.ndim(upper)))
 
     def part(self, index: int, count: int) -> Self:
         """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.

@@ -9,7 +9,7 @@ bounds and all. A load is a force and moment per length, and section forces that
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from itertools import product
@@ -292,18 +292,20 @@ class FormLoad:
         """What may vary over the batch, (..., 1) each."""
         return tuple(value[..., None] for value in self.added.values)
 
-    def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
+    def points(
+        self, lower: Array, upper: Array, length: Array, rule: Callable[[Array, Array], tuple[Array, Array]]
+    ) -> list[tuple[Array, Array]]:
         """Distances from the member's start and forces (..., 6) that stand for the load between `lower` and `upper`."""
         stretch = np.clip(upper, 0.0, length) - lower
         order = self.added.intorder
         out = []
-        rule = gauss(count if order is None else order // 2 + 1)
-        for point, weight in zip(*rule, strict=True):
+        by = rule(lower, lower + stretch) if order is None else gauss(order // 2 + 1)
+        for point, weight in zip(*by, strict=True):
             x = np.asarray(lower + stretch * point)
             given = self.added.load(x[..., None], length)[..., 0, :]
             force = given[..., :6].copy()
             # what works on the slope of the axis works on the shear strain and on the rotation
             force[..., 4] -= given[..., 8]
             force[..., 5] += given[..., 7]
-            out.append((x, weight * stretch[..., None] * force))
+            out.append((x, (weight * stretch)[..., None] * force))
         return out

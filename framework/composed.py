@@ -54,6 +54,9 @@ class OfAnother(LineElement):
     def integration_points(self) -> tuple[Array, Array]:
         return self.own.integration_points
 
+    def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        return self.own.rule_between(lower, upper)
+
     @property
     def sections_shape(self) -> tuple[int, ...]:
         return self.own.sections_shape

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from .added_forms import FormLoad
 from .batch import Array
-from .shape_rules import gauss_legendre
 
 # Of an array whose last axis is no batch axis.
 _VECTORS = {"trailing": 1}
+
+# Fractions and weights (points, ...) by which is integrated between two distances (...) from the member's start.
+Rule = Callable[[Array, Array], tuple[Array, Array]]
 
 
 @dataclass(frozen=True)
@@ -53,20 +55,20 @@ class LineLoad:
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         return np.clip(x1, lower, upper), np.clip(x2, lower, upper)
 
-    def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
-        """Distances from the member's start and `count` forces (..., 6) that stand for the load in between."""
+    def points(self, lower: Array, upper: Array, length: Array, rule: Rule) -> list[tuple[Array, Array]]:
+        """Distances from the member's start and forces (..., 6) that stand for the load in between, by a rule."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         a, b = self.clipped(lower, upper, length)
-        half = (b - a) / 2.0
+        stretch = b - a
         out = []
-        for point, weight in zip(*gauss_legendre(count), strict=True):
-            x = a + half * (1.0 + point)
+        for point, weight in zip(*rule(a, b), strict=True):
+            x = a + stretch * point
             share = ((x - x1) / (x2 - x1))[..., None]
             per_length = self.start * (1.0 - share) + self.end * share
             if self.start_bow is not None and self.end_bow is not None:
                 bow = self.start_bow * (1.0 - share) + self.end_bow * share
                 per_length = per_length + share * (1.0 - share) * bow
-            force = weight * half[..., None] * per_length
+            force = (weight * stretch)[..., None] * per_length
             out.append((x, np.concatenate([force, np.zeros_like(force)], axis=-1)))
         return out
 
@@ -84,7 +86,7 @@ class PointLoad:
         """What may vary over the batch, (..., 6)."""
         return (self.force,)
 
-    def points(self, lower: Array, upper: Array, length: Array, count: int) -> list[tuple[Array, Array]]:
+    def points(self, lower: Array, upper: Array, length: Array, rule: Rule) -> list[tuple[Array, Array]]:
         """The load itself where `at` lies between `lower` and `upper`, the member's end included; else nothing."""
         inside = (lower <= self.at) & ((self.at < upper) | (upper >= length))
         return [(np.clip(self.at, lower, upper), np.where(np.asarray(inside)[..., None], self.force, 0.0))]

@@ -102,6 +102,23 @@ class SectionLaw(ABC):
         """Fractions of the length and weights, (points, ...), by which matrices are integrated."""
         return gauss(max(self.quadrature, 4))
 
+    def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
+        """Points and weights by which loads on a stretch of the member, and what it strains there, are integrated.
+
+        Parameters
+        ----------
+        lower, upper
+            Where the stretch begins and ends, as fractions of the length, (...).
+
+        Returns
+        -------
+        tuple of ndarray
+            Fractions of the stretch and weights, (points, ...), that add up to one; by default Gauss's rule.
+        """
+        lead = (-1, *(1,) * max(np.ndim(lower), np.ndim(upper)))
+        points, weights = gauss(self.quadrature)
+        return points.reshape(lead), weights.reshape(lead)
+
     @property
     def sections_shape(self) -> tuple[int, ...]:
         """Batch shape of what the section law varies with."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..batch import Array
 from ..errors import FrameError
-from ..shape_rules import gauss
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
 from ..structure.topology import Group, Index, Topology
 
@@ -172,13 +171,14 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
     length = group.length[at]
     out: Array = np.zeros((*np.broadcast_shapes(start.shape[:-1], np.shape(x)), 6))
     lower = np.zeros_like(length)
-    element, (points, weights) = group.of(at), gauss(group.element.quadrature)
+    element = group.of(at)
     for upper in _breaks(topology, group, at):
         a, b = np.minimum(lower, x), np.minimum(upper, x)
+        points, weights = element.rule_between(a / length, b / length)
         for some in together(len(points), out.size):
-            places = a + (b - a) * points[some].reshape(-1, *(1,) * b.ndim)
+            places = a + (b - a) * points[some]
             # one axis for the stations and the points of the rule between them: an element knows only stations
-            s = places.reshape(-1, *b.shape[1:])
+            s = places.reshape(-1, *places.shape[2:])
             strain = element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
             free = element.free_strain(s / length)
             strain = strain if free is None else strain + free

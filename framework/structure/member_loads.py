@@ -10,7 +10,7 @@ import numpy as np
 from ..added_forms import FormLoad
 from ..batch import Array, aligned, rotated
 from ..loads import LineLoad, MemberLoad
-from ..shape_rules import gauss, strain_rows
+from ..shape_rules import strain_rows
 from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
@@ -38,19 +38,20 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
     tuple
         Distance from the piece's start (n, ...) and force and moment in local axes (n, ..., 6).
     """
-    weight = topology.frame.weight
-    if weight is None:
+    gravity = topology.frame.weight
+    if gravity is None:
         return
     length = group.length[at]
     end = length if upto is None else upto
-    push = rotated(group.local_axes[at], aligned(weight, length.ndim - 1, 1)[None])
-    element, (points, weights) = group.of(at), gauss(group.element.quadrature)
+    push = rotated(group.local_axes[at], aligned(gravity, length.ndim - 1, 1)[None])
+    element, share = group.of(at), np.ones((1,) * end.ndim) if upto is None else upto / length
+    points, weights = element.rule_between(np.zeros((1,) * end.ndim), share)
     for some in together(len(points), end.size):
-        fractions = end * points[some].reshape(-1, *(1,) * end.ndim) / length
+        fractions = end * points[some] / length
         masses = element.mass_per_length(fractions)
         masses = np.broadcast_to(masses, np.broadcast_shapes(np.shape(masses), fractions.shape))
-        for point, share, mass in zip(points[some], weights[some], masses, strict=True):
-            force = (share * mass * end)[..., None] * push
+        for point, weight, mass in zip(points[some], weights[some], masses, strict=True):
+            force = (weight * mass * end)[..., None] * push
             yield end * point, np.concatenate([force, np.zeros_like(force)], axis=-1)
 
 
@@ -66,8 +67,14 @@ def applied_forces(topology: Topology, group: Group, position: int, upto: Array 
     length, local_axes = group.length[position], group.local_axes[position]
     start = length * piece.index
     end = start + (length if upto is None else upto)
+    element = group.of(np.array([position]))
+
+    def rule(lower: Array, upper: Array) -> tuple[Array, Array]:
+        points, weights = element.rule_between(((lower - start) / length)[None], ((upper - start) / length)[None])
+        return points[:, 0], weights[:, 0]
+
     for load in topology.frame.member_loads.get(piece.member, []):
-        for x, force in _local(load, local_axes).points(start, end, length * piece.count, group.element.quadrature):
+        for x, force in _local(load, local_axes).points(start, end, length * piece.count, rule):
             yield (x - start)[None], force[None]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+import mpmath as mp
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
@@ -106,7 +107,39 @@ def test_rules_of_many_points_are_exact(count: int) -> None:
     np.testing.assert_allclose(weights @ nodes ** (2 * count - 2), 2.0 / (2 * count - 1), rtol=1e-9)
 
 
+@pytest.mark.parametrize("thin", [1e-3, 1e-5])
+@pytest.mark.parametrize("span", [None, (0.1, 0.4)])
+def test_a_line_load_on_a_steep_taper_to_rounding(thin: float, span: tuple[float, float] | None) -> None:
+    """Deflection and rotation of its thin end, ``int M (L - s) / EI ds`` by the logarithm of the diameter."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    last = thin * THICK
+    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=last)), "A", "B")
+    frame.fix("A")
+    frame.line_load("AB", fy=-5.0, span=span)
+    found = frame.solve().displacement("B")[[1, 5]]
+    with mp.workdps(30):
+        first, length = mp.mpf(THICK), mp.mpf(LENGTH)
+        begin, end = (mp.mpf(each) for each in span or (0.0, LENGTH))
+        slope = (mp.mpf(last) - first) / length
+        logarithms = [mp.log(first + slope * place) for place in (0, begin, end, length)]
+
+        def curved(log: Any) -> tuple[Any, Any]:
+            size = mp.exp(log)
+            s = (size - first) / slope
+            beyond = end - max(s, begin) if s < end else mp.mpf(0)
+            moment = -5 * beyond * ((end + max(s, begin)) / 2 - s)
+            return s, moment / (STEEL.E * mp.pi / 64 * size**4) * size / slope
+
+        marks = sorted(set(logarithms), reverse=True)
+        turned = mp.quad(lambda log: curved(log)[1], marks)
+        moved = mp.quad(lambda log: (length - curved(log)[0]) * curved(log)[1], marks)
+    np.testing.assert_allclose(found, [float(moved), float(turned)], rtol=1e-12 if thin == 1e-3 else 1e-10)
+
+
 def test_a_member_that_comes_to_a_point_asks_for_no_rule_without_end() -> None:
-    """The points that would be asked for grow by the root of the taper; beyond a millionth none of them tells."""
-    points = [Beam(Circle(THICK), STEEL, end=Circle(thin * THICK)).quadrature for thin in (1e-4, 1e-6, 1e-12)]
-    assert points[0] < points[1] == points[2] < 5000
+    ends = np.zeros(1), np.ones(1)
+    rules = [Beam(Circle(THICK), STEEL, end=Circle(thin * THICK)).rule_between(*ends) for thin in (0.5, 1e-6, 1e-12)]
+    assert all(len(points) < 100 for points, _ in rules)
+    np.testing.assert_allclose([weights.sum() for _, weights in rules], 1.0, rtol=1e-13)
