@@ -137,3 +137,14 @@ class Composed(OfAnother):
     free_strain = _as_own(LineElement.free_strain)
     restrained_forces = _as_own(LineElement.restrained_forces)
     stress = _as_own(LineElement.stress)
+
+
+@dataclass(frozen=True, eq=False)
+class Unstrained(Composed):
+    """An element without what strains it beside forces, such as heat."""
+
+    def free_strain(self, fraction: Array) -> None:
+        return None
+
+    def restrained_forces(self, fraction: Array) -> None:
+        return None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array, Shape
 from ..batched.plan import Plan
+from ..composed import Unstrained
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError
@@ -233,7 +234,7 @@ def _falls(
 
 
 def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
-    """The frame with these joints, without loads, offsets and displacements of supports."""
+    """The frame with these joints, without loads, heat, offsets and displacements of supports."""
     out = Description()
     for name, body in frame.bodies.items():
         out.body(name, body.origin, body.axes)
@@ -241,6 +242,8 @@ def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
         out.node(name, node.coordinates, node.body)
     for name, member in frame.members.items():
         out.add(name, member.element, member.start, member.end)
+        if member.element.free_strain(np.zeros(())) is not None:
+            out.members[name] = member._replace(element=Unstrained(member.element))
     for name, joint in frame.joints.items():
         out.add(name, joints[name], joint.first, joint.second)
     out.ties = list(frame.ties)
