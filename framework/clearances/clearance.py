@@ -32,9 +32,6 @@ from .contact_state import ClearanceComponents, ContactState, sizes
 from .determinate import DeterminateContact, determinate_contact, forces_by_work, strained, told_by_work
 from .unit_offsets import Solve, against_offsets
 
-# A force in a joint below this share of the largest load or joint force may be the rounding of what members bear.
-_DOUBTFUL = 1e-6
-
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
@@ -99,18 +96,14 @@ class Clearances:
         return ContactState(self._components, stiffness, members, force, radius, load, sizes(frame))
 
     def _without_rounding(self, state: ContactState) -> ContactState:
-        """The same, with forces by the work of the loads in joints of which rounding may make all that they bear."""
+        """The same, with forces by the work of the loads in components that no stiffness resists."""
         motions, resisted = self._resistance.motions, state.stiffness.any(axis=0)
-        if motions is None or resisted.all():
-            return state
-        size = state.components.length(state.found)
-        doubtful = (size > 0.0) & ((size <= _DOUBTFUL * state.scale) | ~state.load.any(axis=0))
-        some = doubtful[state.components.own] & ~resisted
-        if not some.any() or not told_by_work(state.components, self._without_clearance, motions):
+        if motions is None or resisted.all() or not told_by_work(state.components, self._without_clearance, motions):
             return state
         if not resisted.any() and strained(motions):
             return state
-        return replace(state, found=np.where(some, forces_by_work(self._without_clearance, motions), state.found))
+        told = resisted | self._singular
+        return replace(state, found=np.where(told, state.found, forces_by_work(self._without_clearance, motions)))
 
     @cached_property
     def _force(self) -> Array:

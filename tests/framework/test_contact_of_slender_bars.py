@@ -1,0 +1,65 @@
+"""Bars 2 cm thick and kilometres long: what their joints bear is told by equilibrium, not by the rounding of stiffness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Circle, Joint, Material
+from linkframe.framework import Frame
+from reference import stiffness_method
+from reference.as_frame import as_frame
+from reference.structure import COMPONENTS, Member, Spring, Structure
+
+E, THICKNESS, GAP = 2e11, 0.02, 1e-4
+MOMENTS = np.array([1.0, -2.0, 0.25])
+
+
+@pytest.mark.parametrize("length", [1.0, 1e2, 1e4])
+@pytest.mark.parametrize("angle", [0.3, 1.1, 2.0])
+@pytest.mark.parametrize("moment", [MOMENTS, 1.0, -3.7e-3])
+def test_a_moment_alone_presses_no_joint_of_a_cantilever(
+    length: float, angle: float, moment: float | np.ndarray
+) -> None:
+    """It passes through a rigid joint without any force, alone as in a batch: nothing says where the journal is."""
+    frame, way = Frame(), np.array([np.cos(angle), np.sin(angle), 0.0])
+    for name, share in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 1.7}.items():
+        frame.node(name, share * length * way)
+    bar = Beam(Circle(diameter=THICKNESS), Material(E=E, nu=0.3))
+    frame.add("AB", bar, "A", "B")
+    frame.add("joint", Joint((np.inf,) * 6, clearance=GAP, clearance_directions=("ux", "uy")), "B", "C")
+    frame.add("CD", bar, "C", "D")
+    frame.fix("A")
+    frame.load("D", mz=moment)
+    assert set(np.ravel(frame.solve().contact("joint").state)) == {"free"}
+
+
+@pytest.mark.parametrize("moment", [0.3, MOMENTS])
+def test_forces_of_a_clamped_triangle_of_long_bars(moment: float | np.ndarray) -> None:
+    """Joints are pressed along the force that 60 digits find in them without clearance, which resists next to nothing."""
+    inertia = np.pi / 64.0 * THICKNESS**4
+    places = {"a": (0.0, 0.0, 0.0), "b": (7.1e4, 1.3e4, -2.2e4), "c": (1.9e4, 8.3e4, 3.1e4)}
+    nodes = places | {"ab": places["b"], "ac": places["c"]}
+    values = {"E": E, "G": E / 2.6, "A": np.pi / 4.0 * THICKNESS**2, "Iy": inertia, "Iz": inertia, "J": 2.0 * inertia}
+    members = {
+        f"{start}{end}": Member(start, end, **values, ky=np.inf, kz=np.inf, up=(0.1, -0.2, 0.9))
+        for start, end in (("a", "ab"), ("a", "ac"), ("b", "c"))
+    }
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    joints = {name: Spring(f"a{name}", name, (np.inf,) * 6, axes) for name in "bc"}
+    clamped = {"a": dict.fromkeys(COMPONENTS, 0.0)}
+    for one in np.atleast_1d(moment):
+        load = {"b": (0.0, 0.0, 0.0, -0.7 * one, 0.1 * one, -0.3 * one)}
+        structure = Structure(nodes, members, joints, supports=clamped, loads=load)
+        exact = stiffness_method.solve(structure).force
+        frame = as_frame(structure)
+        if np.ndim(moment):
+            frame.set_load("b", mx=-0.7 * MOMENTS, my=0.1 * MOMENTS, mz=-0.3 * MOMENTS)
+        for name in "bc":
+            frame.change(name, Joint((np.inf,) * 6, clearance=GAP, clearance_directions=("ux", "uy", "uz")))
+        solution = frame.solve()
+        for name in "bc":
+            force = np.array([float(part) for part in exact[name][:3]])
+            contact = solution.contact(name)
+            which = np.flatnonzero(MOMENTS == one)[0] if np.ndim(moment) else ()
+            found = (contact.force[..., None] * contact.normal)[which]
+            np.testing.assert_allclose(found, force, rtol=0.0, atol=1e-6 * np.abs(force).max())
