@@ -29,7 +29,7 @@ _NARROWINGS = 4
 _CRUDE = 2
 _NOISE = 1e-6
 # Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
-_APART = 1e6
+_APART = 1e4
 
 
 @dataclass(frozen=True, eq=False)

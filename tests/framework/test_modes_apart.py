@@ -1,0 +1,49 @@
+"""Natural frequencies of very different size, beside 40 digits."""
+
+from __future__ import annotations
+
+import mpmath as mp
+import numpy as np
+import pytest
+from linkframe.elements import Joint, PointMass
+from linkframe.framework import Frame
+
+Table = list[np.ndarray]
+
+
+def chain(stiffness: Table, mass: Table) -> Frame:
+    """Masses one after the other from the ground, between which joints are springs."""
+    frame = Frame()
+    frame.node("0", (0.0, 0.0, 0.0))
+    frame.fix("0")
+    for k, (springs, own) in enumerate(zip(stiffness, mass, strict=True), 1):
+        frame.node(str(k), (0.0, 0.0, 0.0))
+        frame.add(f"joint {k}", Joint(springs), str(k - 1), str(k))
+        frame.add(f"mass {k}", PointMass(float(own[0]), inertia=own[3:]), str(k))
+    return frame
+
+
+def in_many_digits(stiffness: Table, mass: Table) -> np.ndarray:
+    """Hz, in order: each component moves by itself."""
+    found = []
+    with mp.workdps(40):
+        for c in range(6):
+            springs = [mp.mpf(float(row[c])) for row in stiffness] + [mp.mpf(0)]
+            roots = [mp.sqrt(float(row[c])) for row in mass]
+            matrix = mp.zeros(len(mass))
+            for i, root in enumerate(roots):
+                matrix[i, i] = (springs[i] + springs[i + 1]) / root**2
+                if i:
+                    matrix[i, i - 1] = matrix[i - 1, i] = -springs[i] / (root * roots[i - 1])
+            found += [mp.sqrt(value) / (2 * mp.pi) for value in mp.eigsy(matrix, eigvals_only=True)]
+        return np.array(sorted(float(value) for value in found))
+
+
+@pytest.mark.parametrize("scales", [(1.0, 1e6, 1e12), (1e12, 1e6, 1.0), (1.0, 1e4, 1e8, 1e12), (1e12, 1.0, 1e6)])
+def test_frequencies_of_several_scales_keep_their_digits(scales: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(1)
+    stiffness = [scale * rng.uniform(0.5, 2.0, 6) for scale in scales]
+    mass = [np.concatenate([np.full(3, rng.uniform(0.5, 2.0)), rng.uniform(0.5, 2.0, 3)]) for _ in scales]
+    exact = in_many_digits(stiffness, mass)
+    for count in (7, 13, len(exact)):
+        np.testing.assert_allclose(chain(stiffness, mass).modes(count).frequencies, exact[:count], rtol=2e-12)
