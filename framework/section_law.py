@@ -103,7 +103,7 @@ class SectionLaw(ABC):
         return gauss(max(self.quadrature, 4))
 
     def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """Points and weights by which loads on a stretch of the member, and what it strains there, are integrated.
+        """The rule by which loads on a stretch of the member, and what it strains there, are integrated.
 
         Parameters
         ----------
