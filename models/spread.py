@@ -70,7 +70,7 @@ class Spread(Statistics):
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the components, by n − 1, (..., 3, 3); of samples that are there where the policy is to omit."""
+        """Covariance of the components with n − 1 in the denominator, (..., 3, 3); of the samples that `std` is of."""
         apart = self.samples - self.mean[..., None, :]
         if self.nan_policy == "omit":
             apart = np.where(np.isnan(self.samples), 0.0, apart)

@@ -34,10 +34,10 @@ CAPTION = "Measured less predicted position, with the bands of measurement and t
 TABLE = """\
 Measured less predicted position of {point}, in mm, and over its standard uncertainty, that of the measurement and of
 the tolerances together. The prediction is the mean of the samples, or without tolerances the displaced position of the
-nominal linkage. Chi squared is by the covariance of the components of each pose, as are the poses that are outside: those
-whose own is greater than that of {level:g} % of the poses. Poses count as independent; tolerances move the linkage alike
-at all of them, so that p is too small or too large where they outweigh the measurement. All at full
-precision: `measured.csv`."""
+nominal linkage. Chi squared is by the covariance of the components of each pose, as are the poses that are outside:
+those whose own is greater than that of {level:g} % of the poses. Poses count as independent, but tolerances move the
+linkage alike at all of them: where they outweigh the measurement, p says too much. All at full precision:
+`measured.csv`."""
 
 
 @dataclass(frozen=True, eq=False)
