@@ -25,8 +25,8 @@ def radial(springs: Array) -> tuple[int, ...]:
     return tuple(k for k in TRANSLATIONS if constrained[k] and k not in along)
 
 
-def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tuple[int, ...]:
-    """Indices of the components in `names`, or those of `radial` where None.
+def checked_directions(springs: Array, names: str | Sequence[str | int] | None) -> tuple[int, ...]:
+    """Indices of the components in `names`, which may be such indices, or those of `radial` where None.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tup
         equal and above zero: the contact stiffness would depend on the direction, or there would be no contact.
     """
     names = (names,) if isinstance(names, str) else names
-    found = radial(springs) if names is None else tuple(sorted({component(name) for name in names}))
+    found = radial(springs) if names is None else tuple(sorted({_index(name) for name in names}))
     text = " ".join(DISPLACEMENTS[k] for k in found)
     if not found:
         raise FrameError(
@@ -56,3 +56,7 @@ def checked_directions(springs: Array, names: str | Sequence[str] | None) -> tup
             "clearance_directions="
         )
     return found
+
+
+def _index(name: str | int) -> int:
+    return component(name) if isinstance(name, str) else range(len(DISPLACEMENTS))[name]

@@ -74,10 +74,10 @@ class Joint(JointElement):
     """
 
     stiffness: Array = field(metadata={"trailing": 1})
-    axes: Array | None = field(metadata={"trailing": 2})
-    clearance: Array
-    clearance_directions: tuple[int, ...]
-    pitch: Array
+    axes: Array | None = field(default=None, metadata={"trailing": 2})
+    clearance: Array = field(default_factory=lambda: _NONE, kw_only=True)
+    clearance_directions: tuple[int, ...] = field(default=(), kw_only=True)
+    pitch: Array = field(default_factory=lambda: _NONE, kw_only=True)
 
     play = RenamedAttribute("clearance_directions")
 
@@ -91,27 +91,32 @@ class Joint(JointElement):
         clearance_directions: str | Sequence[str] | None = None,
         pitch: ArrayLike = 0.0,
     ) -> None:
-        springs = array_of("Joint", "stiffness", stiffness)
+        vars(self).update(
+            stiffness=stiffness, axes=axes, clearance=clearance, clearance_directions=clearance_directions, pitch=pitch
+        )
+        self.__post_init__()
+
+    # apart, so that a subclass may be a plain dataclass with fields of its own
+    def __post_init__(self) -> None:
+        springs = array_of("Joint", "stiffness", self.stiffness)
         if springs.shape[-1:] != (6,):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
-        rotated = None if axes is None else rotation(axes, "Joint: axes")
+        rotated = None if self.axes is None else rotation(self.axes, "Joint: axes")
         gap = advance = _NONE
-        if not _is_zero(clearance):
-            gap = array_of("Joint", "clearance", clearance)
+        if not _is_zero(self.clearance):
+            gap = array_of("Joint", "clearance", self.clearance)
             require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
-        if not _is_zero(pitch):
-            advance = array_of("Joint", "pitch", pitch)
+        if not _is_zero(self.pitch):
+            advance = array_of("Joint", "pitch", self.pitch)
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
-        object.__setattr__(self, "stiffness", springs)
-        object.__setattr__(self, "axes", rotated)
-        object.__setattr__(self, "clearance", gap)
-        object.__setattr__(self, "pitch", advance)
-        asked = gap.any() or clearance_directions is not None
-        directions = checked_directions(springs, clearance_directions) if asked else ()
-        object.__setattr__(self, "clearance_directions", directions)
+        names = None if self.clearance_directions == () else self.clearance_directions
+        directions = checked_directions(springs, names) if gap.any() or names is not None else ()
+        vars(self).update(
+            stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
+        )
 
     def along(self, axes: Array) -> Joint:
         """The joint with other axes.

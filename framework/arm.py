@@ -1,6 +1,7 @@
 """Along an arm: what a force at its end does at its start, and how its end moves with its start.
 
-Vectors are (..., 3), forces with moments and displacements with rotations (..., 6), in any precision.
+Vectors are (..., 3), forces with moments and displacements with rotations (..., 6), in any precision. In a plane
+vectors are (..., 2), what stands across it (..., 1), and forces with moments (..., 3).
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ Real = NDArray[Any]
 
 def crossed(one: Real, other: Real) -> Real:
     """Cross product of vectors (..., 3): the sums of NumPy's, which on one vector takes five times as long."""
+    if one.shape[-1] == 2:
+        return np.asarray(one[..., :1] * other[..., 1:] - one[..., 1:] * other[..., :1])
     out = np.empty(np.broadcast_shapes(one.shape, other.shape), np.result_type(one, other))
     for k in range(3):
         i, j = (k + 1) % 3, (k + 2) % 3
@@ -31,10 +34,11 @@ def cross_matrix(vector: Real) -> Real:
 
 
 def transferred(wrench: Real, arm: Real) -> Real:
-    """Force and moment (..., 6) at the end of an arm (..., 3) as they act at its start."""
-    out = np.empty((*np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1]), 6), np.result_type(wrench, arm))
-    out[..., :3] = wrench[..., :3]
-    np.add(wrench[..., 3:], crossed(arm, wrench[..., :3]), out=out[..., 3:])
+    """Force and moment (..., 6) at the end of an arm (..., 3) as they act at its start, or those of a plane."""
+    shape, d = np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1]), arm.shape[-1]
+    out = np.empty((*shape, wrench.shape[-1]), np.result_type(wrench, arm))
+    out[..., :d] = wrench[..., :d]
+    np.add(wrench[..., d:], crossed(arm, wrench[..., :d]), out=out[..., d:])
     return out
 
 

@@ -107,6 +107,12 @@ def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
     count = int(np.prod(shape, dtype=np.int64))
 
     def pick(array: Array, trailing: int) -> Array:
+        lead = np.shape(array)[: np.ndim(array) - trailing]
+        if not fits(lead, shape):
+            raise FrameError(
+                f"{what}: resistance takes entries of a parameter of batch shape {lead}, and its shape is {shape}: "
+                "give the shape to which all parameters broadcast"
+            )
         return flattened(array, shape, trailing)
 
     found = element.resistance(np.zeros((count, 6)), pick)

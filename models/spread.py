@@ -68,6 +68,16 @@ class Spread(Statistics):
         """Number of samples."""
         return int(self.samples.shape[-2])
 
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the components with n − 1 in the denominator, (..., 3, 3); of the samples that `std` is of."""
+        apart = self.samples - self.mean[..., None, :]
+        if self.nan_policy == "omit":
+            apart = np.where(np.isnan(self.samples), 0.0, apart)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            scaled = apart / np.sqrt(self.n - self.missing - 1)[..., None, :]
+        return np.asarray(scaled.mT @ scaled)
+
     def quantile(self, p: ArrayLike) -> Array:
         """Quantile of each component at one or more probabilities, interpolated linearly between samples.
 

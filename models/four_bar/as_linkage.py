@@ -13,7 +13,7 @@ from ...framework.errors import FrameError
 from ..linkage.graphics.places import ReferencePoses
 from ..linkage.linkage import Linkage
 from .description import JOINTS
-from .frame import JOINT_LINKS
+from .frame import JOINT_LINKS, coupler_ends
 from .kinematics import FourBarKinematics
 
 POINTS = ("A", "B", "P", "D", "E")
@@ -34,12 +34,8 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
         if joint not in JOINTS:
             raise FrameError(f"clearance of joint {joint!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
     found = Linkage({point: drawn.position(point) for point in POINTS})
-    pins = ("B", "D")
-    x, y = (np.asarray(component) for component in four_bar.point)
-    on_pin = not np.any(y) and any(np.all(x == place) for place in (0.0, four_bar.lengths[1]))
     found.link("crank", "A", "B", beam=four_bar.link_beam("crank"))
-    parts = [pins] if on_pin else None
-    found.link("coupler", "B", "P", "D", beam=four_bar.link_beam("coupler"), beams=parts)
+    found.link("coupler", "B", "P", "D", beam=four_bar.link_beam("coupler"), beams=coupler_ends(four_bar))
     found.link("rocker", "D", "E", beam=four_bar.link_beam("rocker"))
     found.revolute("A", "ground", "crank", drive=True, reference=drawn.theta)
     for joint in JOINTS:

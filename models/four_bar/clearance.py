@@ -62,11 +62,7 @@ def clearance_map(motion: FourBarKinematics) -> dict[str, Array]:
     x, y = motion.four_bar.point
     rocker = loop.coupler_vector - loop.diagonal
     arm = (np.asarray(x) + 1j * np.asarray(y)) / loop.coupler * loop.coupler_vector
-    columns: dict[str, list[Array]] = {joint: [] for joint in ("B", "D", "E")}
-    for offset in (1.0 + 0.0j, 1.0j):
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turn = -(offset * np.conj(rocker)).real / (1j * loop.coupler_vector * np.conj(rocker)).real
-            rotated = 1j * turn * arm
-        for joint, found in columns.items():
-            found.append(vector((offset if joint == "B" else 0.0) + rotated)[..., :2])
-    return {joint: np.stack(found, axis=-1) for joint, found in columns.items()}
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = vector(rocker)[..., :2] / (1j * loop.coupler_vector * np.conj(rocker)).real[..., None]
+        rotated = np.swapaxes(vector(-1j * turn * arm[..., None])[..., :2], -1, -2)
+    return {"B": np.eye(2) + rotated, "D": rotated, "E": rotated}

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...elements import Joint
 from ...framework.frame import Frame
+from ..linkage.description.elastic_axis import neighbours
 from ..planar import rotation, vector
-from .description import LINKS
+from .description import LINKS, FourBarDescription
 from .kinematics import FourBarKinematics
 
 # Links of each joint, along the chain.
@@ -28,8 +28,9 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
 
     Bodies ``crank``, ``coupler``, ``rocker``; nodes ``A`` (fixed), ``B.crank``, ``B.coupler``, ``P``, ``D.coupler``,
     ``D.rocker``, ``E.rocker``, ``E`` (fixed); joints ``B``, ``D``, ``E`` with global axes; members ``crank``,
-    ``coupler.1``, ``coupler.2``, ``rocker``. The coupler is the bar B-P-D, bent at P; if P lies on the line of B and D
-    beyond one of them, the bar runs through the three in their order; if P is B or D, ``coupler.1`` is all of it.
+    ``coupler.1``, ``coupler.2``, ``rocker``. The coupler is the bar B-P-D, bent at P; if P lies on the line of B and D,
+    to 0.01 rad, beyond one of them, the bar runs through the three in their order; if P is B or D, ``coupler.1`` is all
+    of it.
     """
     gaps = clearance or {}
     built, four_bar = Frame(), motion.four_bar
@@ -45,7 +46,12 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     built.node("E.rocker", _local(0.0), body="rocker")
     built.node("E", _local(ground))
     built.add("crank", four_bar.link_beam("crank"), "A", "B.crank")
-    _coupler(built, motion)
+    nodes_at = {"B": "B.coupler", "P": "P", "D": "D.coupler"}
+    pieces = coupler_ends(four_bar)
+    for index, ends in enumerate(pieces, start=1):
+        built.add(f"coupler.{index}", four_bar.link_beam("coupler"), *(nodes_at[end] for end in ends))
+    if len(pieces) == 1:
+        built.rigid("D.coupler" if np.any(four_bar.point[0]) else "B.coupler", "P")
     built.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
     for joint, nodes in JOINT_NODES.items():
         stiffness, across = four_bar.joint_stiffness(joint), ("ux", "uy") if joint in gaps else None
@@ -55,22 +61,14 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     return built
 
 
-def _coupler(built: Frame, motion: FourBarKinematics) -> None:
-    four_bar = motion.four_bar
-    x, y = (np.asarray(component) for component in four_bar.point)
-    length, on_line = four_bar.lengths[1], not np.any(y)
-    b, p, d = "B.coupler", "P", "D.coupler"
-    chain = [b, p, d]
-    if on_line and np.all(x > length):
-        chain = [b, d, p]
-    elif on_line and np.all(x < 0.0):
-        chain = [p, b, d]
-    for end, place in ((b, 0.0), (d, length)):
-        if on_line and np.all(x == place):
-            built.rigid(end, p)
-            chain = [b, d]
-    for index, ends in enumerate(pairwise(chain), start=1):
-        built.add(f"coupler.{index}", four_bar.link_beam("coupler"), *ends)
+def coupler_ends(four_bar: FourBarDescription) -> list[tuple[str, str]]:
+    """Pairs of points between which the beams of the coupler run, as those of a link of any linkage, towards D."""
+    (x, y), length = four_bar.point, four_bar.lengths[1]
+    if not np.any(y) and any(np.all(x == place) for place in (0.0, length)):
+        return [("B", "D")]
+    places = {"B": _local(0.0), "P": _local(x, y), "D": _local(length)}
+    ends = neighbours("coupler", list(places), places, None)
+    return [(end, start) for start, end in reversed(ends)] if ends[0][0] == "D" else ends
 
 
 def _local(x: ArrayLike, y: ArrayLike = 0.0) -> NDArray[np.float64]:

@@ -43,7 +43,7 @@ class FourBarKinematics:
         """Drive angles, radians, (...)."""
         return self.closure.theta
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape."""
         x, y = self.four_bar.point

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from itertools import chain
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements.parameters import as_real
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
+from ..newton_euler import Action, NewtonEuler, Transmitted
 from .description import LINKS
 from .kinematics import FourBarKinematics
 
@@ -23,8 +25,15 @@ Pair = tuple[ArrayLike, ArrayLike]
 
 REACTIONS = ("A", "B", "D", "E")
 
-# Joints of each link, with the sign that a reaction has on it: +1 on the earlier link of the chain, -1 on the later.
-ENDS = {"crank": (("A", 1.0), ("B", 1.0)), "coupler": (("B", -1.0), ("D", 1.0)), "rocker": (("D", -1.0), ("E", 1.0))}
+# Forces in the joints, by which link and on which they act, and the torque of the drive.
+FORCE, TORQUE = np.split(np.eye(3), [2])
+TRANSMITTED = (
+    ("A", "ground", "crank", FORCE),
+    ("B", "coupler", "crank", FORCE),
+    ("D", "rocker", "coupler", FORCE),
+    ("E", "ground", "rocker", FORCE),
+    ("A", "ground", "crank", TORQUE),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,31 +204,20 @@ class Kinetostatics:
 def kinetostatics(motion: FourBarKinematics, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
     """Solve the linkage's nine equations of dynamic equilibrium, Eq. (1)-(4) of the accuracy paper.
 
-    For each link, with G its centre of mass, a its acceleration and α the link's angular acceleration, forces R at
-    its two joints, external force F at the point p, torque T, and the drive torque Ts on the crank alone:
-
-        ΣR           = m a − m g − F                       (two components)
-        Σ(r − G) × R [+ Ts] = I α − T − (p − G) × F
-
-    The right side holds the inertia forces (1) and torques (2) with their signs reversed; the left side is
-    [L][F_B] of (4), derived here anew, as the signs and arms printed in (3) are not consistent.
+    They are derived anew, as the signs and arms printed in (3) are not consistent.
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
     weight = _pair(gravity, "gravity")
     _check_shapes(motion, links, weight)
-    rows: list[Array] = []
-    sides: list[Array] = []
-    for name, link in links.items():
-        rows += _left(motion, name, link)
-        sides += _right(motion, name, link, weight)
-    shape = np.broadcast_shapes(motion.shape, *(side.shape for side in sides), *(row.shape[:-1] for row in rows))
-    left = np.stack([np.broadcast_to(row, (*shape, 9)) for row in rows], axis=-2)
-    right = np.stack([np.broadcast_to(side, shape) for side in sides], axis=-1)
-    singular = np.broadcast_to(motion.singular, shape)
-    left = np.where(singular[..., None, None], np.eye(9), left)
-    right = np.where(singular[..., None], np.nan, right)
-    unknowns = np.asarray(np.linalg.solve(left, right[..., None])[..., 0], dtype=np.float64)
-    return Kinetostatics(motion, unknowns)
+    centres = {name: motion.position_on(name, *link.centre)[..., :2] for name, link in links.items()}
+    joints = [Transmitted(by, on, motion.position(joint)[..., :2], wrenches) for joint, by, on, wrenches in TRANSMITTED]
+    equations = NewtonEuler(centres, joints)
+    left = equations.matrix
+    actions = (_acting(motion, name, link, weight, centres[name]) for name, link in links.items())
+    right = equations.balanced(chain.from_iterable(actions))
+    left[np.broadcast_to(motion.singular, left.shape[:-2])] = np.eye(9)
+    right[np.broadcast_to(motion.singular, right.shape[:-1])] = np.nan
+    return Kinetostatics(motion, np.asarray(np.linalg.solve(left, right[..., None])[..., 0], dtype=np.float64))
 
 
 def _check_shapes(motion: FourBarKinematics, links: Mapping[str, Link], gravity: Pair) -> None:
@@ -236,29 +234,16 @@ def _check_shapes(motion: FourBarKinematics, links: Mapping[str, Link], gravity:
                 shapes[what] = np.shape(value)
 
 
-def _left(motion: FourBarKinematics, name: str, link: Link) -> list[Array]:
-    """Rows x, y and moment of one link in [L], each (..., 9)."""
-    centre = motion.position_on(name, *link.centre)
-    rows = np.zeros((3, *centre.shape[:-1], 9))
-    for joint, sign in ENDS[name]:
-        column = 2 * REACTIONS.index(joint)
-        arm = motion.position(joint) - centre
-        rows[0, ..., column] = rows[1, ..., column + 1] = sign
-        rows[2, ..., column] = -sign * arm[..., 1]
-        rows[2, ..., column + 1] = sign * arm[..., 0]
-    if name == "crank":
-        rows[2, ..., 8] = 1.0
-    return list(rows)
-
-
-def _right(motion: FourBarKinematics, name: str, link: Link, gravity: Pair) -> list[Array]:
-    """Right side x, y and moment of one link, each (...)."""
+def _acting(motion: FourBarKinematics, name: str, link: Link, gravity: Pair, centre: Array) -> Iterator[Action]:
+    """Weight, inertia and torque of a link at its centre of mass, and its force where that acts."""
     numbers = (link.mass, link.inertia, link.torque, *link.force, *gravity)
     mass, inertia, torque, fx, fy, gx, gy = (np.asarray(number) for number in numbers)
-    accelerates = motion.acceleration_on(name, *link.centre)
-    arm = motion.position_on(name, *(link.at or link.centre)) - motion.position_on(name, *link.centre)
-    return [
-        mass * (accelerates[..., 0] - gx) - fx,
-        mass * (accelerates[..., 1] - gy) - fy,
-        inertia * motion.angular_acceleration(name) - torque - (arm[..., 0] * fy - arm[..., 1] * fx),
-    ]
+    acceleration, gain = motion.acceleration_on(name, *link.centre), motion.angular_acceleration(name)
+    weight = mass * (gx - acceleration[..., 0]), mass * (gy - acceleration[..., 1])
+    yield Action(name, centre, _wrench(*weight, torque - inertia * gain))
+    place = centre if link.at is None else motion.position_on(name, *link.at)[..., :2]
+    yield Action(name, place, _wrench(fx, fy, np.zeros(())))
+
+
+def _wrench(*components: Array) -> Array:
+    return np.stack(np.broadcast_arrays(*components), axis=-1)

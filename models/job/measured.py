@@ -34,8 +34,10 @@ CAPTION = "Measured less predicted position, with the bands of measurement and t
 TABLE = """\
 Measured less predicted position of {point}, in mm, and over its standard uncertainty, that of the measurement and of
 the tolerances together. The prediction is the mean of the samples, or without tolerances the displaced position of the
-nominal linkage. A pose is outside where the sum of squares of its normalised residuals is greater than that
-of {level:g} % of the poses. All at full precision: `measured.csv`."""
+nominal linkage. Chi squared is by the covariance of the components of each pose, as are the poses that are outside:
+those whose own is greater than that of {level:g} % of the poses. Poses count as independent, but tolerances move the
+linkage alike at all of them: where they outweigh the measurement, p says too much. All at full precision:
+`measured.csv`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +147,19 @@ class MeasuredOutcome:
 
     @classmethod
     def of(
-        cls, given: MeasuredPoint, drives: Mapping[str, DriveValues], predicted: Array, deviation: Array
+        cls, given: MeasuredPoint, drives: Mapping[str, DriveValues], predicted: Array, covariance: Array
     ) -> MeasuredOutcome:
-        """From the prediction and its standard deviation, (poses, 3) each."""
-        found = compare(predicted, given.table, deviation=np.nan_to_num(deviation), level=given.level)
+        """From the prediction (poses, 3) and its covariance (poses, 3, 3).
+
+        Without an uncertainty of the measurement a single tolerance leaves no residual across its line: then
+        the deviations of the components count, as if these were independent.
+        """
+        spread = np.nan_to_num(covariance)
+        if given.table.uncertainty is None:
+            deviation = np.sqrt(np.diagonal(spread, axis1=1, axis2=2))
+            found = compare(predicted, given.table, deviation=deviation, level=given.level)
+        else:
+            found = compare(predicted, given.table, covariance=spread, level=given.level)
         return cls(given, drives, predicted, found)
 
     def as_csv(self) -> str:

@@ -27,7 +27,15 @@ STEP = 1e-5
 class MeasuredMotion(UncertainMotion):
     """A motion that can be compared with what was measured; see `Motion`."""
 
-    def compare(self, point: str, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
+    def compare(
+        self,
+        point: str,
+        measured: Measured,
+        *,
+        deviation: ArrayLike = 0.0,
+        covariance: ArrayLike | None = None,
+        level: float = 0.95,
+    ) -> Comparison:
         """Compare where a point is with where it was measured.
 
         Parameters
@@ -39,6 +47,8 @@ class MeasuredMotion(UncertainMotion):
         deviation
             Standard deviation of the prediction, (poses, 3) or what broadcasts to it, a length, such as that of the
             tolerances.
+        covariance
+            Covariance of the prediction in its place, (poses, 3, 3) or (poses, 3, poses, 3); see `compare`.
         level
             Probability with which a pose should lie within its band.
 
@@ -53,7 +63,7 @@ class MeasuredMotion(UncertainMotion):
             If the motion is at other poses than the measurement, or neither has an uncertainty.
         """
         _check(self, measured)
-        return compare(self.position(point), measured, deviation=deviation, level=level)
+        return compare(self.position(point), measured, deviation=deviation, covariance=covariance, level=level)
 
     def calibrate(
         self,

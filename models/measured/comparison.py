@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+# Least eigenvalue of a matrix of correlations with an inverse.
+LEAST = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +33,15 @@ class Comparison:
         Standard deviation of the residual, of measurement and prediction together, (poses, 3).
     level
         Probability with which a pose lies within its band.
+    covariance
+        Covariance of the residual, (poses, 3, 3), or (poses, 3, poses, 3) where that of one pose with another is known;
+        None where components are independent.
     """
 
     residual: Array
     uncertainty: Array
     level: float
+    covariance: Array | None = None
 
     @property
     def normalised(self) -> Array:
@@ -49,8 +55,13 @@ class Comparison:
 
     @property
     def chi_squared(self) -> float:
-        """Sum of the squares of `normalised`; about `count` where the prediction holds."""
-        return float(np.nansum(self.normalised**2))
+        """Sum of squares ``r V⁻¹ r`` of the residuals r; about `count` where the prediction holds.
+
+        That of `normalised`, where the covariance V is not given.
+        """
+        if self.covariance is None:
+            return float(np.nansum(self.normalised**2))
+        return float(_squares(self.residual, self.covariance).sum())
 
     @property
     def p_value(self) -> float:
@@ -66,7 +77,9 @@ class Comparison:
 
         known = np.isfinite(self.residual)
         most = chdtri(np.maximum(known.sum(axis=1), 1), 1.0 - self.level)
-        return np.asarray(np.nansum(self.normalised**2, axis=1) > most)
+        if self.covariance is None:
+            return np.asarray(np.nansum(self.normalised**2, axis=1) > most)
+        return np.asarray(_squares(self.residual, _of_poses(self.covariance)) > most)
 
     @property
     def root_mean_square(self) -> Array:
@@ -135,7 +148,14 @@ class Comparison:
         )
 
 
-def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 0.0, level: float = 0.95) -> Comparison:
+def compare(
+    predicted: ArrayLike,
+    measured: Measured,
+    *,
+    deviation: ArrayLike = 0.0,
+    covariance: ArrayLike | None = None,
+    level: float = 0.95,
+) -> Comparison:
     """Compare predicted with measured positions.
 
     Parameters
@@ -146,6 +166,10 @@ def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 
         What was measured at the same poses.
     deviation
         Standard deviation of the prediction, (poses, 3) or what broadcasts to it, such as that of the tolerances.
+    covariance
+        Covariance of the prediction in place of `deviation`, (poses, 3, 3), a length squared: tolerances move a point
+        along lines. Or (poses, 3, poses, 3): those of one linkage move it alike at all poses, so that without it
+        `chi_squared` counts one deviation many times.
     level
         Probability with which a pose should lie within its band.
 
@@ -157,8 +181,8 @@ def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 
     Raises
     ------
     FrameError
-        If shapes do not fit, nothing measured is predicted, neither of the two has an uncertainty, or the level is no
-        probability.
+        If shapes do not fit, nothing measured is predicted, neither of the two has an uncertainty, the covariance
+        leaves a direction without one, or the level is no probability.
 
     Examples
     --------
@@ -173,10 +197,60 @@ def compare(predicted: ArrayLike, measured: Measured, *, deviation: ArrayLike = 
     if not 0.0 < level < 1.0:
         raise FrameError(f"level is {level!r}: give a probability between 0 and 1, such as 0.95")
     own = 0.0 if measured.uncertainty is None else measured.uncertainty
+    both = None if covariance is None else _checked(covariance, spread, place.shape)
+    if both is not None:
+        spread = np.sqrt(np.maximum(np.diagonal(_of_poses(both), axis1=1, axis2=2), 0.0))
     whole = np.broadcast_to(np.hypot(own, spread), place.shape)
     known = np.isfinite(measured.position) & np.isfinite(place)
     if not known.any():
         raise FrameError("no pose that was measured has a predicted position: look at the drives and their units")
     if np.any(whole[known] <= 0.0):
         raise FrameError("neither measurement nor prediction has an uncertainty: give one of them")
-    return Comparison(np.where(known, measured.position - place, np.nan), np.where(known, whole, 1.0), float(level))
+    residual, uncertainty = np.where(known, measured.position - place, np.nan), np.where(known, whole, 1.0)
+    return Comparison(residual, uncertainty, float(level), None if both is None else _of_both(both, own, known))
+
+
+def _checked(covariance: ArrayLike, deviation: Array, shape: tuple[int, ...]) -> Array:
+    """Covariance of the prediction as numbers, of one of the two shapes."""
+    found, poses = numbers(covariance, "covariance"), shape[0]
+    if deviation.any():
+        raise FrameError("the prediction was given a deviation and a covariance: give one of them")
+    if found.shape not in ((poses, 3, 3), (poses, 3, poses, 3)):
+        raise FrameError(f"covariance has shape {found.shape}: give ({poses}, 3, 3) or ({poses}, 3, {poses}, 3)")
+    return found
+
+
+def _of_both(covariance: Array, own: ArrayLike, known: NDArray[np.bool_]) -> Array:
+    """Covariance of measurement and prediction together; unity by itself where a component is not known."""
+    matrix = np.array(_matrices(covariance))
+    there = known.reshape(*matrix.shape[:-1])
+    both = there[..., None] & there[..., None, :]
+    k = np.arange(matrix.shape[-1])
+    matrix[..., k, k] += (np.broadcast_to(own, known.shape) ** 2).reshape(there.shape)
+    matrix = np.where(both, matrix, 0.0)
+    matrix[..., k, k] = np.where(there, matrix[..., k, k], 1.0)
+    deviation = np.sqrt(matrix[..., k, k])
+    if not np.all(np.linalg.eigvalsh(matrix / deviation[..., None] / deviation[..., None, :])[..., 0] > LEAST):
+        raise FrameError(
+            "the covariance leaves a direction without uncertainty, in which no residual is possible: give the "
+            "measurement an uncertainty, or the prediction its deviation alone"
+        )
+    return matrix.reshape(covariance.shape)
+
+
+def _matrices(covariance: Array) -> Array:
+    """Covariance as matrices, one a pose (poses, 3, 3), or one of all (1, 3 poses, 3 poses)."""
+    return covariance if covariance.ndim == 3 else covariance.reshape(1, 3 * len(covariance), -1)
+
+
+def _of_poses(covariance: Array) -> Array:
+    """Covariance of the components of each pose, (poses, 3, 3)."""
+    each = np.arange(len(covariance))
+    return covariance if covariance.ndim == 3 else covariance[each, :, each]
+
+
+def _squares(residual: Array, covariance: Array) -> Array:
+    """Sums of squares ``r V⁻¹ r``, one a matrix of the covariance; what is missing counts nothing."""
+    matrix = _matrices(covariance)
+    r = np.nan_to_num(residual).reshape(*matrix.shape[:-1])
+    return np.asarray(np.einsum("...i,...i->...", r, np.linalg.solve(matrix, r[..., None])[..., 0]))

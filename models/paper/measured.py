@@ -37,9 +37,9 @@ def beside_measured(inputs: Inputs, study: Study) -> MeasuredOutcome | None:
     if given is None or drive is None:
         return None
     closes = study.nominal.motion.four_bar.assembles(np.radians(drive.values))
-    place, deviation = (np.full((len(closes), 3), np.nan) for _ in range(2))
-    place[closes], deviation[closes] = study.rigid + study.mean, study.std
+    place, covariance = np.full((len(closes), 3), np.nan), np.full((len(closes), 3, 3), np.nan)
+    place[closes], covariance[closes] = study.rigid + study.mean, study.total.covariance
     try:
-        return MeasuredOutcome.of(given, {DRIVE: drive}, place, deviation)
+        return MeasuredOutcome.of(given, {DRIVE: drive}, place, covariance)
     except FrameError as error:
         raise FrameError(f"{given.file.name}: {error}") from error

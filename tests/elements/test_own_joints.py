@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,26 @@ def _stub(joint: JointElement, force: Any = 100.0) -> Frame:
     return frame
 
 
+@dataclass(frozen=True, eq=False)
+class Hardening(Joint):
+    """A hinge about z that hardens, ``k t + c t^3``: a dataclass as the elements of one's own are."""
+
+    cubic: Any = 0.0
+
+    def resistance(self, displacement: Array, pick: Any) -> tuple[Array, Array, Array]:
+        energy, force, tangent = super().resistance(displacement, pick)
+        t, cubic = displacement[:, 5], pick(np.asarray(self.cubic), 0)
+        force[:, 5] += cubic * t**3
+        tangent[:, 5, 5] += 3.0 * cubic * t**2
+        return energy + 0.25 * cubic * t**4, force, tangent
+
+
+class HardeningBatch(Hardening):
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return np.broadcast_shapes(super().shape, np.shape(self.cubic))
+
+
 def _root(force: Array, cubic: Array | float = CUBIC) -> Array:
     """Displacement at which ``k y + c y^3`` balances a force, by bisection."""
     low, high = np.zeros_like(force * cubic), np.asarray(force * np.ones_like(cubic) / SOFT)
@@ -78,6 +99,38 @@ def _root(force: Array, cubic: Array | float = CUBIC) -> Array:
         more = SOFT * middle + cubic * middle**3 < force
         low, high = np.where(more, middle, low), np.where(more, high, middle)
     return np.asarray(0.5 * (low + high))
+
+
+def test_a_joint_of_its_own_law_may_be_a_dataclass() -> None:
+    """A stiff arm on a hardening hinge turns until ``k t + c t^3`` balances the moment of the load on its end."""
+    cubic, frame = np.array([0.0, 100.0, 1000.0]), Frame()
+    for name, x in {"A": 0.0, "B": 0.0, "C": 1.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("hinge", HardeningBatch((np.inf,) * 5 + (50.0,), cubic=cubic), "A", "B")
+    frame.add("arm", Beam(Rectangle(y=0.1, z=0.1), Material(E=200e12, nu=0.3)), "B", "C")
+    frame.fix("A")
+    frame.load("C", fy=30.0)
+    turn = frame.solve(large=True).joint_displacement("hinge")[:, 5]
+    assert_allclose(50.0 * turn + cubic * turn**3, 30.0 * np.cos(turn), rtol=1e-6)
+    assert np.ptp(turn) > 0.2
+    assert_allclose(frame.solve().joint_displacement("hinge")[:, 5], 0.6, rtol=1e-9)
+
+
+def test_a_joint_is_replaced_like_any_dataclass() -> None:
+    loose = Joint((1e9,) * 5 + (0.0,), clearance=1e-3, pitch=0.2)
+    other = replace(loose, clearance=[1e-3, 2e-3])
+    assert (other.clearance_directions, other.shape, float(other.pitch)) == ((0, 1), (2,), 0.2)
+    assert replace(Hardening((1.0,) * 6, cubic=2.0), cubic=3.0).cubic == 3.0
+
+
+def test_a_parameter_beyond_the_shape_of_a_joint_is_named() -> None:
+    frame = Frame()
+    for name in "AB":
+        frame.node(name, (0.0, 0.0, 0.0))
+    with pytest.raises(
+        FrameError, match=r"joint 'hinge'.*: resistance takes .* batch shape \(2,\), and its shape is \(\)"
+    ):
+        frame.add("hinge", Hardening((1.0,) * 6, cubic=np.ones(2)), "A", "B")
 
 
 @pytest.mark.parametrize("steps", [1, 3])

@@ -32,6 +32,15 @@ def test_a_force_does_the_same_work_at_both_ends_of_an_arm(
     assert_allclose(carrying(arm) @ motion, carried(motion, arm), atol=1e-13)
 
 
+@given(sixes, vectors)
+@settings(max_examples=25, deadline=None)
+def test_forces_in_a_plane_are_those_of_space(force: np.ndarray, arm: np.ndarray) -> None:
+    plane, flat = [0, 1, 5], np.array([1.0, 1.0, 0.0])
+    full = transferred(force * np.array([1.0, 1.0, 0.0, 0.0, 0.0, 1.0]), arm * flat)
+    assert_array_equal(transferred(force[plane], arm[:2]), full[plane])
+    assert_array_equal(crossed(force[:2], arm[:2]), np.cross(force[:3] * flat, arm * flat)[2:])
+
+
 def test_an_arm_takes_batches_and_keeps_extended_precision() -> None:
     force, arm = np.ones((4, 1, 6), np.longdouble), np.arange(9.0).reshape(3, 3)
     assert transferred(force, arm).shape == carried(force, arm).shape == (4, 3, 6)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
+from linkframe.framework.clearances.middle import in_the_middle
 from numpy.testing import assert_allclose
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 BAR, BENDING = Beam(Rectangle(y=0.02, z=0.02), Material(E=200e9, nu=0.3)), 200e9 * 0.02**4 / 12.0
 CLEARANCE = 1.25e-4
@@ -58,3 +60,16 @@ def test_an_entry_does_not_know_of_its_neighbours() -> None:
         for entry in (7, 23):
             alone = portal(PUSH[entry], STIFFNESS[entry], HEIGHT[entry], degrees).solve()
             assert_allclose(alone.contact(name).offset, found[entry], rtol=0.0, atol=1e-8 * CLEARANCE)
+
+
+def test_from_far_away_the_middle_is_found_without_stepping_over_a_sphere() -> None:
+    """Forty journals that meet their spheres on one side and one on the other move alike: where the sum of
+    ``log(1 - x²)`` is greatest. A full step of Newton's method leads outside."""
+    count, apart = 40, 0.9
+    rest = np.append(np.full(count, -apart), apart)
+    expected = brentq(lambda t: np.sum((t + rest) / (1.0 - (t + rest) ** 2)), apart - 1.0 + 1e-12, 1.0 - apart - 1e-12)
+    own, starts = np.arange(count + 1), np.array([-0.05, 0.05, 0.09])
+    stiffness = np.repeat((np.eye(count + 1) * (count + 1) - 1.0)[..., None], len(starts), axis=-1)
+    x, members = rest[:, None] + starts, np.full((count + 1, len(starts)), count + 1.0)
+    found = in_the_middle(own, stiffness, members, x, np.zeros(x.shape, dtype=bool), x)
+    assert_allclose(found, np.repeat((rest + expected)[:, None], len(starts), axis=-1), atol=1e-12)

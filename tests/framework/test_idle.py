@@ -274,3 +274,21 @@ def test_a_short_member_is_no_freedom_of_what_no_load_reaches(short: float) -> N
     loose.node("E", (1.0, 0.0, 0.0))
     loose.add("pin", Joint((np.inf, np.inf, np.inf, 0.0, np.inf, np.inf)), "D", "E")
     assert loose.solve().status == "statically consistent mechanism"
+
+
+def test_rods_in_line_are_pulled_along_whatever_their_direction() -> None:
+    """What rounded places leave of the force across the rods is no work: each bears all of it, and no entry is told to
+    move."""
+    angle = np.linspace(0.1, 6.2, 25)
+    along = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
+    frame = Frame()
+    for name, x in {"A": 0.0, "A1": 0.0, "B": 0.31, "B1": 0.31, "C": 0.73}.items():
+        frame.node(name, x * along)
+    for first, second in ("AB", "BC"):
+        frame.add(f"hinge {first}", Joint(stiffness=HINGE), first, f"{first}1")
+        frame.add(first, BAR, f"{first}1", second)
+    frame.fix("A")
+    frame.load("C", fx=1e3 * along[:, 0], fy=1e3 * along[:, 1])
+    solution = frame.solve()
+    assert set(solution.status.tolist()) == {"statically consistent mechanism"}
+    assert_allclose(solution.forces("A", [0.0])[:, 0, 0], 1e3, rtol=1e-12)

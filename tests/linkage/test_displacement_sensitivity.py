@@ -58,6 +58,7 @@ def test_a_cantilever_that_turns_under_its_weight() -> None:
     arm.gravity((0.0, -10.0))
     theta, F, L = np.array([0.3, 1.0, 2.0]), 50.0, 1.2
     by = arm.move(A=theta).accuracy("B", fy=-F).sensitivity("ux", "uy")
+    assert repr(by) == "<Sensitivity of the displacement ux, uy to A, shape (3,)>"
     area, inertia = np.pi * 0.01**2, np.pi / 64.0 * 0.02**4
     w, EI, EA = 10.0 * 7800.0 * area, 200e9 * inertia, 200e9 * area
     along = np.stack([np.cos(theta), np.sin(theta)], axis=-1)

@@ -154,6 +154,35 @@ def test_a_screw_in_a_linkage() -> None:
     assert_allclose(solution.displacement("B")[:, 2], 100.0 * lead**2 / 30.0 + stretch, rtol=1e-12)
 
 
+def test_a_loaded_jack_turns_its_spindle_back() -> None:
+    """A loop through a thread: the nut sinks by what shortens the spindle, and by the turns of spindle and drive.
+
+    Both go as far as the nut stands along the spindle; the torque is F p / 2 π, right-handed or left-handed.
+    """
+    pitch, force, drive, thread = np.array([0.01, -0.01, 0.03]), 1000.0, 40.0, 1e9
+    linkage = Linkage(A=(0, 0, 0), B=(0, 0, 0.5))
+    linkage.link("spindle", "A", "B", beam=ROD)
+    linkage.link("nut", "B")
+    linkage.revolute("A", "ground", "spindle", axis=(0, 0, 1), drive=True, stiffness=(np.inf,) * 5 + (drive,))
+    linkage.screw("B", "spindle", "nut", axis=(0, 0, 1), pitch=pitch, stiffness=(thread,) * 5 + (0.0,))
+    linkage.prismatic("B", "ground", "nut", axis=(0, 0, 1), name="slide")
+    turn = 6.0 * np.pi * np.array([[0.0], [1.0]])
+    motion = linkage.move(A=turn * np.sign(pitch))
+    frame = motion.frame()
+    frame.load("B.nut", fz=-force)
+    length, lead, area = motion.position("B", "nut")[..., 2], pitch / (2.0 * np.pi), np.pi * 0.02**2 / 4.0
+    assert_allclose(length, 0.5 - np.abs(lead) * turn, rtol=1e-12)
+    torsion = 200e9 / 2.6 * np.pi * 0.02**4 / 32.0
+    sinking = force * (length / (200e9 * area) + 1.0 / thread + lead**2 * (1.0 / drive + length / torsion))
+    solution = frame.solve()
+    assert_allclose(-solution.displacement("B.nut")[..., 2], sinking, rtol=1e-9)
+    assert_allclose(np.abs(solution.joint_force("A")[..., 5]), np.broadcast_to(force * np.abs(lead), (2, 3)), rtol=1e-9)
+    assert (solution.error_bound("B.nut")[..., 2] < 1e-9 * sinking).all()
+    small = 1e-3
+    frame.set_load("B.nut", fz=-small * force)
+    assert_allclose(-frame.solve(large=True).displacement("B.nut")[..., 2], small * sinking, rtol=1e-6)
+
+
 def test_springs_pull_with_their_force_and_resist_with_their_stiffness() -> None:
     """A stiff arm held up by a spring: static force at the pose, and stiffness k against further displacement."""
     linkage = Linkage(A=(0, 0), B=(1, 0), C=(1, 2))

@@ -57,6 +57,27 @@ def test_its_frame_stands_on_the_beam_in_which_the_slot_is():
     np.testing.assert_allclose(sinking, expected, rtol=1e-12)
 
 
+def test_the_pin_bears_on_a_turning_lever_where_it_stands():
+    """A lever on a pivot and on the pin at d, its end a beyond, sinks there by F a² (a + d) / (3 E I)."""
+    pivot, length, modulus, angle = 0.2, 0.45, 2e11, np.linspace(0.0, 2.0 * np.pi, 9)
+    lever = Beam(Circle(diameter=0.02), Material(E=modulus, nu=0.3), shear=False)
+    linkage = SlottedLinkage(O=(0, 0), A=(0, RADIUS), C=(-pivot, RADIUS), T=(length - pivot, RADIUS))
+    linkage.link("crank", "O", "A", beam=Beam(Circle(diameter=2.0), Material(E=1e3 * modulus, nu=0.3)))
+    linkage.link("lever", "C", "A", "T", beam=lever)
+    linkage.revolute("O", "ground", "crank", drive=True)
+    linkage.revolute("C", "ground", "lever")
+    linkage.slot("A", "lever", "crank")
+    motion = linkage.move(O=angle)
+    inside = np.linalg.norm(motion.position("A", "crank") - motion.position("C"), axis=-1)
+    across = np.cross([0.0, 0.0, 1.0], motion.position("T") - motion.position("C")) / length
+    frame = motion.frame()
+    frame.load("T", fx=across[:, 0], fy=across[:, 1])
+    sinking = np.sum(frame.solve().displacement("T")[:, :3] * across, axis=-1)
+    expected = (length - inside) ** 2 * length / (3.0 * modulus * np.pi * 0.02**4 / 64.0)
+    assert np.ptp(inside) > 0.1
+    np.testing.assert_allclose(sinking, expected, rtol=1e-5)
+
+
 def test_it_drives_and_carries():
     linkage = SlottedLinkage(A=(0, 0), B=(1, 0))
     linkage.link("arm", "A", "B")

@@ -210,3 +210,24 @@ def test_calibration_takes_its_derivatives_from_the_adjoint() -> None:
             angles,
             gradient=lambda a, b: {"a": 1.0},
         )
+
+
+def test_no_linkage_is_made_of_what_its_dimensions_cannot_be() -> None:
+    """Derivatives are taken within the distribution of a length, to whose ends the search for failures comes."""
+    seen: list[float] = []
+
+    def arm(length: Any = 0.2, off: Any = 0.0) -> Linkage:
+        length, off = np.broadcast_arrays(length, off)
+        seen.extend([float(length.min()), float(length.max())])
+        linkage = Linkage(A=(0, 0), P=np.stack([length, off], axis=-1))
+        linkage.link("arm", "A", "P")
+        linkage.revolute("A", "ground", "arm", drive=True)
+        return linkage
+
+    inputs = {"length": stats.uniform(0.2 - 1e-5, 2e-5), "off": stats.norm(0.0, 1e-6)}
+    for method in ("form", "sorm"):
+        found = arm().move(A=0.3).reliability("P", 9e-6, arm, inputs, method=method)
+        assert 0.0 < found.probability < 1.0
+    assert min(seen) >= 0.2 - 1e-5 - 1e-16
+    assert max(seen) <= 0.2 + 1e-5 + 1e-16
+    assert max(seen) - min(seen) > 1.5e-5

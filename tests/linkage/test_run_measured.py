@@ -78,9 +78,12 @@ def test_residuals_and_band(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert [row["band"] for row in rows] == ["", "", "outside"]
     assert [row["residual_z"] for row in rows] == [""] * 3
     report, shown = (out / "report.md").read_text(), capsys.readouterr().out
-    chi_squared = np.sum((OFF / expected()) ** 2)
+    ways = np.array([np.cos(np.radians(ANGLES)), np.sin(np.radians(ANGLES))]).T
+    covariance = DEVIATION**2 * ways[:, :, None] * ways[:, None] + UNCERTAINTY**2 * np.eye(2)
+    chi_squared = np.einsum("pi,pij,pj->", OFF, np.linalg.inv(covariance), OFF)
     for text in (report, shown):
-        assert f"chi squared {chi_squared:.2g}"[:14] in text
+        told = text.partition("Measured P against the prediction: chi squared ")[2]
+        assert_allclose(float(told.split()[0]), chi_squared, rtol=0.02)
         assert "of 6 components" in text
         assert "1 of 3 poses outside the 95 % band: A = 80." in text
     assert "## Measured" in report

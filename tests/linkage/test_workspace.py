@@ -62,8 +62,10 @@ def arm_with_wrist() -> Linkage:
     return linkage
 
 
-def test_a_held_orientation_beyond_a_hole_and_beside_singular_places() -> None:
-    line = np.linspace(-3.0, 3.0, 5)
+@pytest.mark.parametrize(("ends", "count"), [(3.0, 5), (2.9, 4), (2.7, 3)])
+def test_a_held_orientation_beyond_a_hole_and_beside_singular_places(ends: float, count: int) -> None:
+    """Of coarse grids some places lie beyond the hole of all places beside them, or beside none that is reached."""
+    line = np.linspace(-ends, ends, count)
     space = arm_with_wrist().workspace("P", x=line + 0.5, y=line)
     away = np.hypot(*np.meshgrid(line, line))
     assert space.reached[(away > 1.01) & (away < 2.99)].all()

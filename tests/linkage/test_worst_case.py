@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.testing import assert_allclose
 from scipy.optimize import linprog
 
 from ..reference.any_linkage import KINDS
+from ..reference.counted import calls
 from .test_position_sensitivity import four_bar
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3, density=7850.0))
@@ -232,14 +232,58 @@ def test_envelope_along_the_path() -> None:
     assert_allclose(with_rates, band, rtol=0.0, atol=1e-15)
 
 
-def test_three_hundred_and_sixty_poses_in_half_a_second() -> None:
+def test_three_hundred_and_sixty_poses_take_few_calls_more_than_one() -> None:
+    """No loop over the poses: the farthest points alone are sought some hundred poses at a time."""
     linkage = KINDS["six_bar"](np.random.default_rng(0)).made()
-    motion = linkage.move(A=np.linspace(0.0, 1.0, 360))
-    motion.position("P")
-    start = time.process_time()
-    worst = motion.worst_case("P", clearances=dict.fromkeys(linkage.joints, 1e-4))
-    assert worst.boundary(90).shape[:1] == worst.area.shape == worst.greatest.shape == worst.angle.shape == (360,)
-    assert time.process_time() - start < 0.5
+
+    def work(count: int) -> int:
+        motion = linkage.move(A=np.linspace(0.0, 1.0, count))
+
+        def ask() -> None:
+            worst = motion.worst_case("P", clearances=dict.fromkeys(linkage.joints, 1e-4))
+            shapes = (worst.boundary(90).shape[:1], worst.area.shape, worst.greatest.shape, worst.angle.shape)
+            assert set(shapes) == {(count,)}
+
+        return calls(ask)
+
+    assert work(360) < 1.2 * work(1)
+
+
+def meeting(one: complex, other: complex, near: complex, first: float, second: float) -> complex:
+    """Where circles of these radii about two points meet, on the side of a third point."""
+    chord = other - one
+    along = (first**2 - second**2 + abs(chord) ** 2) / (2.0 * abs(chord))
+    across = np.sqrt(first**2 - along**2) * np.sign(((near - one) / chord).imag)
+    return one + chord / abs(chord) * (along + 1j * across)
+
+
+def test_poses_beside_others_that_cannot_be_assembled() -> None:
+    """A six-bar of Watt's that turns part of the way: the clearance of B, by the circles on which C and F lie."""
+    at = {"A": 0j, "B": 0.1j, "C": 0.25 + 0.18j, "D": 0.2 + 0j, "E": 0.1 + 0.25j, "F": 0.35 + 0.3j, "G": 0.45 + 0.05j}
+    linkage = Linkage({name: (z.real, z.imag) for name, z in at.items()})
+    for name, points in {"crank": "AB", "coupler": "BCE", "rocker": "DC", "arm": "EF", "last": "FG"}.items():
+        linkage.link(name, *points)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    pins = "B crank coupler, C coupler rocker, D rocker ground, E coupler arm, F arm last, G last ground"
+    for pin in pins.split(", "):
+        linkage.revolute(*pin.split())
+    theta = np.radians(np.arange(0.0, 360.0, 20.0))
+    motion = linkage.move(A=theta)
+    worst = motion.worst_case("F", clearances={"B": 1e-5})
+    assert not motion.is_regular.all()
+
+    def place(turned: float, offset: complex, near: dict[str, complex]) -> complex:
+        b = at["B"] * np.exp(1j * turned) + offset
+        length = {pair: abs(at[pair[0]] - at[pair[1]]) for pair in ("BC", "DC", "EF", "GF")}
+        c = meeting(b, at["D"], near["C"], length["BC"], length["DC"])
+        e = b + (c - b) * (at["E"] - at["B"]) / (at["C"] - at["B"])
+        return meeting(e, at["G"], near["F"], length["EF"], length["GF"])
+
+    for k in np.flatnonzero(motion.is_regular):
+        near = {name: complex(*motion.position(name)[k, :2]) for name in "CF"}
+        rates = [(place(theta[k], h, near) - place(theta[k], -h, near)) / 2e-7 for h in (1e-7, 1e-7j)]
+        by = np.array([[rate.real for rate in rates], [rate.imag for rate in rates]])
+        assert_allclose(worst.greatest[k], 1e-5 * np.linalg.norm(by, 2), rtol=1e-6)
 
 
 def test_what_is_refused() -> None:

@@ -8,7 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from linkframe.models import FourBar
+from linkframe.models import FourBar, Link
 from linkframe.models.four_bar.clearance import clearance_map
 from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
 from linkframe.models.job.tables import with_error
@@ -323,6 +323,15 @@ def test_the_map_of_clearances_is_that_of_the_loop_closed_anew() -> None:
                 for sign in (1.0, -1.0)
             ]
             assert_allclose(columns[..., k], (ways[0] - ways[1])[:, :2] / 2e-6, atol=1e-8)
+
+
+def test_the_map_of_clearances_is_what_the_joints_carry_of_unit_loads() -> None:
+    """Virtual work: a unit load works on the displacement of P as the force in the joint does on its offset."""
+    point = (0.5, 0.2)
+    motion = FourBar(0.3, 0.9, 0.8, 0.7, point=point, branch="crossed").move(np.radians([[40.0], [110.0]]))
+    unit = motion.reactions(coupler=Link(force=(np.array([1.0, 0.0]), np.array([0.0, 1.0])), at=point))
+    for joint, columns in clearance_map(motion).items():
+        assert_allclose(columns[:, 0], unit.reaction(joint)[..., :2], rtol=1e-12, atol=1e-13)
 
 
 # -- what the paper prints ---------------------------------------------------------------------------------------------

@@ -49,7 +49,7 @@ def test_forces_and_compliance_are_the_same() -> None:
     assert_allclose(theirs.frame().solve().displacement("P"), frame.solve().displacement("P"), rtol=1e-10, atol=1e-15)
 
 
-@pytest.mark.parametrize("point", [(0.0, 0.0), (0.2, 0.0), (0.3, 0.0), (-0.1, 0.0), (0.1, 0.05)])
+@pytest.mark.parametrize("point", [(0.0, 0.0), (0.2, 0.0), (0.3, 0.0), (0.3, 1e-3), (-0.1, 0.0), (0.1, 0.05)])
 def test_the_point_may_lie_anywhere(point: tuple[float, float]) -> None:
     """Also on a pin, or on the line of the two beyond one of them."""
     four_bar = FourBar(ground=0.22, point=point)
@@ -59,6 +59,19 @@ def test_the_point_may_lie_anywhere(point: tuple[float, float]) -> None:
     frame.load("P", fx=10.0, fy=100.0)
     found = linkage.move(A=0.5).frame().solve().displacement("P")
     assert_allclose(found, frame.solve().displacement("P"), rtol=1e-9, atol=1e-15)
+
+
+def test_a_point_beyond_a_pin_moves_alike_whether_or_not_it_is_a_little_off_the_line() -> None:
+    """A hair's breadth neither doubles the bar between D and P, nor does another entry of the batch."""
+    moved = []
+    for point in ((0.3, 0.0), (0.3, 1e-7), (np.array([0.3, 0.31]), 0.0)):
+        frame = FourBar(ground=0.22, point=point).move(0.5).frame()
+        frame.load("P", fx=10.0, fy=100.0)
+        moved.append(frame.solve().displacement("P"))
+    assert_allclose(moved[1], moved[0], rtol=1e-5, atol=1e-15)
+    assert_allclose(moved[2][0], moved[0], rtol=1e-12, atol=1e-15)
+    with pytest.raises(FrameError, match=r"order of B, P, D along it changes within the batch.*: split the batch"):
+        FourBar(ground=0.22, point=(np.array([0.1, 0.3]), 0.0)).move(0.5).frame()
 
 
 def test_clearances_go_with_it() -> None:

@@ -94,7 +94,8 @@ def test_the_files_of_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     ):
         assert_allclose([[float(row[f"{name}_{k}"]) for k in "xy"] for row in rows], wanted, **close)
         assert [row[f"{name}_z"] for row in rows] == [""] * len(ANGLES)
-    squares = np.sum((off / band) ** 2, axis=1)
+    covariance = deviation**2 * np.einsum("kpi,kpj->pij", slopes, slopes) + UNCERTAINTY**2 * np.eye(2)
+    squares = np.einsum("pi,pij,pj->p", off, np.linalg.inv(covariance), off)
     beyond = squares > 5.991  # the 95 % point of chi squared with two degrees of freedom
     assert 0 < beyond.sum() < len(ANGLES)
     assert [row["band"] == "outside" for row in rows] == beyond.tolist()

@@ -142,10 +142,16 @@ def test_parts_cover_all_samples_and_none_is_single(soon: bool) -> None:
 
 def test_what_does_not_fit_is_refused_before_it_begins(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(memory, "available", lambda: 10**9)
-    start = time.perf_counter()
-    with pytest.raises(FrameError, match=r"--samples 10000000 takes \d{12} bytes of memory, and 1000000000 are free"):
-        compute(Inputs(samples=10_000_000))
-    assert time.perf_counter() - start < 0.5
+    tracemalloc.start()
+    try:
+        with pytest.raises(
+            FrameError, match=r"--samples 10000000 takes \d{12} bytes of memory, and 1000000000 are free"
+        ):
+            compute(Inputs(samples=10_000_000))
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most < 10_000_000  # not a byte for each sample
 
 
 def test_memory_is_told_by_the_system() -> None:

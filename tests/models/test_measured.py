@@ -118,6 +118,41 @@ def test_chi_squared_of_a_prediction_that_holds() -> None:
     assert np.isnan(found.root_mean_square[2])
 
 
+@pytest.mark.parametrize("among_poses", [False, True])
+def test_chi_squared_of_deviations_that_go_together(among_poses: bool) -> None:
+    """Two tolerances that move the point along two lines, at each pose anew or at all alike, against scipy.stats."""
+    rng = np.random.default_rng(5)
+    right, maps = rng.normal(size=(6, 3)), rng.normal(size=(6, 3, 2))
+    blocks = maps @ maps.mT
+    covariance = np.einsum("pik,qjk->piqj", maps, maps) if among_poses else blocks
+    sums, outside = [], 0
+    for _ in range(400):
+        deviations = np.broadcast_to(rng.normal(size=(1 if among_poses else 6, 2, 1)), (6, 2, 1))
+        place = right + (maps @ deviations)[..., 0] + 0.05 * rng.normal(size=(6, 3))
+        place[2, 1] = np.nan
+        found = compare(right, Measured(place, 0.05, {}), covariance=covariance)
+        sums.append(found.chi_squared)
+        outside += int(found.outside.sum())
+    assert found.count == 17
+    assert stats.kstest(sums, stats.chi2(17).cdf).pvalue > 1e-3
+    if not among_poses:
+        assert abs(outside - 0.05 * 2400) < 4.0 * np.sqrt(2400 * 0.05 * 0.95)
+    assert_allclose(found.uncertainty[0], np.sqrt(np.diag(blocks[0]) + 0.05**2), rtol=1e-14)
+
+
+def test_without_covariances_chi_squared_is_that_of_the_deviations() -> None:
+    seen_at, spread = Measured([[0.1, 0.2, np.nan], [0.3, 0.1, 0.0]], 1e-3, {}), np.array([1e-3, 3e-3, 0.0])
+    one = compare(np.zeros((2, 3)), seen_at, deviation=spread)
+    for covariance in (np.broadcast_to(np.diag(spread**2), (2, 3, 3)), np.zeros((2, 3, 2, 3))):
+        whole = np.array(covariance)
+        if whole.ndim == 4:
+            for pose in range(2):
+                whole[pose, :, pose] = np.diag(spread**2)
+        other = compare(np.zeros((2, 3)), seen_at, covariance=whole)
+        assert_allclose(other.chi_squared, one.chi_squared, rtol=1e-13)
+        assert_allclose(other.uncertainty, one.uncertainty, rtol=1e-14)
+
+
 def test_a_table_is_read(tmp_path: Path) -> None:
     file = tmp_path / "seen.csv"
     file.write_text("A [deg], x, y, ux, uy\n0, 0.2, , 1e-5,\n\n90, , 0.2, , 2e-5\n", encoding="utf-8-sig")
@@ -156,6 +191,13 @@ def test_what_is_refused() -> None:
         slider_crank(**NOMINAL).move(A=ANGLES + 0.1).compare("C", measured)
     with pytest.raises(FrameError, match="neither measurement nor prediction has an uncertainty"):
         compare([[0.0, 0.0, 0.0]], Measured([[0.0, 0.0, 0.0]], None, {}))
+    line, place = np.broadcast_to(np.ones((3, 3)), (2, 3, 3)), np.zeros((2, 3))
+    with pytest.raises(FrameError, match="the covariance leaves a direction without uncertainty"):
+        compare(place, Measured(place, None, {}), covariance=line)
+    with pytest.raises(FrameError, match="a deviation and a covariance: give one of them"):
+        compare(place, Measured(place, 1.0, {}), covariance=line, deviation=1.0)
+    with pytest.raises(FrameError, match=r"covariance has shape \(3, 3\): give \(2, 3, 3\) or \(2, 3, 2, 3\)"):
+        compare(place, Measured(place, 1.0, {}), covariance=line[0])
     with pytest.raises(FrameError, match=r"parameter 'a' begins at 0\.0: give its scale"):
         calibrate(decay, {"a": 0.0, "b": 1.0}, PLACES)
     with pytest.raises(FrameError, match=r"the model returned shape \(1, 15\) for 1 sets of parameters and measured"):

@@ -227,3 +227,14 @@ def test_a_job_counts_names_and_leaves_out_samples_without_result(tmp_path):
     assert any("have no mean" in note for note in remarks(strict))
     with pytest.raises(FrameError, match=rf"line 59, run.nan_policy: {lost} of 60 samples are NaN"):
         _ = job(tmp_path, "raise").spread
+
+
+def test_covariances_are_those_of_the_samples_that_are_there() -> None:
+    """By numpy.cov, a sample that is missing left out; its variances are the squares of the deviations."""
+    samples = np.random.default_rng(2).normal(size=(4, 30, 3)) @ np.triu(np.ones((3, 3)))
+    assert_allclose(Spread(samples).covariance, [np.cov(each.T) for each in samples], rtol=1e-12)
+    samples[1, [3, 17]] = np.nan
+    found = Spread(samples, "omit")
+    assert_allclose(found.covariance[1], np.cov(np.delete(samples[1], [3, 17], axis=0).T), rtol=1e-12)
+    assert_allclose(np.diagonal(found.covariance, axis1=1, axis2=2), found.std**2, rtol=1e-12)
+    assert np.isnan(Spread(samples).covariance[1]).all()

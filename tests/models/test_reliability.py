@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from typing import Any
 
@@ -145,12 +144,11 @@ def test_a_frame_of_uncertain_stiffness_place_and_load() -> None:
 
 def test_one_in_a_billion() -> None:
     laws = {"a": stats.norm(), "b": stats.norm()}
-    start = time.process_time()
     found = reliability(lambda x: 6.0 * np.sqrt(2.0) - x["a"] - x["b"], laws, rng=0)
     assert abs(found.probability - beyond(6.0)) < 4.0 * found.standard_error
     assert found.evaluations < 20_000
+    assert found.batches <= 10
     assert found.coefficient_of_variation <= 0.05
-    assert time.process_time() - start < 1.0
 
 
 def crank(length: Array | float) -> Linkage:

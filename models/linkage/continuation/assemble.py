@@ -20,6 +20,7 @@ from .along import Along, Found
 from .change_point import Patch
 from .driven import check_driven
 from .drives import Drives
+from .ends import sharpened
 from .many_paths import TOGETHER
 from .members import Starts, own_starts
 from .one_pose import one_pose
@@ -317,11 +318,14 @@ def _on_rays(
         own = taken(parameters, closed)
         states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
     states[loops.driven_states] = targets
+    rough = reached.copy()
     for block in blocks(reached.shape, reached.size if loops.at_once(reached.shape) else TOGETHER):
         part = states[:, block[0]]
         found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
+        rough[block] &= ~found.trusted
         for row, x in zip(part, found.state, strict=True):
             np.copyto(row, x, where=found.trusted)
+    sharpened(loops, parameters, states, rough)
     return list(states), reached
 
 

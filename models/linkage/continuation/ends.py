@@ -36,9 +36,24 @@ def at_dead_points(
         return
     begin = states[:, chosen]
     begin[loops.driven_states] = targets[:, chosen]
-    own = taken(parameters, chosen)
-    found, gap = nearest(loops, loops.unit(list(begin)), own)
-    there = np.stack(np.broadcast_arrays(*found))
-    good = (gap < max(CLOSED, loops.tolerance)) & (np.abs(there - begin).max(axis=0) < AWAY)
+    there, good = _nearest(loops, taken(parameters, chosen), begin)
     states[:, chosen[good]] = there[:, good]
     reached[chosen[good]] = True
+
+
+def sharpened(loops: Loops, parameters: Sequence[Value], states: Array, chosen: NDArray[np.bool_]) -> None:
+    """Close chosen poses to rounding, whose gap is that of a state farther off: in dead points it grows as the square.
+
+    Puts into `states` (n, poses) what is nearer.
+    """
+    places = np.flatnonzero(chosen)
+    if places.size:
+        there, good = _nearest(loops, taken(parameters, places), states[:, places])
+        states[:, places[good]] = there[:, good]
+
+
+def _nearest(loops: Loops, parameters: Sequence[Value], begin: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """States (n, k) with the least gap near `begin`, and which of them close there."""
+    found, gap = nearest(loops, loops.unit(list(begin)), parameters)
+    there = np.stack(np.broadcast_arrays(*found))
+    return there, (gap < max(CLOSED, loops.tolerance)) & (np.abs(there - begin).max(axis=0) < AWAY)

@@ -48,6 +48,10 @@ class DisplacementSensitivity(PositionSensitivity):
     frame: dict[str, Sensitivity]
     nodes: Mapping[Place, Array]
 
+    def __repr__(self) -> str:
+        of = ", ".join(self.components)
+        return f"<Sensitivity of the displacement {of} to {', '.join(self.joints)}, shape {self.motion.shape}>"
+
     @cached_property
     def places(self) -> dict[Place, Array]:
         """By link and point: by a shift of the point on that link alone in the reference configuration, (..., k, 3)."""

@@ -216,12 +216,16 @@ def position_sensitivity(motion: ClassifiedPoses, point: str, link: str | None =
 
 
 def with_redundant_rows(by: PositionSensitivity) -> PositionSensitivity:
-    """The same with a further row for each redundant constraint: what opens it; in the units of the first three."""
+    """The same with a further row for each redundant constraint: what opens it; in the units of the first three.
+
+    NaN where the pose is not regular: other constraints are redundant there.
+    """
     work = VirtualWork(by.motion)
     if not work.redundant:
         return by
     units = np.array([1.0] * 3 + [work.mechanism.size] * 3)
-    rows = {joint: force * units for joint, force in work.self_stresses().items()}
+    regular = work.regular[..., None, None]
+    rows = {joint: np.where(regular, force * units, np.nan) for joint, force in work.self_stresses().items()}
     joints = {joint: np.concatenate([value, rows[joint]], axis=-2) for joint, value in by.joints.items()}
     return PositionSensitivity(by.motion, by.point, by.link, joints)
 

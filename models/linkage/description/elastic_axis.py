@@ -32,22 +32,22 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
     """
     pairs = list(pairwise(points))
     chords = [places[end] - places[start] for start, end in pairs]
-    if any(np.any(np.linalg.norm(chord, axis=-1) == 0.0) for chord in chords):
+    if not all(np.all(np.vecdot(chord, chord)) for chord in chords):
         return pairs
     out: list[Ends] = []
     first = 0
     for index in range(1, len(pairs) + 1):
         if index == len(pairs) or not _in_line(chords[first], chords[index]):
             stretch = list(points[first : index + 1])
-            back = any(np.any(np.sum(chords[first] * chord, axis=-1) < 0.0) for chord in chords[first:index])
+            back = any(np.any(np.vecdot(chords[first], chord) < 0.0) for chord in chords[first:index])
             out += pairwise(_in_order(link, stretch, places, chords[first], beam) if back else stretch)
             first = index
     return out
 
 
 def _in_line(one: Array, other: Array) -> bool:
-    size = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
-    return bool(np.all(np.linalg.norm(crossed(one, other), axis=-1) <= IN_LINE * size))
+    across, size = crossed(one, other), np.vecdot(one, one) * np.vecdot(other, other)
+    return bool((np.vecdot(across, across) <= IN_LINE**2 * size).all())
 
 
 def _in_order(
@@ -64,7 +64,7 @@ def _in_order(
     ordered = sorted(points, key=lambda point: float(np.min(where[point])))
     if any(np.any(where[here] >= where[there]) for here, there in pairwise(ordered)):
         raise FrameError(
-            f"link {link!r}: the order of {text} along it changes within the batch, or two of them coincide: give "
-            "beam= by pairs of points"
+            f"link {link!r}: the order of {text} along it changes within the batch, or two of them coincide: "
+            "split the batch, or give beam= by pairs of points"
         )
     return ordered

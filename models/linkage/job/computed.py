@@ -189,12 +189,12 @@ class Computed:
         inputs = at.inputs
         shape = (len(given.table.position), 3)
         found = at.main
-        moved, deviation = found.total[..., :3], np.zeros(shape)
+        moved, covariance = found.total[..., :3], np.zeros((3, 3))
         if at.spread:
-            moved, deviation = at.spread[given.point].mean, at.spread[given.point].std
+            moved, covariance = at.spread[given.point].mean, at.spread[given.point].covariance
         place = np.broadcast_to(found.rigid + moved, shape)
         with self.inputs.source.at("measured"):
-            return MeasuredOutcome.of(given, inputs.drives, place, np.broadcast_to(deviation, shape))
+            return MeasuredOutcome.of(given, inputs.drives, place, np.broadcast_to(covariance, (*shape, 3)))
 
     @cached_property
     def reported_status(self) -> NDArray[np.str_]:

@@ -3,55 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
-from ....framework.arm import crossed, transferred
+from ....framework.arm import crossed
 from ....framework.batch import Array, Shape, joined, rotated
+from ...newton_euler import Action
 from ..description.parts import GROUND, LinkageSpring
 from ..poses.kinematics import Kinematics
 from .inertia import inertia
 
 
-@dataclass(frozen=True, eq=False)
-class Action:
-    """A force and a moment on a link.
-
-    Attributes
-    ----------
-    link, point
-        The link, and its point; None where the force acts on no point in particular.
-    place
-        Where the force acts, global, (..., 3).
-    wrench
-        Force and moment about `place`, global, (..., 6).
-    """
-
-    link: str
-    point: str | None
-    place: Array
-    wrench: Array
-
-    def about(self, centre: Array) -> Array:
-        """Force, and moment about another place, (..., 6)."""
-        return transferred(self.wrench, self.place - centre)
-
-
-def applied(motion: Kinematics) -> Iterator[Action]:
-    """Loads, torques and springs, on the links that are not the ground."""
+def applied(motion: Kinematics) -> Iterator[tuple[str, Action]]:
+    """Loads, torques and springs on the links that are not the ground, each with the point at which it acts."""
     for load in motion.linkage.loads:
         if load.link != GROUND:
             point = load.point or motion.linkage.links[load.link].points[0]
             value = rotated(motion.axes(load.link), load.value) if load.follower else load.value
-            yield Action(load.link, point, motion.position(point, load.link), value)
+            yield point, Action(load.link, motion.position(point, load.link), value)
     for spring in motion.linkage.springs:
         line, force = tension(motion, spring)
         for (link, point), signed in ((spring.first, force), (spring.second, -force)):
             if link != GROUND:
                 exerted = signed[..., None] * line
                 wrench = np.concatenate([exerted, np.zeros_like(exerted)], axis=-1)
-                yield Action(link, point, motion.position(point, link), wrench)
+                yield point, Action(link, motion.position(point, link), wrench)
 
 
 def whole_shape(motion: Kinematics) -> Shape:
@@ -104,7 +80,7 @@ def weight(motion: Kinematics, link: str) -> Action:
     """Weight of a link, at its centre of mass."""
     own = inertia(motion.linkage, link)
     force = own.mass[..., None] * motion.linkage.weight
-    return Action(link, None, centre_of(motion, link), np.concatenate([force, np.zeros_like(force)], axis=-1))
+    return Action(link, centre_of(motion, link), np.concatenate([force, np.zeros_like(force)], axis=-1))
 
 
 def inertia_force(motion: Kinematics, link: str) -> Action:
@@ -118,7 +94,7 @@ def inertia_force(motion: Kinematics, link: str) -> Action:
     torque = rotated(tensor, gain) + crossed(spin, rotated(tensor, spin))
     force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
     force, torque = np.broadcast_arrays(force, torque)
-    return Action(link, None, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
+    return Action(link, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
 
 
 def kinetic_energy(motion: Kinematics) -> Array:

@@ -20,6 +20,7 @@ from ....elements import Beam
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
+from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 
 Mask = NDArray[np.bool_]
@@ -235,9 +236,10 @@ def _runs_along(slider: Slider, ends: Ends, places: Mapping[str, Array]) -> bool
     """Whether the slot of a slider runs along the line of a beam."""
     start, chord = places[ends[0]], places[ends[1]] - places[ends[0]]
     length = np.linalg.norm(chord, axis=-1)
-    if slider.pair.kind.name == "planar":
+    ways = [COMPONENTS.index(name) for name in slider.pair.kind.moving if name[0] == "u"]
+    if len(ways) > 1:
         return bool(np.all(_off(slider.place, start, chord) <= OFF_LINE * length))
-    leans = np.linalg.norm(np.cross(slider.pair.axes[..., 2], chord), axis=-1)
+    leans = np.linalg.norm(np.cross(slider.pair.axes[..., ways[0]], chord), axis=-1)
     off = _off(places[slider.pair.point], start, chord)
     return bool(np.all(leans <= ALONG * length) and np.all(off <= ALONG * length))
 

@@ -44,9 +44,8 @@ CUBIC = Rule(
 
 def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
     """Loads, torques, forces of springs and dampers, and gravity."""
-    for action in applied(motion):
-        assert action.point is not None
-        _put(frame, nodes.of(action.link, action.point), _there(motion, action.wrench))
+    for point, action in applied(motion):
+        _put(frame, nodes.of(action.body, point), _there(motion, action.wrench))
     if np.any(motion.linkage.weight):
         frame.gravity(motion.linkage.weight)
 

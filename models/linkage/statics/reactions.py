@@ -238,12 +238,10 @@ def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Arr
 
 def _split(equations: Equilibrium, values: Array) -> tuple[dict[str, Array], dict[str, Array]]:
     """Wrenches and drive forces by joint from the unknowns (..., n)."""
-    wrenches, drives, at = {}, {}, 0
-    for joint in equations.joints:
-        name, count = joint.joint.name, len(joint.names)
-        own = values[..., at : at + count] * equations.units(joint)
-        wrenches[name] = (joint.wrenches @ own[..., None])[..., 0]
-        if name in equations.motion.linkage.drives:
-            drives[name] = own[..., len(joint.joint.kind.constrained) :]
-        at += count
+    wrenches, drives = {}, {}
+    for joint, transmitted, columns in zip(equations.names, equations.joints, equations.columns, strict=True):
+        own = values[..., columns]
+        wrenches[joint] = (own[..., None, :] @ transmitted.wrenches)[..., 0, :]
+        if driven := equations.motion.linkage.drives.get(joint):
+            drives[joint] = (own * equations.units_of(joint))[..., -len(driven) :]
     return wrenches, drives

@@ -29,19 +29,13 @@ def transmission_angle(motion: Kinematics, joint: str) -> Array:
     if pair.second == GROUND:
         raise FrameError(f"joint {joint!r}: its second link is the ground, which it cannot move: choose another joint")
     equations = Equilibrium(motion)
-    names = [one.joint.name for one in equations.joints]
-    ends = np.cumsum([len(one.names) for one in equations.joints])
-    own = np.arange(ends[-1])
-    own_columns = slice(
-        ends[names.index(joint)] - len(equations.joints[names.index(joint)].names), ends[names.index(joint)]
-    )
+    own_columns = equations.columns[list(equations.names).index(joint)]
     matrix = equations.matrix
     there = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)))
     matrix = np.where(there[..., None, None], matrix, 0.0)
-    k = equations.links.index(pair.second)
-    driven = slice(6 * k, 6 * k + 6)
+    driven = equations.rows[pair.second]
     joints = matrix[..., own_columns]
-    rest = np.swapaxes(np.delete(matrix, own[own_columns], axis=-1), -1, -2)
+    rest = np.swapaxes(np.delete(matrix, own_columns, axis=-1), -1, -2)
     free = projector(rest)
     moving = np.swapaxes(joints[..., driven, :], -1, -2) @ free[..., driven, :]
     # Motions of the other links, the second link at rest, do no work against what the joint can take.

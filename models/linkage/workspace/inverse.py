@@ -25,6 +25,9 @@ REACHED = 1e-11
 STEPS, NEARER, LONGEST = 8, 0.7, np.pi
 # Singular values below this share of the greatest are none.
 NONE = 1e-9
+# Damped steps where Newton's method does not find the way: how many, the sum of squares at which it does, the damping
+# at first, least and where a step is none any more, and by what it falls and grows.
+DAMPED, ARRIVED, DAMPING, LEAST, MOST, FALLS, GROWS = 40, 1e-4, 0.1, 1e-4, 10.0, 0.2, 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +154,29 @@ class InverseKinematics:
             drives[left] += step[on]
         return drives, reached
 
+    def approached(self, drives: Array, places: Array) -> Array:
+        """Drive values (n, drives) nearer to places (n, 3), far away or around a hole, by Levenberg's damped steps.
+
+        The damping keeps to the edge of a hole where the straight way leads through it (Wampler, *IEEE Transactions on
+        Systems, Man, and Cybernetics* 16, 1986).
+        """
+        drives, damping = drives.copy(), np.full(len(drives), DAMPING)
+        matrix, off, energy = self._equations(self.poses(drives), places)
+        for _ in range(DAMPED):
+            on = np.flatnonzero((energy > ARRIVED) & (damping < MOST))
+            if not len(on):
+                break
+            square = matrix[on] @ matrix[on].mT + damping[on, None, None] * np.eye(self.rows)
+            step = self.units * (matrix[on].mT @ np.linalg.solve(square, off[on, :, None]))[..., 0]
+            ahead = self._equations(self.poses(drives[on] + step), places[on])
+            good = ahead[2] < energy[on]
+            damping[on] = np.maximum(damping[on] * np.where(good, FALLS, GROWS), LEAST)
+            damping[on[np.isinf(ahead[2])]] = MOST  # a loop does not close there: the edge is no hole's
+            drives[on[good]] += step[good]
+            for here, there in zip((matrix, off, energy), ahead, strict=True):
+                here[on[good]] = there[good]
+        return drives
+
     def poses(self, drives: Array) -> Motion:
         """Motion at drive values (n, drives)."""
         values, first = {}, 0
@@ -169,16 +195,29 @@ class InverseKinematics:
 
     def _step(self, motion: Motion, places: Array) -> Array:
         """Newton step of the drives, of least norm, (n, drives); NaN where the pose has no derivatives."""
+        matrix, off, energy = self._equations(motion, places)
+        step = (np.linalg.pinv(matrix, rcond=NONE) @ off[..., None])[..., 0]
+        return np.where(np.isfinite(energy)[:, None], self.units * step, np.nan)
+
+    def _equations(self, motion: Motion, places: Array) -> tuple[Array, Array, Array]:
+        """Jacobian (n, rows, drives), what is left to go (n, rows), and a sum of squares (n,) that falls along it.
+
+        Zero, zero and infinite where the pose has no derivatives.
+        """
         off = (places - motion.position(self.point, self.link)) / self.size
+        energy = (off**2).sum(axis=-1)
         if self.holds_orientation:
             axes = motion.axes(self.link)
             turned = np.stack([axes[:, k - 2, k - 1] - axes[:, k - 1, k - 2] for k in range(3)], axis=-1)
             off = np.concatenate([off, 0.5 * turned], axis=-1)
+            energy = energy + 0.5 * ((axes - np.eye(3)) ** 2).sum(axis=(-2, -1))
         matrix = self.jacobian(motion)[..., : self.rows, :]
-        good: Bools = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1))
-        step = np.full((len(places), len(self.units)), np.nan)
-        step[good] = (np.linalg.pinv(matrix[good], rcond=NONE) @ off[good][..., None])[..., 0]
-        return np.asarray(self.units * step)
+        good = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1)
+        return (
+            np.where(good[:, None, None], matrix, 0.0),
+            np.where(good[:, None], off, 0.0),
+            np.where(good, energy, np.inf),
+        )
 
     @property
     def _ways(self) -> tuple[int, ...]:

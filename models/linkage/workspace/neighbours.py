@@ -11,14 +11,13 @@ from .inverse import Bools, InverseKinematics
 Numbers = NDArray[np.int64]
 
 BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
-# Pieces of the way to a place that is too far from the one beside it for Newton's method.
-PIECES = 8
 
 
 def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
     """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which are and could be reached.
 
-    What lies beyond a hole or beside a corner is tried from the places beside it, as long as that reaches more.
+    What lies beyond a hole or beside a corner is tried from the places beside it, what is then left from the nearest
+    that is reached, as long as that reaches more.
 
     Parameters
     ----------
@@ -30,30 +29,33 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, 
     shape = places.shape[:2]
     flat, there, possible = solver.solved(places.reshape(-1, 3))
     drives, reached = flat.reshape(*shape, -1), there.reshape(shape)
+    could = reached | possible.reshape(shape)
     fresh = reached.copy()
     while True:
         target, source = _beside(fresh, reached)
+        damped = not len(target)
+        if damped:
+            target, source = _nearest(could & ~reached, reached)
         if not len(target):
-            return drives, reached, reached | possible.reshape(shape)
-        given, start, wanted = drives[*source.T], places[*source.T], places[*target.T]
-        found, good = solver.refined(given, wanted)
-        far = ~good & possible.reshape(shape)[*target.T]
-        found[far], good[far] = _by_pieces(solver, given[far], start[far], wanted[far])
+            return drives, reached, reached | could
+        given, wanted = drives[*source.T], places[*target.T]
+        found, good = solver.refined(solver.approached(given, wanted) if damped else given, wanted)
         rows, columns = target[good].T
+        if damped and not len(rows):
+            return drives, reached, reached | could
         drives[rows, columns] = found[good]
         fresh = np.zeros(shape, dtype=bool)
         fresh[rows, columns] = True
         reached |= fresh
 
 
-def _by_pieces(solver: InverseKinematics, drives: Array, start: Array, end: Array) -> tuple[Array, Bools]:
-    """Drive values (k, drives) that bring the point from places `start` to places `end`, (k, 3), and which do, (k,)."""
-    good = np.ones(len(drives), dtype=bool)
-    for share in np.arange(1, PIECES + 1) / PIECES:
-        on = np.flatnonzero(good)
-        if len(on):
-            drives[on], good[on] = solver.refined(drives[on], start[on] + share * (end - start)[on])
-    return drives, good
+def _nearest(left: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
+    """Places that are left, and the nearest to each that is reached, (k, 2) each; none where none is reached."""
+    from scipy.ndimage import distance_transform_edt  # takes long to load, and few workspaces need it
+
+    target = np.argwhere(left & reached.any())
+    nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
+    return target, nearest[:, *target.T].T
 
 
 def _beside(fresh: Bools, reached: Bools) -> tuple[Numbers, Numbers]:

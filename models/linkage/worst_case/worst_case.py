@@ -18,7 +18,7 @@ from .limits import Given, Limit, limits
 from .region import ReachableRegion
 from .support_function import unit
 
-# A deviation opens a redundant constraint where it does so by more than this share of what it moves.
+# A deviation opens a redundant constraint where it does so by more than this share of what one moves at that pose.
 OPENED = 1e-10
 
 
@@ -79,23 +79,24 @@ class WorstCase:
         sizes = tuple(part.shape[-1] for part in parts)
         stress = columns[..., 3:, :]
         # Redundant constraints that nothing opens, as those across the plane of a plane linkage, hold by themselves.
-        opened = np.abs(stress) > OPENED * np.nanmax(np.abs(columns), initial=0.0)
-        kept = np.nan_to_num(stress) if opened.any() else None
+        moved = np.abs(columns).max(axis=(-2, -1), initial=0.0)
+        opened = np.abs(stress) > OPENED * moved[..., None, None]
+        kept = np.where(opened, stress, 0.0) if opened.any() else None
         if kept is not None:
-            self._check_middles(np.nanmax(np.abs(columns), initial=0.0))
+            self._check_middles(moved)
         return ReachableRegion(centre, columns[..., :3, :], sizes, tuple(each.name for each in self.limits), kept)
 
-    def _check_middles(self, moved: float) -> None:
+    def _check_middles(self, moved: Array) -> None:
         """Refuse intervals whose middles, all together, open a redundant constraint: nothing is symmetric about them.
 
         Parameters
         ----------
         moved
-            The most that a deviation moves.
+            The most that a deviation moves at each pose, (...).
         """
         aside = [each for each in self.limits if each.middle.any()]
         open_by = [each.by[..., 6:, 0] * each.middle[..., None] for each in aside]
-        if np.any(np.abs(np.sum(np.broadcast_arrays(0.0, *open_by), axis=0)) > OPENED * moved):
+        if np.any(np.abs(np.sum(np.broadcast_arrays(0.0, *open_by), axis=0)) > OPENED * moved[..., None]):
             raise FrameError(
                 f"the tolerances of {', '.join(each.name for each in aside)} are not symmetric, and with all of them "
                 "at their middles the overconstrained loops do not close: give tolerances whose middles fit each other"

@@ -1,0 +1,116 @@
+"""Newton-Euler equations of rigid bodies, from arrays: what their joints transmit balances what acts on them.
+
+In space places are (..., 3), and a wrench is a force and a moment, (..., 6); in a plane they are (..., 2) and
+``fx fy mz``, (..., 3). All axes before the last broadcast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..framework.arm import transferred
+from ..framework.batch import Array, Shape
+
+
+class Action(NamedTuple):
+    """What acts on a body: a force at a place (..., d), global, and a moment about that place, together (..., c)."""
+
+    body: str
+    place: Array
+    wrench: Array
+
+
+class Transmitted(NamedTuple):
+    """Unit wrenches (..., n, c), about a place (..., d), that a joint exerts on its second body, and back on its first.
+
+    A body that has no equations, such as the ground, bears whatever comes.
+    """
+
+    first: str
+    second: str
+    place: Array
+    wrenches: Array
+
+
+class NewtonEuler:
+    """Equations of equilibrium of rigid bodies, Eq. (3) and (4) of the accuracy paper.
+
+    For each body, about its centre of mass, wrenches of its joints and all else that acts on it, its weight and its
+    inertia included, add up to zero.
+
+    Parameters
+    ----------
+    centres
+        Centre of mass of each body, global, (..., d), by name.
+    joints
+        What joints and drives transmit: the columns of the matrix.
+    size
+        Length by which moments are divided, (...), so that all coefficients are near one.
+
+    Attributes
+    ----------
+    units
+        Unit of each component of a wrench, (..., c): one for forces, `size` for moments.
+    rows, columns
+        Rows of each body, by name; columns of each joint.
+    """
+
+    def __init__(self, centres: Mapping[str, Array], joints: Sequence[Transmitted], size: ArrayLike = 1.0) -> None:
+        self.centres, self.joints = centres, joints
+        d = next(iter(centres.values())).shape[-1]
+        count = 3 * (d - 1)
+        self.units = np.where(np.arange(count) < d, 1.0, np.asarray(size)[..., None])
+        self.rows = {body: slice(count * k, count * (k + 1)) for k, body in enumerate(centres)}
+        ends = accumulate((joint.wrenches.shape[-2] for joint in joints), initial=0)
+        self.columns = [slice(*pair) for pair in pairwise(ends)]
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unit wrenches."""
+        return self.columns[-1].stop if self.columns else 0
+
+    @cached_property
+    def parts(self) -> list[tuple[slice, slice, Array]]:
+        """Rows, columns and coefficients (..., c, n) of what each joint does to each of its bodies."""
+        parts = []
+        for joint, columns in zip(self.joints, self.columns, strict=True):
+            for body, sign in ((joint.second, 1.0), (joint.first, -1.0)):
+                if body in self.centres:
+                    arm = (joint.place - self.centres[body])[..., None, :]
+                    each = transferred(joint.wrenches, arm) / (sign * self.units[..., None, :])
+                    parts.append((self.rows[body], columns, np.swapaxes(each, -1, -2)))
+        return parts
+
+    @property
+    def matrix(self) -> Array:
+        """Coefficients of the unknowns, (..., c bodies, unknowns)."""
+        matrix = self._zeros(np.broadcast_shapes(*(part.shape[:-2] for _, _, part in self.parts)))
+        for rows, columns, part in self.parts:
+            matrix[..., rows, columns] = part
+        return matrix
+
+    def matrices(self, shape: Shape, entries: NDArray[np.int64]) -> Array:
+        """Coefficients at some entries of the flattened batch of that shape, (k, c bodies, unknowns)."""
+        matrix, whole = self._zeros((len(entries),)), shape or (1,)
+        where = np.unravel_index(entries, whole)
+        for rows, columns, part in self.parts:
+            matrix[:, rows, columns] = np.broadcast_to(part, (*whole, *part.shape[-2:]))[where]
+        return matrix
+
+    def balanced(self, actions: Iterable[Action]) -> Array:
+        """What the joints must balance, (..., c bodies): the opposite of all that acts on each body."""
+        loads: dict[str, Array] = {}
+        for body, place, wrench in actions:
+            about = transferred(wrench, place - self.centres[body]) / self.units
+            loads[body] = loads.get(body, np.zeros(())) - about
+        shape = np.broadcast_shapes(*(load.shape for load in loads.values()))
+        return np.concatenate([np.broadcast_to(loads[body], shape) for body in self.centres], axis=-1)
+
+    def _zeros(self, shape: Shape) -> Array:
+        return np.zeros((*shape, self.units.shape[-1] * len(self.centres), self.unknowns))
