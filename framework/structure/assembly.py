@@ -76,7 +76,7 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
 
     for node, k, value in component_loads(topology):
         shares: Row = {6 * node + k: 1.0}
-        if topology.axes(node) is not None:
+        if topology.bodies[node] is not None:
             components = grid.components(_in_node(topology, node, np.eye(6)[k]))
             shares = {6 * node + c: share for c, share in enumerate(components)}
         for key, factor in rhs_parameters.row(grid.value(value)).items():
