@@ -354,8 +354,7 @@ class Beam(BeamSectionLaw):
 
     def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre = self._whole.centre(direction.bending)
-        bends = self._whole.bends(direction.bending, direction.shearing, centre, length)
+        centre, *bends = self._whole.bends(direction.bending, direction.shearing, length)
         return bending_plane(centre, length, bends, self._released(direction))
 
     def _released(self, direction: BendingPlane) -> frozenset[int]:

@@ -18,6 +18,7 @@ Structural Analysis*, ch. 5.)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..framework.protocol import Array
@@ -53,7 +54,7 @@ class Plane(NamedTuple):
     bend: Real
 
 
-def bending_plane(fraction: Real, length: Real, whole: tuple[Real, Real], released: frozenset[int]) -> Plane:
+def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
     """Stiffness of a member from its rotation by a moment and its deflection by a slope of moment, as of a `Curve`, at
     its elastic centre, at `fraction` of the length.
 

@@ -42,14 +42,12 @@ class UniformPart:
         """Elongation or twist per unit force, (...)."""
         return self.section[component] * self.fraction * length
 
-    def centre(self, bending: int) -> Real:
-        """Elastic centre, (...), as a fraction."""
-        return 0.5 * self.fraction
-
-    def bends(self, bending: int, shearing: int, centre: Real, length: Real) -> tuple[Real, Real]:
-        """Of `curve` the rotation by a moment, and the deflection by a slope."""
+    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
+        """Elastic centre, (...), as a fraction, and of `curve` about it rotation by a moment, deflection by a slope."""
         p, turn = self.fraction, self.section[bending] * self.fraction * length
-        return turn, turn * length * length * p * (p / 6.0 - 0.5 * centre) - self.section[shearing] * p * length
+        centre = 0.5 * p
+        away = turn * length * length * p * (p / 6.0 - 0.5 * centre) - self.section[shearing] * p * length
+        return centre, turn, away
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
@@ -85,15 +83,12 @@ class TaperedPart:
         """Elongation or twist per unit force, (...)."""
         return np.asarray(np.sum(self.weights * self.section[component], axis=0) * length)
 
-    def centre(self, bending: int) -> Real:
-        """Elastic centre, (...), as a fraction."""
+    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
+        """Elastic centre, (...), as a fraction, and of `curve` about it rotation by a moment, deflection by a slope."""
         turn = self.weights * self.section[bending]
-        return np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
-
-    def bends(self, bending: int, shearing: int, centre: Real, length: Real) -> tuple[Real, Real]:
-        """Of `curve` the rotation by a moment, and the deflection by a slope."""
+        centre = np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
         curve = self.curve(bending, shearing, centre, length)
-        return curve.rotation_by_moment, curve.deflection_by_slope
+        return centre, curve.rotation_by_moment, curve.deflection_by_slope
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""

@@ -20,6 +20,7 @@ import numpy as np
 from .batch import Array
 from .entries import Change
 from .errors import FrameError
+from .ldl import factorised
 from .shape_rules import gauss
 
 STIFFNESS, MASS, LOAD = "stiffness", "mass", "load"
@@ -266,18 +267,12 @@ def _matrix(values: Iterable[Array], terms: Iterable[tuple[int, ...]], size: int
 
 def _factored(matrices: Array) -> tuple[Array, Array, Array]:
     """``C = sum_i d_i l_i l_i^T`` of matrices (..., n, n): d (..., n), rows l (..., n, n), and what is left (...)."""
-    rest = np.array(matrices)
-    own = np.abs(np.einsum("...ii->...i", rest)).copy()
-    pivots, rows = np.zeros(rest.shape[:-1]), np.zeros(rest.shape)
-    for i in range(rest.shape[-1]):
-        pivot = rest[..., i, i]
-        pivot = np.where(pivot > _ROUNDED * own[..., i], pivot, 0.0)
-        row = rest[..., i, :] / np.where(pivot > 0.0, pivot, 1.0)[..., None]
-        row[pivot <= 0.0] = 0.0
-        row[..., i] = 1.0
-        pivots[..., i], rows[..., i, :] = pivot, row
-        rest = rest - pivot[..., None, None] * row[..., :, None] * row[..., None, :]
-    return pivots, rows, np.abs(rest).max(axis=(-2, -1), initial=0.0)
+    factor = factorised(np.array(np.moveaxis(matrices, (-2, -1), (0, 1)), order="C"), _ROUNDED, raised=False)
+    inverse = np.einsum("ii...->...i", factor)
+    pivots = np.divide(1.0, inverse, out=np.zeros(inverse.shape), where=inverse > 0.0)
+    rows = np.swapaxes(np.tril(np.moveaxis(factor, (0, 1), (-2, -1)), -1), -1, -2) + np.eye(len(factor))
+    made = np.swapaxes(rows, -1, -2) @ (pivots[..., None] * rows)
+    return pivots, rows, np.abs(matrices - made).max(axis=(-2, -1), initial=0.0)
 
 
 @dataclass(frozen=True, eq=False)

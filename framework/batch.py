@@ -66,9 +66,12 @@ def unvaried(value: ArrayLike, shape: Shape = ()) -> Array | None:
     return array if array.shape == shape else None
 
 
-def vector(value: ArrayLike, what: str, size: int = 3) -> Array:
-    """`value` as a finite array (..., size)."""
+def vector(value: ArrayLike, what: str, size: int = 3, *, flat: bool = False) -> Array:
+    """`value` as a finite array (..., size); a `flat` one may be (..., 2), in the plane z = 0."""
     array = finite(value, what)
+    if flat and array.shape[-1:] == (2,):
+        array = np.concatenate([array, np.zeros((*array.shape[:-1], 1))], axis=-1)
+        array.setflags(write=False)
     if array.ndim == 0 or array.shape[-1] != size:
         raise FrameError(f"{what} has shape {array.shape}: its last axis must hold {size} components")
     return array

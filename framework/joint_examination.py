@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -123,7 +123,7 @@ def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
     return np.asarray(found[1], dtype=np.float64), np.asarray(found[2], dtype=np.float64)
 
 
-def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
+def require_springs(joints: Mapping[str, JointElement]) -> None:
     """Refuse joints that a linear solution does not follow: it takes the springs, and contact where there is clearance.
 
     Parameters
@@ -136,7 +136,7 @@ def require_springs(joints: Iterable[tuple[str, JointElement]]) -> None:
     FrameError
         Where a joint's own law has clearance, or at rest another force and tangent than its springs.
     """
-    for name, element in joints:
+    for name, element in joints.items():
         if not element.has_law:
             continue
         text = f"joint {name!r}: {type(element).__name__} has a law of its own, resistance"

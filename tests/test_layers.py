@@ -20,7 +20,7 @@ WITHOUT_CIRCLES = ("framework", "elements", "models")
 LAYERS = {
     "numbers, names, errors": (
         "cache checked errors interrupts optional clock garbage owner states batch entries arm rotation names renamed "
-        "dofs provenance continuation lazily listing orientation shape_rules member_law structure/parts elementwise"
+        "dofs provenance continuation lazily listing orientation shape_rules member_law structure/parts elementwise ldl"
     ),
     "recorded calculations": "program/*",
     "loads": "added_forms loads",

@@ -60,9 +60,10 @@ class Masks:
     @classmethod
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """Those of these numbers."""
+        own = masks_of([row for row, _ in springs])
         return cls(
             dict(zip(rows, masks_of(rows.values()), strict=True)),
-            [(of_row, mask_of(k)) for of_row, (_, k) in zip(masks_of(row for row, _ in springs), springs, strict=True)],
+            [(of_row, mask_of(k)) for of_row, (_, k) in zip(own, springs, strict=True)],
         )
 
 

@@ -15,7 +15,7 @@ from ..structure.parts import (
     Value,
     add,
     add_row,
-    collapsed,
+    collapsed_each,
     column,
     enter,
     total,
@@ -119,10 +119,9 @@ class Stage:
 
     def _step(self, k: int, below: list[int], mask: int) -> None:
         row = self.matrix.pop(k, {})
-        (varying, pivot), columns = column(row, k, below)
+        (varying, pivot), (over, weight), columns = column(row, k, below, self.scale.pop(k, {}))
         inverse = reciprocal(pivot)
         lower = {j: value * inverse for j, _, value in columns}
-        over, weight = total(self.scale.pop(k, {}))
         self._judge(varying | over, pivot, weight)
         for a, (i, own, _) in enumerate(columns):
             del self.matrix[i][k]
@@ -183,15 +182,16 @@ def backward(
     order: Order, needed: set[int], known: dict[int, Value], stage: Stage, rhs_parameters: Sequence[Value]
 ) -> None:
     """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
-    for k in reversed(order.pivots):
-        if k in needed:
-            step = stage.pivots[k]
-            value = collapsed(stage.forces.get(k, {}), rhs_parameters) * step.inverse
-            for j, low in step.lower.items():
-                other = known[j]
-                if isinstance(other, np.ndarray) or other != 0.0:
-                    value = value - low * other
-            known[k] = value
+    pivots = [k for k in reversed(order.pivots) if k in needed]
+    loads = collapsed_each([stage.forces.get(k, {}) for k in pivots], rhs_parameters)
+    for k, load in zip(pivots, loads, strict=True):
+        step = stage.pivots[k]
+        value = load * step.inverse
+        for j, low in step.lower.items():
+            other = known[j]
+            if isinstance(other, np.ndarray) or other != 0.0:
+                value = value - low * other
+        known[k] = value
 
 
 def carried(order: Order, row: Row, stage: Stage) -> Row:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..ldl import factorised, substituted
 from .middle import SOFT, in_the_middle
 
 # Entries handled at a time: the matrices of this many fit the cache.
@@ -118,9 +119,9 @@ class Quadratic:
 
     def solved(self, multiplier: Array) -> tuple[Array, Array]:
         """x with ``(S + λ) x = f``, and what λ of each ball changes in it, by ball, (n, N) and (n, balls, N)."""
-        factor = _factorised(self.widened(multiplier))
-        x = _substituted(factor, self.force)
-        return x, _substituted(factor, self.groups.apart(x))
+        factor = factorised(self.widened(multiplier), _ROUNDING)
+        x = substituted(factor, self.force)
+        return x, substituted(factor, self.groups.apart(x))
 
 
 def minimise_in_balls(
@@ -194,10 +195,10 @@ def _near(quadratic: Quadratic) -> tuple[Array, Array]:
             down = np.where(vanishing, least - multiplier, 0.0)
             others = missing - _times(slope, down)
             both = ~vanishing[:, None] & ~vanishing
-            step = _substituted(_factorised(np.where(both, slope, eye)), np.where(vanishing, down, others))
+            step = substituted(factorised(np.where(both, slope, eye), _ROUNDING), np.where(vanishing, down, others))
             vanishing |= multiplier + step <= least
         multiplier = np.where(vanishing, least, multiplier + step)
-    x = _substituted(_factorised(quadratic.widened(multiplier)), quadratic.force)
+    x = substituted(factorised(quadratic.widened(multiplier), _ROUNDING), quadratic.force)
     return x / np.maximum(np.sqrt(groups.dot(x, x)), 1.0)[groups.own], multiplier
 
 
@@ -212,7 +213,7 @@ def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
     diagonal = np.stack([matrix[k, k] for k in range(len(matrix))])
     untouched = (multiplier[own] == 0.0) & (diagonal > 0.0)
     least = np.maximum(np.where(untouched, SOFT * quadratic.members, 0.0), _DETERMINED * diagonal)
-    factor = _factorised(matrix)
+    factor = factorised(matrix, _ROUNDING)
     return np.asarray(np.logical_and.reduce([each * factor[k, k] <= 1.0 for k, each in enumerate(least)]))
 
 
@@ -289,7 +290,7 @@ def _inward(
         for i in range(start, end):
             for j in range(start, end):
                 matrix[i, j] += weight[ball] * x[i] * x[j]
-    both = _substituted(_factorised(matrix), np.stack([residual, -x / inside[groups.own]], axis=1))
+    both = substituted(factorised(matrix, _ROUNDING), np.stack([residual, -x / inside[groups.own]], axis=1))
     ahead, inward = both[:, 0], both[:, 1]
     rate = multiplier * (groups.dot(x, ahead) / inside - 1.0), (1.0 + multiplier * groups.dot(x, inward)) / inside
     free = np.minimum(1.0, _longest(groups, x, multiplier, inside, ahead, rate[0]))
@@ -355,12 +356,12 @@ def _corrected(
 ) -> tuple[Array, Array]:
     """Newton step of x and λ: ``(S + λ) dx + x dλ = residual`` and, on each touched sphere, ``x·dx = inside``."""
     groups = quadratic.groups
-    factor = _factorised(quadratic.widened(multiplier + _ROUNDING))
-    free = _substituted(factor, residual)
-    pushed = _substituted(factor, groups.apart(np.where(touched[groups.own], x, 0.0)))
+    factor = factorised(quadratic.widened(multiplier + _ROUNDING), _ROUNDING)
+    free = substituted(factor, residual)
+    pushed = substituted(factor, groups.apart(np.where(touched[groups.own], x, 0.0)))
     both, eye = touched[:, None] & touched, np.eye(groups.count)[..., None]
     gap = np.where(touched, groups.dot(x, free) - inside, 0.0)
-    change = _substituted(_factorised(np.where(both, groups.dot(x[:, None], pushed), eye)), gap)
+    change = substituted(factorised(np.where(both, groups.dot(x[:, None], pushed), eye), _ROUNDING), gap)
     return free - _times(pushed, change), change
 
 
@@ -369,30 +370,4 @@ def _times(matrix: Array, x: Array) -> Array:
     out: Array = matrix[:, 0] * x[0]
     for j in range(1, len(x)):
         out += matrix[:, j] * x[j]
-    return out
-
-
-def _factorised(matrix: Array) -> Array:
-    """LDLᵀ of symmetric matrices, which are overwritten: DLᵀ above the diagonal, L below it, and on it the inverse of
-    D, of which no pivot is below rounding."""
-    n = len(matrix)
-    least = [_ROUNDING * matrix[k, k] + np.finfo(float).tiny for k in range(n)]
-    for k in range(n):
-        matrix[k, k] = 1.0 / np.maximum(matrix[k, k], least[k])
-        for i in range(k + 1, n):
-            matrix[i, k] = matrix[k, i] * matrix[k, k]
-            matrix[i, i:] -= matrix[i, k] * matrix[k, i:]
-    return matrix
-
-
-def _substituted(factor: Array, load: Array) -> Array:
-    """Solutions for loads (n, ..., N) by a factor (n, n, N)."""
-    n, out = len(factor), load.copy()
-    for k in range(n):
-        for i in range(k + 1, n):
-            out[i] -= factor[i, k] * out[k]
-    for k in reversed(range(n)):
-        for i in range(k + 1, n):
-            out[k] -= factor[k, i] * out[i]
-        out[k] *= factor[k, k]
     return out

@@ -71,7 +71,7 @@ class DescribedMembers(DescribedNodes):
         if len(nodes) != wanted:
             kind = type(element).__name__
             raise FrameError(f"{name!r} was given {len(nodes)} nodes {nodes}: a {kind} takes {wanted}")
-        nodes = tuple(self._node(node, f"{name!r}") for node in nodes)
+        nodes = self._nodes(nodes, f"{name!r}")
         if wanted == 2 and nodes[0] == nodes[1]:
             raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
         if isinstance(element, LineElement):
@@ -239,7 +239,7 @@ class DescribedMembers(DescribedNodes):
         return chord
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
-        apart = self.position(second) - self.position(first)
+        apart = self._chord(first, second)
         if apart.ndim == 1 and not any(apart.tolist()):
             return
         gaps = np.linalg.norm(apart, axis=-1)

@@ -12,6 +12,7 @@ from ..batch import Array
 from ..batched.order import Pattern, link, order
 from ..cache import KERNELS
 from ..elementwise import contracted
+from ..solvers.lu import symmetric_lu
 from ..structure.parts import Grid
 
 Index = NDArray[np.int64]
@@ -91,6 +92,32 @@ class SymbolicFactorisation:
         if not self.half:
             mirror = {pair: n for n, pair in enumerate(lower)}
             self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
+
+    def eliminated(self, work: Array) -> list[tuple[Array, Array]]:
+        """Columns of L, and one over the pivot, of each step: of numbers, or of terms that write the steps down.
+
+        Of the entries `work` (entries, m) the first n are the pivots then.
+        """
+        done = []
+        for k, below, column, target, first, second in self.steps:
+            inverse = np.divide(1.0, work[k])
+            entries = work[column]
+            low = entries * inverse
+            if below:
+                work[target] -= low[first] * entries[second]
+            done.append((low, inverse))
+        return done
+
+    def substitute(self, columns: list[tuple[Array, Array]], load: Array) -> None:
+        """Put solutions in the place of loads (n, m), by what `eliminated` has made."""
+        steps = list(zip(self.steps, columns, strict=True))
+        for (k, below, *_), (low, _) in steps:
+            if below:
+                load[below] -= low * load[k]
+        for (k, below, *_), (low, inverse) in reversed(steps):
+            load[k] *= inverse
+            if below:
+                load[k] -= contracted("im,im->m", low, load[below])
 
     def prescribed_forces(self, values: Array, prescribed_residual: Array) -> Array:
         """Forces on the unknowns from displacements `prescribed_residual` (prescribed, m) of the prescribed
@@ -175,36 +202,15 @@ class SmallFactor(StackFactor):
         work[order.goal] = inside if order.half else 0.5 * (inside[order.source] + inside[order.other])
         diagonal = np.abs(work[: order.size])
         scale = np.where(diagonal > 0.0, diagonal, 1.0)
-        self.lower: list[Array] = []
-        self.inverse: list[Array] = []
-        self.pivots = np.empty_like(scale)
         with np.errstate(all="ignore"):
-            for k, below, column, target, first, second in order.steps:
-                pivot = work[k]
-                self.pivots[k] = pivot / scale[k]
-                inverse = 1.0 / pivot
-                self.inverse.append(inverse)
-                if below:
-                    entries = work[column]
-                    low = entries * inverse
-                    work[target] -= low[first] * entries[second]
-                else:
-                    low = work[column]
-                self.lower.append(low)
+            self.columns = order.eliminated(work)
+            self.pivots = work[: order.size] / scale
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, m)."""
         out = load.copy()
         with np.errstate(all="ignore"):
-            for (k, below, *_), low in zip(self.order.steps, self.lower, strict=True):
-                if below:
-                    out[below] -= low * out[k]
-            for (k, below, *_), low, inverse in zip(
-                reversed(self.order.steps), reversed(self.lower), reversed(self.inverse), strict=True
-            ):
-                out[k] *= inverse
-                if below:
-                    out[k] -= contracted("im,im->m", low, out[below])
+            self.order.substitute(self.columns, out)
         return out
 
 
@@ -276,15 +282,8 @@ class LargeFactor(StackFactor):
             )
             diagonal = np.abs(matrix.diagonal())
             scale = np.where(diagonal > 0.0, diagonal, 1.0)
-            options = {"SymmetricMode": True}
-            try:
-                factor = scipy.sparse.linalg.splu(
-                    matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
-                )
-                self.pivots[:, entry] = factor.U.diagonal() / scale[np.argsort(factor.perm_c)]
-            except RuntimeError:  # SuperLU's word for an exactly zero pivot
-                factor = None
-                self.pivots[:, entry] = 0.0
+            factor = symmetric_lu(matrix)
+            self.pivots[:, entry] = 0.0 if factor is None else factor.U.diagonal() / scale[np.argsort(factor.perm_c)]
             self.factors.append(factor)
 
     def solve(self, load: Array) -> Array:

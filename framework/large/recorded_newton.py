@@ -247,36 +247,23 @@ class NewtonRecording:
     def _solved(self, at: Any, residual: Array, limit: Any) -> tuple[list[Any], Any]:
         """Newton's step, and whether all pivots are above a limit, in units of the diagonal."""
         free, order, values, forces = self.model.free, self.elimination, at.values, at.forces
-        load = [-force for force in forces[:free, 0]]
+        load = np.array([[-force] for force in forces[:free, 0]], dtype=object)
         prescribed = residual[:, 0].tolist()
         for which, row, column in zip(*(each.tolist() for each in order.prescribed), strict=True):
-            load[row] = load[row] - values[which, 0] * prescribed[column]
-        work: list[Any] = [0.0] * order.entries
-        for goal, place in zip(order.goal.tolist(), order.inside[order.source].tolist(), strict=True):
-            work[goal] = values[place, 0]
-        weights = self._stiffened(work, load)
-        least = [limit * abs(work[k]) for k in range(order.first_constraint)]
+            load[row, 0] = load[row, 0] - values[which, 0] * prescribed[column]
+        work = np.full((order.entries, 1), 0.0, dtype=object)
+        work[order.goal] = values[order.inside[order.source]]
+        weights = self._stiffened(work[:, 0], load[:, 0])
+        least = [limit * abs(work[k, 0]) for k in range(order.first_constraint)]
+        columns = order.eliminated(work)
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
-        done: list[tuple[int, list[int], list[Any], Any]] = []
-        for k, below, column, target, first, second in order.steps:
-            pivot = self._term(work[k])
-            enough = np.less(_INDEPENDENT, -pivot * weights[k]) if k in weights else np.less(least[k], pivot)
-            positive = positive & enough
-            inverse = 1.0 / pivot
-            entries = [work[place] for place in column.tolist()]
-            low = [entry * inverse for entry in entries]
-            for place, i, j in zip(target.tolist(), first.tolist(), second.tolist(), strict=True):
-                work[place] = work[place] - low[i] * entries[j]
-            for i, each in zip(below, low, strict=True):
-                load[i] = load[i] - each * load[k]
-            done.append((k, below, low, inverse))
-        for k, below, low, inverse in reversed(done):
-            load[k] = load[k] * inverse
-            for i, each in zip(below, low, strict=True):
-                load[k] = load[k] - each * load[i]
-        return [self._term(each) for each in (*load, *prescribed)], positive
+        for k, *_ in order.steps:
+            pivot = self._term(work[k, 0])
+            positive = positive & (-pivot * weights[k] > _INDEPENDENT if k in weights else pivot > least[k])
+        order.substitute(columns, load)
+        return [self._term(each) for each in (*load[:, 0], *prescribed)], positive
 
-    def _stiffened(self, work: list[Any], load: list[Any]) -> dict[int, Any]:
+    def _stiffened(self, work: NDArray[Any], load: NDArray[Any]) -> dict[int, Any]:
         """Springs that resist what constraints forbid, by constraint, added to the matrix and to the loads.
 
         They change no solution, and leave positive pivots where the constraints alone hold something (M. R. Hestenes,

@@ -40,7 +40,7 @@ class SolvedFrame(SavedResults):
         clearances: Clearances | None = None,
         primary: Primary | None = None,
     ) -> None:
-        require_springs((name, joint.element) for name, joint in frame.joints.items())
+        require_springs({name: joint.element for name, joint in frame.joints.items()})
         self.frame, self.clearances = frame, clearances
         if plan is not None:
             self.plan = plan

@@ -73,7 +73,7 @@ def modes(frame: Description, count: int) -> Modes:
     FrameError
         Where the frame has no mass, or fewer modes than asked for.
     """
-    require_springs((name, joint.element) for name, joint in frame.joints.items())
+    require_springs({name: joint.element for name, joint in frame.joints.items()})
     plan = Plan(frame.copy(), cut=True)
     check_count_of("modes", count, plan)
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)

@@ -10,6 +10,16 @@ from ..batch import Array
 from .factor import Factor
 
 
+def symmetric_lu(matrix: scipy.sparse.csc_matrix) -> Any:
+    """SuperLU's factor of a symmetric matrix, with its pivots from the diagonal; None where one is exactly zero."""
+    try:
+        return scipy.sparse.linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+        )
+    except RuntimeError:  # SuperLU's word for it
+        return None
+
+
 class LUFactor(Factor):
     """Pivots from the diagonal, ordered for least fill of a symmetric pattern.
 
@@ -21,14 +31,7 @@ class LUFactor(Factor):
 
     def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
         super().__init__(matrix)
-        options = {"SymmetricMode": True}
-        csc = self.scaled.tocsc()
-        try:
-            self.factor: Any = scipy.sparse.linalg.splu(
-                csc, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
-            )
-        except RuntimeError:  # SuperLU's word for an exactly zero pivot
-            self.factor = None
+        self.factor = symmetric_lu(self.scaled.tocsc())
 
     @property
     def definite(self) -> bool:

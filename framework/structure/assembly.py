@@ -14,7 +14,7 @@ from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces
 from .member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from .parts import Grid, Matrix, RightHandSideParameters, Value, add, enter_all, is_zero, mask_of, product
+from .parts import Grid, Matrix, RightHandSideParameters, Row, Value, add, enter_all, is_zero, mask_of, scaled
 from .topology import Group, Index, Topology
 from .varying import Varying
 
@@ -75,13 +75,13 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
             add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
-        global_axes = topology.axes(node) is None
+        shares: Row = {6 * node + k: 1.0}
+        if topology.bodies[node] is not None:
+            components = grid.components(_in_node(topology, node, np.eye(6)[k]))
+            shares = {6 * node + c: share for c, share in enumerate(components)}
         for key, factor in rhs_parameters.row(grid.value(value)).items():
-            if global_axes:
-                put(6 * node + k, -1 - key, factor)
-                continue
-            for c, share in enumerate(grid.components(_in_node(topology, node, np.eye(6)[k]))):
-                put(6 * node + c, -1 - key, product(factor, share))
+            for dof, push in scaled(shares, factor).items():
+                put(dof, -1 - key, push)
     for dof, share in member_and_mass_loads(topology, grid):
         put(dof, 0, share)
     return forces

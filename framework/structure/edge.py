@@ -80,6 +80,11 @@ class Edge:
         return out
 
 
+def strengths(edges: Iterable[Edge]) -> list[tuple[int, float]]:
+    """What sorts them, see `Edge.strength`."""
+    return [edge.strength for edge in edges]
+
+
 def preference(ends: list[tuple[int, int]], strengths: Iterable[tuple[int, float]]) -> list[int]:
     """Places of edges in order of preference for the tree: the strongest first of those that connect one set of nodes.
 

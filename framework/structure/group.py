@@ -142,12 +142,12 @@ class Group:
         ends = zip(self.end_axes, np.split(local, 2, -1), strict=True)
         return np.concatenate([rotated(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
 
-    @cached_property
+    @property
     def stacked(self) -> bool:
         """Whether parameters of the element have an axis for the pieces."""
         return len(self.element.shape) > self.chord.ndim - 2
 
-    @cached_property
+    @property
     def shape(self) -> tuple[int, ...]:
         """Batch shape of the elements' own parameters."""
         return self.element.shape[1:] if self.stacked else self.element.shape

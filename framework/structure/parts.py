@@ -138,10 +138,10 @@ def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, V
 
 
 def column(
-    row: dict[int, Parts], k: int, keys: Iterable[int]
-) -> tuple[tuple[int, Value], list[tuple[int, int, Value]]]:
-    """Mask and value of the entry `k` of a row, and the `totals` of others."""
-    return total(row.get(k, {})), totals(row, keys)
+    row: dict[int, Parts], k: int, keys: Iterable[int], scale: Parts
+) -> tuple[tuple[int, Value], tuple[int, Value], list[tuple[int, int, Value]]]:
+    """Mask and value of the entry `k` of a row and of its `scale`, and the `totals` of others."""
+    return total(row.get(k, {})), total(scale), totals(row, keys)
 
 
 def product(a: Value, b: Value) -> Value:
@@ -178,6 +178,11 @@ def collapsed(by_source: dict[int, Parts], sources: Sequence[Value]) -> Value:
     return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
 
 
+def collapsed_each(each: Iterable[dict[int, Parts]], sources: Sequence[Value]) -> list[Value]:
+    """Several loads themselves, each of an unknown."""
+    return [collapsed(by_source, sources) for by_source in each]
+
+
 def sums(each: Iterable[Iterable[tuple[Value, Value]]]) -> list[Value]:
     """Sums of products."""
     return [combine(terms) for terms in each]
@@ -189,8 +194,13 @@ def combine_each(rows: Iterable[Row], known: Mapping[int, Value]) -> list[Value]
 
 
 def scaled(row: Row, factor: Value) -> Row:
-    """`factor` times a sparse row."""
-    return {key: product(value, factor) for key, value in row.items()}
+    """`factor` times a sparse row, without what is exactly zero."""
+    return nonzero({key: product(value, factor) for key, value in row.items()})
+
+
+def scaled_each(rows: Iterable[Row], factor: float) -> list[Row]:
+    """The same of several rows."""
+    return [nonzero(row) if factor == 1.0 else scaled(row, factor) for row in rows]
 
 
 def nonzero(row: Row) -> Row:
@@ -205,6 +215,11 @@ def combined(terms: Iterable[tuple[Value, Row]]) -> Row:
         if not is_zero(factor):
             add_row(out, row, factor)
     return out
+
+
+def combined_each(each: Iterable[Iterable[tuple[Value, Row]]]) -> list[Row]:
+    """Sums of products of numbers with sparse rows."""
+    return [combined(terms) for terms in each]
 
 
 def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:

@@ -307,12 +307,11 @@ class Topology(NumberedPieces):
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
         counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
         first, second = (self.bodies[node] for node in nodes[0])
-        start, end = (self.axes(int(node)) for node in nodes[0])
         shared = first == second
+        start = self.axes(int(nodes[0, 0]))
+        ends = (None, None) if shared else (start, self.axes(int(nodes[0, 1])))
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
-        return Group(
-            element, numbers, dofs, chord, counts, (None, None) if shared else (start, end), start if shared else None
-        )
+        return Group(element, numbers, dofs, chord, counts, ends, start if shared else None)
 
 
 def _others(one: Description, other: Description) -> set[int]:

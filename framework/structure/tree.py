@@ -19,9 +19,20 @@ from ..described.parts import Tie
 from ..description import Description
 from .connections import Connections, TreeEdge
 from .constraints import Constraint, Elimination, eliminate
-from .edge import ABOUT, ALONG, GROUND, Edge, preference
+from .edge import ABOUT, ALONG, GROUND, Edge, preference, strengths
 from .forest import rooted, spanning
-from .parts import Grid, RightHandSideParameters, Row, Value, add_row, combined, is_zero, nonzero, product, scaled
+from .parts import (
+    Grid,
+    RightHandSideParameters,
+    Row,
+    Value,
+    add_row,
+    combined_each,
+    is_zero,
+    nonzero,
+    product,
+    scaled_each,
+)
 from .topology import Topology
 
 # Columns are axes; None stands for the global ones.
@@ -80,6 +91,8 @@ class JointTree:
     given_up
         By unknown of an edge that is not in the tree of all entries: by exchanged edge and component, what its
         displacement has of theirs where it is not.
+    turn_of_body
+        Axes of those bodies whose nodes were met.
     """
 
     topology: Topology
@@ -93,6 +106,7 @@ class JointTree:
     elimination: Elimination = field(default_factory=Elimination)
     exchanged: dict[Edge, Exchanged] = field(default_factory=dict)
     given_up: dict[int, dict[tuple[Edge, int], Value]] = field(default_factory=dict)
+    turn_of_body: dict[str, Matrix3] = field(default_factory=dict, repr=False)
 
     @classmethod
     def of(
@@ -101,7 +115,7 @@ class JointTree:
         """Choose the tree and express all nodes by it; the `order` of preference of its edges may be known."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
         if order is None:
-            order = preference([(e.first, e.second) for e in tree.edges], [e.strength for e in tree.edges])
+            order = preference([(e.first, e.second) for e in tree.edges], strengths(tree.edges))
         tree.grow(*spanning([tree.edges[k] for k in order]))
         return tree
 
@@ -142,8 +156,12 @@ class JointTree:
 
     def turn(self, node: int) -> Matrix3:
         """Axes of a node as columns."""
-        turned = node != GROUND and self.topology.bodies[node] is not None
-        return entries(self.grid, self.topology.axes(node)) if turned else None
+        body = None if node == GROUND else self.topology.bodies[node]
+        if body is None:
+            return None
+        if body not in self.turn_of_body:
+            self.turn_of_body[body] = entries(self.grid, self.topology.axes(node))
+        return self.turn_of_body[body]
 
     def axes(self, edge: Edge) -> Matrix3:
         """Axes of an edge as columns."""
@@ -168,19 +186,19 @@ class JointTree:
         self.branches.append(branch)
         self.stiffen(edge, [{6 * child + k: 1.0} for k in _SIX])
         rows = self._carried(edge, branch.parent, sign)
-        axes = self.axes(edge)
+        columns = _columns(self.axes(edge), sign)
         for k in _SIX:
             free, offset = k not in edge.ideal, edge.offset[k]
             if not free and not offset:
                 continue
-            for i, factor in _column(axes, k, sign).items():
+            for i, factor in columns[k].items():
                 if offset:
                     add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
         if edge.kind == "joint" and not is_zero(edge.pitch):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
-            for i, factor in _column(axes, ALONG, sign).items():
+            for i, factor in columns[ALONG].items():
                 add_row(rows[i], turn, product(edge.pitch, factor))
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
@@ -238,12 +256,12 @@ def _joints(frame: Description, rhs_parameters: RightHandSideParameters, number:
     links = frame.joints.values()
     ideal = np.array([np.isinf(link.element.stiffness.reshape(-1, 6)[:1]).any(axis=0) for link in links])
     constrained = [tuple(k for k in _SIX if row[k]) for row in ideal.tolist()]
-    edges = []
+    grid, ndim, edges = rhs_parameters.grid, len(frame.shape), []
     for (name, link), components in zip(frame.joints.items(), constrained, strict=True):
-        axes = None if link.element.axes is None else aligned(link.element.axes, len(frame.shape), 2)
-        springs = _springs(rhs_parameters.grid, link.element.stiffness)
+        axes = None if link.element.axes is None else aligned(link.element.axes, ndim, 2)
+        springs = _springs(grid, link.element.stiffness)
         offset = _offset(rhs_parameters, frame.offsets.get(name, {}))
-        pitch = rhs_parameters.grid.value(link.element.pitch / (2.0 * np.pi))
+        pitch = grid.value(link.element.pitch / (2.0 * np.pi))
         ends = number[link.first], number[link.second]
         edges.append(Edge(name, "joint", *ends, components, springs, axes, offset, pitch))
     return edges
@@ -284,12 +302,11 @@ def entries(grid: Grid, axes: Array | None) -> Matrix3:
     return [flat[0:3], flat[3:6], flat[6:9]]
 
 
-def _column(axes: Matrix3, k: int, sign: float) -> Row:
-    """Where, and by how much, a unit of component `k` along its axis shows."""
+def _columns(axes: Matrix3, sign: float) -> list[Row]:
+    """By component: where, and by how much, a unit of it along its axis shows."""
     if axes is None:
-        return {k: sign}
-    block, axis = divmod(k, 3)
-    return nonzero(scaled({3 * block + i: axes[i][axis] for i in range(3)}, sign))
+        return [{k: sign} for k in _SIX]
+    return scaled_each([{block + i: axes[i][axis] for i in range(3)} for block in (0, 3) for axis in range(3)], sign)
 
 
 def _transposed(matrix: Matrix3) -> Matrix3:
@@ -300,4 +317,4 @@ def _rotated(matrix: Matrix3, rows: list[Row]) -> list[Row]:
     """Both three-component blocks multiplied by `matrix`."""
     if matrix is None:
         return rows
-    return [combined(zip(three, rows[block : block + 3], strict=True)) for block in (0, 3) for three in matrix]
+    return combined_each([zip(three, rows[block : block + 3], strict=True) for block in (0, 3) for three in matrix])

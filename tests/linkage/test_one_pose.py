@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
-from linkframe.models.linkage.kinematics.loops import LAST_STEP, Loops
+from linkframe.models.linkage.kinematics.loop_coordinates import LAST_STEP
+from linkframe.models.linkage.kinematics.loops import Loops
 from reference.counted import calls
 
 

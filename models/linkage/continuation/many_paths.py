@@ -334,12 +334,7 @@ class ManyPaths(PathBatch[PosesAhead]):
 
     def _rates(self, state: Array, follow: Array, direction: Array) -> Array:
         """Derivative of the states by the length of the path, (n, poses)."""
-        drives = self.loops.drive_velocities(list(state), list(direction))
-        n = self.loops.columns
-        unknown = [sum((d * x for d, x in zip(drives, follow[k::n], strict=True)), start=0.0) for k in range(n)]
-        rate = self._spread(self.loops.state_rate(list(state), unknown), state.shape[1])
-        rate[self.loops.driven_states] = direction
-        return rate
+        return self._spread(self.loops.rate_along(list(state), list(direction), list(follow)), state.shape[1])
 
     def _told(self, found: Poses) -> tuple[Array, Array]:
         count = found.good.shape[0] if found.good.shape else self.state.shape[1]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from ..kinematics.loops import FIRST_STEP, Loops
+from ..kinematics.loop_coordinates import FIRST_STEP
+from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.terms import Value
 from .follow import Guide

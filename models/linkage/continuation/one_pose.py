@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kinematics.closed_poses import Pose
-from ..kinematics.loops import LAST_STEP, Loops
+from ..kinematics.loop_coordinates import LAST_STEP
+from ..kinematics.loops import Loops
 from ..kinematics.nearest import open_by_one
 from .change_point import WITHIN
 from .guess import NEAR

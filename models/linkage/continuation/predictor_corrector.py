@@ -13,7 +13,6 @@ from ....framework.continuation import follow, sign_change
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from .interpolation import SIDES, at_zero, shares, weights
-from .ray import Ray
 
 FIRST = 0.1
 LONGEST = 0.35
@@ -96,23 +95,31 @@ class PredictorCorrector:
         Loops of the mechanism.
     parameters
         Its dimensions.
-    ray
-        Path of the drives.
+    start
+        The closed pose from which the drives go.
+    direction
+        Change of the driven states per unit of length: radians, and displacements in units of the mechanism's size.
     switch
         Whether the other branch is taken at change points.
     """
 
-    def __init__(self, loops: Loops, parameters: Sequence[float], ray: Ray, switch: bool = False) -> None:
-        self.loops, self.parameters, self.ray, self.switch = loops, parameters, ray, switch
+    def __init__(
+        self, loops: Loops, parameters: Sequence[float], start: Pose, direction: Sequence[float], switch: bool = False
+    ) -> None:
+        self.loops, self.parameters, self.direction, self.switch = loops, parameters, direction, switch
+        self.origin = [start.state[place] for place in loops.driven_states]
 
     def node(self, s: float, pose: Pose) -> ContinuationPoint:
         """A node of the pose at s."""
-        drives, n = self.loops.drive_velocities(pose.state, self.ray.direction), self.loops.columns
-        unknown = [sum(d * x for d, x in zip(drives, pose.follow[k::n], strict=True)) for k in range(n)]
-        rate: list[float] = self.loops.state_rate(pose.state, unknown)  # type: ignore[assignment]
-        for place, slope in zip(self.loops.driven_states, self.ray.direction, strict=True):
-            rate[place] = slope
-        return ContinuationPoint(s, pose, rate)
+        rate = self.loops.rate_along(pose.state, self.direction, pose.follow)
+        return ContinuationPoint(s, pose, rate)  # type: ignore[arg-type]
+
+    def place(self, state: Sequence[float], s: float) -> list[float]:
+        """`state` with the driven entries as they are at `s`, and balls of unit Euler parameters."""
+        out = list(state)
+        for place, value, slope in zip(self.loops.driven_states, self.origin, self.direction, strict=True):
+            out[place] = value + s * slope
+        return self.loops.unit(out)  # type: ignore[arg-type, return-value]
 
     def begin(self, start: Pose) -> RayPath:
         """The path at the beginning of the ray."""
@@ -170,7 +177,7 @@ class PredictorCorrector:
 
     def _go(self, path: RayPath, target: float, jump: bool = False) -> ContinuationPoint | None:
         here = path.nodes[-1]
-        guess = self.ray.place(self.predict(path.nodes, target), target)
+        guess = self.place(self.predict(path.nodes, target), target)
         pose = self.loops.close(guess, self.parameters)
         if pose is None:
             return None
@@ -296,7 +303,7 @@ class PredictorCorrector:
     def _between(self, a: ContinuationPoint, b: ContinuationPoint, s: float) -> Pose | None:
         """The pose at s between two nodes, or a little aside, with the determinants that it has there."""
         guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
-        pose = self.loops.close(self.ray.place(guess, s), self.parameters)
+        pose = self.loops.close(self.place(guess, s), self.parameters)
         # the determinants are those of the last step but one
         return pose and self.loops.close(pose.state, self.parameters)
 
@@ -316,11 +323,11 @@ class PredictorCorrector:
         state = np.zeros(len(a.pose.state))
         for knot, weight in zip(knots, weights(knots, where), strict=True):
             guess = _cubic(a, b, (knot - a.s) / (b.s - a.s), b.s - a.s)
-            pose = self.loops.close(self.ray.place(guess, knot), self.parameters)
+            pose = self.loops.close(self.place(guess, knot), self.parameters)
             if pose is None:
                 return False
             state = state + weight * np.array(pose.state)
-        middle = self.ray.place(state.tolist(), where)
+        middle = self.place(state.tolist(), where)
         residual = self.loops.mechanism.newton[0](middle, self.parameters)[: self.loops.rows]
         return bool(max(map(abs, residual)) < max(OPEN, self.loops.tolerance))
 
@@ -349,7 +356,7 @@ def other_branch(
             ahead = np.add(state, along).tolist()
             guess = loops.advance(ahead, (sign * share * beyond * free).tolist())
             s = where + beyond
-            pose = loops.close(continuation.ray.place(guess, s), continuation.parameters, far=0.5)  # type: ignore[arg-type]
+            pose = loops.close(continuation.place(guess, s), continuation.parameters, far=0.5)  # type: ignore[arg-type]
             if pose is None or changes_sign(here.pose, pose):
                 continue
             node = continuation.node(s, pose)

@@ -17,7 +17,6 @@ from .follow import Guide
 from .guess import NEAR
 from .many_paths import FAR, TOGETHER, Derivatives, followed
 from .predictor_corrector import LONGEST, TURN, PredictorCorrector, RayPath, changes_sign, follows
-from .ray import Ray
 
 Mask = NDArray[np.bool_]
 # How far aside a change point is passed to see whether that leads to the same pose, and how nearly the same.
@@ -140,8 +139,7 @@ def passed(loops: Loops, parameters: Sequence[float], start: Pose, change: Array
 
 
 def _continue(loops: Loops, parameters: Sequence[float], start: Pose, direction: Array) -> PredictorCorrector:
-    origin = [start.state[place] for place in loops.driven_states]
-    return PredictorCorrector(loops, parameters, Ray(loops, origin, direction.tolist()))
+    return PredictorCorrector(loops, parameters, start, direction.tolist())
 
 
 def _end(continuation: PredictorCorrector, path: RayPath, s: float) -> list[float] | None:
@@ -150,7 +148,7 @@ def _end(continuation: PredictorCorrector, path: RayPath, s: float) -> list[floa
         return None
     guide, loops = Guide.of(path), continuation.loops
     guess, signs = guide.at(np.array(s)), guide.signs_at(np.array(s), NEAR)
-    pose = loops.close(continuation.ray.place(guess.tolist(), s), continuation.parameters)
+    pose = loops.close(continuation.place(guess.tolist(), s), continuation.parameters)
     if pose is not None and np.all(np.multiply(pose.determinants, signs) >= 0.0):
         return pose.state
     return continuation.exactly([node for node in path.nodes if node.s <= s][-1], s)
@@ -160,7 +158,7 @@ def _alone(continuation: PredictorCorrector, path: RayPath, where: float) -> boo
     """Whether paths that pass a change point on either side lead to the pose beyond it to which the path leads."""
     before = [node for node in path.nodes if node.s < where][-1]
     after = next(node for node in path.nodes if node.s > where)
-    direction = np.array(continuation.ray.direction)
+    direction = np.array(continuation.direction)
     across = np.linalg.svd(direction[None])[2][1:]
     middle = 0.35 * (before.s - where) if where - before.s > after.s - where else 0.35 * (after.s - where)
     for aside in (*across, *-across):

@@ -14,7 +14,6 @@ from .ends import SHORT
 from .follow import Guide
 from .guess import NEAR, Guess
 from .predictor_corrector import BEYOND, PredictorCorrector, RayPath, changes_sign
-from .ray import Ray
 
 TURN = 2.0 * np.pi
 # How far the drive is followed turn by turn, and how near to its place everything is after a turn.
@@ -129,9 +128,8 @@ class SingleDrive:
         return guide
 
     def _continue(self, sign: float) -> PredictorCorrector:
-        origin = [self.start.state[place] for place in self.loops.driven_states]
-        direction = [sign * (k == self.drive) for k in range(len(origin))]
-        return PredictorCorrector(self.loops, self.parameters, Ray(self.loops, origin, direction), self.switch)
+        direction = [sign * (k == self.drive) for k in range(len(self.loops.driven_states))]
+        return PredictorCorrector(self.loops, self.parameters, self.start, direction, self.switch)
 
     def _path(self, sign: float, until: float) -> RayPath:
         """The path of the drive one way, at least to `until`; the last one each way is kept, and taken further."""

@@ -32,6 +32,10 @@ class Kind:
         All components that move, the tied one last.
     slides
         Whether its two links part at the joint's point of the first.
+    freedom
+        Number of coordinates.
+    constrained
+        Components that it constrains, of `COMPONENTS`; a screw also ties uz to rz.
     """
 
     name: str
@@ -40,21 +44,16 @@ class Kind:
     tied: str = ""
     moving: tuple[str, ...] = field(init=False)
     slides: bool = field(init=False)
+    freedom: int = field(init=False)
+    constrained: tuple[str, ...] = field(init=False)
 
     def __post_init__(self) -> None:
         moving = (*self.coordinates, self.tied) if self.tied else self.coordinates
         object.__setattr__(self, "moving", moving)
         object.__setattr__(self, "slides", any(name[0] == "u" for name in moving))
-
-    @property
-    def freedom(self) -> int:
-        """Number of coordinates."""
-        return len(self.coordinates)
-
-    @property
-    def constrained(self) -> tuple[str, ...]:
-        """Components that the joint constrains, of `COMPONENTS`; a screw also ties uz to rz."""
-        return tuple(name for name in COMPONENTS if name not in self.coordinates)
+        object.__setattr__(self, "freedom", len(self.coordinates))
+        held = tuple(name for name in COMPONENTS if name not in self.coordinates)
+        object.__setattr__(self, "constrained", held)
 
     @property
     def rows(self) -> int:

@@ -180,10 +180,7 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
 
 def in_space(value: ArrayLike, what: str) -> Array:
     """A vector (..., 3) from one (..., 3), or (..., 2) in the plane z = 0."""
-    given = finite(value, what)
-    if given.shape[-1:] == (2,):
-        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-    return vector(given, what)
+    return vector(value, what, flat=True)
 
 
 def direction(value: ArrayLike, what: str) -> Array:

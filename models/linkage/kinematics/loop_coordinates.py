@@ -1,4 +1,4 @@
-"""The unknown coordinates of the loops of a mechanism: their states and rates, and which follow the drives."""
+"""The unknown coordinates of the loops of a mechanism: their states and rates, and the closed pose near a state."""
 
 from __future__ import annotations
 
@@ -9,11 +9,19 @@ from typing import Any, Self
 
 import numpy as np
 
-from .closed_poses import Pose
+from .closed_poses import ClosedOne, Pose
+from .equations import Equations
 from .euler_parameters import angular_velocity_of, euler_parameter_rate, unit_length
 from .linear import Linear
 from .mechanism import Mechanism
 from .terms import Value
+
+# A step below this ends the iteration: the next would be below rounding.
+LAST_STEP = 1e-9
+ITERATIONS = 12
+# Newton's method is trusted where the guess lies no farther off, and each step is at most this share of the one before.
+FIRST_STEP = 0.15
+CONTRACTION = 0.5
 
 
 class LoopCoordinates:
@@ -60,6 +68,11 @@ class LoopCoordinates:
     def determined(self) -> bool:
         """True where the drives and the closing equations leave nothing free."""
         return self.linear.rank == self.columns
+
+    @cached_property
+    def equations(self) -> Equations:
+        """Programs of the Newton step."""
+        return Equations(self.mechanism, self.linear)
 
     @cached_property
     def unknown_states(self) -> list[int]:
@@ -126,6 +139,18 @@ class LoopCoordinates:
                 out[k] = rate[place]
         return out
 
+    def rate_along(self, state: Sequence[Value], direction: Sequence[Value], follow: Sequence[Value]) -> list[Value]:
+        """Rate of the state where the driven states move in a direction.
+
+        `follow` holds the velocity of each unknown per unit of each drive, drive by drive.
+        """
+        drives, n = self.drive_velocities(state, direction), self.columns
+        unknown = [sum((d * x for d, x in zip(drives, follow[k::n], strict=True)), start=0.0) for k in range(n)]
+        rate = self.state_rate(state, unknown)
+        for place, slope in zip(self.driven_states, direction, strict=True):
+            rate[place] = slope
+        return rate
+
     def is_rotation(self, drive: int) -> bool:
         """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
         return self.is_angle(self.driven_states[drive])
@@ -137,6 +162,56 @@ class LoopCoordinates:
         if kind.name in ("screw", "spherical"):
             return False
         return bool(kind.coordinates[place - self.mechanism.states[joint].start][0] == "r")
+
+    # -- one pose ---------------------------------------------------------------------------------------------------
+
+    def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
+        """The closed pose near `state`; None where Newton's method does not contract from there."""
+        step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
+        first = last = 0.0
+        try:
+            for iteration in range(ITERATIONS):
+                step = step_at(state, parameters)[:n]
+                size = max(map(abs, step), default=0.0)
+                first = first or size
+                if not size <= far or (iteration > 0 and last > 1e-6 and size > CONTRACTION * last):
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                last = size
+                if size < 1e-3:
+                    break
+            else:
+                return None
+            found = pose_at(state, parameters)
+        except (ZeroDivisionError, np.linalg.LinAlgError, OverflowError):
+            return None
+        step, last = found[:n], max(map(abs, found[:n]), default=0.0)
+        if not last <= max(CONTRACTION * size, 1e-12):
+            return None
+        state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+        behind = n + n * len(self.mechanism.driven)
+        return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
+
+    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
+        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
+        step_at, n = self.equations.step_of_one, self.columns
+        before = np.inf
+        try:
+            for _ in range(ITERATIONS):
+                found = step_at(state, parameters, compiled=compiled)
+                step = found[:n]
+                size = max(map(abs, step), default=0.0)
+                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
+                    return None
+                if before > 1e-5 and size > CONTRACTION * before:
+                    return None
+                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                before = size
+                if size <= LAST_STEP:
+                    return ClosedOne(state, found[n:])
+        except (ArithmeticError, np.linalg.LinAlgError):
+            pass
+        return None
 
     # -- rates ------------------------------------------------------------------------------------------------------
 

@@ -1,10 +1,10 @@
-"""Newton's method on the loops of a mechanism: for one pose in floats, for all poses in arrays."""
+"""Newton's method on the loops of a mechanism for all poses of a batch, in arrays and in machine code."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property, reduce
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,10 @@ from ....framework.batch import Array, Shape
 from ....framework.program.calculation import worth_compiling
 from ....framework.program.recording import choose
 from .blocks import MEMBERS, blocks, cut_all, members_of
-from .closed_poses import Closed, ClosedOne, Pose, Poses
+from .closed_poses import Closed, Poses
 from .closing import Closing
-from .equations import Equations
-from .loop_coordinates import LoopCoordinates
+from .loop_coordinates import CONTRACTION, FIRST_STEP, ITERATIONS, LAST_STEP, LoopCoordinates
 from .terms import Value
-
-# A step below this ends the iteration: the next would be below rounding.
-LAST_STEP = 1e-9
-ITERATIONS = 12
-# Newton's method is trusted where the guess lies no farther off, and each step is at most this share of the one before.
-FIRST_STEP = 0.15
-CONTRACTION = 0.5
 
 
 class Loops(LoopCoordinates):
@@ -72,61 +64,6 @@ class Loops(LoopCoordinates):
             return False
         written = self.closing.poses() if followed else self.closing.close()
         return written is not None and written.choice(shape).compiled
-
-    @cached_property
-    def equations(self) -> Equations:
-        """Programs of the Newton step."""
-        return Equations(self.mechanism, self.linear)
-
-    # -- one pose ---------------------------------------------------------------------------------------------------
-
-    def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
-        """The closed pose near `state`; None where Newton's method does not contract from there."""
-        step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
-        first = last = 0.0
-        try:
-            for iteration in range(ITERATIONS):
-                step = step_at(state, parameters)[:n]
-                size = max(map(abs, step), default=0.0)
-                first = first or size
-                if not size <= far or (iteration > 0 and last > 1e-6 and size > CONTRACTION * last):
-                    return None
-                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
-                last = size
-                if size < 1e-3:
-                    break
-            else:
-                return None
-            found = pose_at(state, parameters)
-        except (ZeroDivisionError, np.linalg.LinAlgError, OverflowError):
-            return None
-        step, last = found[:n], max(map(abs, found[:n]), default=0.0)
-        if not last <= max(CONTRACTION * size, 1e-12):
-            return None
-        state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
-        behind = n + n * len(self.mechanism.driven)
-        return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
-
-    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
-        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
-        step_at, n = self.equations.step_of_one, self.columns
-        before = np.inf
-        try:
-            for _ in range(ITERATIONS):
-                found = step_at(state, parameters, compiled=compiled)
-                step = found[:n]
-                size = max(map(abs, step), default=0.0)
-                if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):
-                    return None
-                if before > 1e-5 and size > CONTRACTION * before:
-                    return None
-                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
-                before = size
-                if size <= LAST_STEP:
-                    return ClosedOne(state, found[n:])
-        except (ArithmeticError, np.linalg.LinAlgError):
-            pass
-        return None
 
     # -- all poses --------------------------------------------------------------------------------------------------
 

@@ -213,6 +213,10 @@ class AssembledPoses:
             return out
         return np.asarray(np.einsum("...ij,...j->...i", self.mechanism.bodies[GROUND].reference_axes, out))
 
+    def _global_columns(self, columns: Sequence[Sequence[Value]]) -> Array:
+        """Matrix (..., 3, k) of vectors in global axes from their entries in the ground's axes."""
+        return np.stack([self._global(components) for components in columns], axis=-1)
+
     # -- look-up ----------------------------------------------------------------------------------------------------
 
     def _known(self, link: str) -> str:

@@ -193,9 +193,8 @@ class Kinematics(AssembledPoses):
         """
         if link == GROUND:
             return np.broadcast_to(np.eye(3), (*self.shape, 3, 3))
-        body = self.mechanism.bodies[self._known(link)]
-        now = np.stack([self._global(v) for v in self._pose(link)[1]], axis=-1)
-        return np.asarray(np.einsum("...ij,...kj->...ik", now, body.reference_axes))
+        now = self._global_columns(self._pose(link)[1])
+        return np.asarray(np.einsum("...ij,...kj->...ik", now, self.mechanism.bodies[link].reference_axes))
 
     def angular_velocity(self, link: str) -> Array:
         """Angular velocity of a link.

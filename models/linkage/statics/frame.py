@@ -229,10 +229,8 @@ class Builder:
 
     def name_points(self) -> None:
         """Let the bare name of a point mean its node on the first link that has it."""
-        for point in self.linkage.points:
-            node = self.nodes.of(*self.linkage.end(point)) if self.nodes.has(point) else point
-            if node != point:
-                self.frame.alias(point, node)
+        for point, node in self.nodes.by_point.items():
+            self.frame.alias(point, node)
 
     def _add_springs(self) -> Iterator[str]:
         """Springs as members that turn the force they have at rest, which is among the loads; yields their names."""

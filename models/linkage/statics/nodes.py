@@ -31,13 +31,14 @@ class Nodes:
         for point in self.on_ground:
             self._carriers[point].append(GROUND)
 
-    def has(self, point: str) -> bool:
-        """Whether the point is on a link, or held by the ground."""
-        return bool(self._carriers[point])
-
     def of(self, link: str, point: str) -> str:
         """Node of a link's point."""
         return point if len(self._carriers[point]) < 2 else f"{point}.{link}"
+
+    @property
+    def by_point(self) -> dict[str, str]:
+        """Nodes of points of several links, each on the first of these; the ground comes last."""
+        return {point: self.of(links[0], point) for point, links in self._carriers.items() if len(links) > 1}
 
     def on(self, link: str, name: str) -> str:
         """Node of a link's point, or the node under a slider."""
