@@ -148,12 +148,13 @@ class Recovery(AlongMembers):
             return (numbers.of_edge(self._edge("joint", joint)) for joint in frame.joints)
 
         def flat(numbers: ForceNumbers, kind: str) -> list[Value]:
-            return list(chain.from_iterable(of(kind, numbers)))
+            # component by component: those that are zero throughout, as across a plane, lie together
+            return list(chain.from_iterable(zip(*of(kind, numbers), strict=True)))
 
         found = self.together([partial(flat, kind=kind) for kind in kinds])
         sizes = [12 if kind == "end_forces" else 6 for kind in kinds]
         return [
-            array.reshape(*array.shape[:-1], array.shape[-1] // size, size)
+            np.swapaxes(array.reshape(*array.shape[:-1], size, array.shape[-1] // size), -1, -2)
             for array, size in zip(found, sizes, strict=True)
         ]
 

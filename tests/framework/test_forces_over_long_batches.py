@@ -204,3 +204,18 @@ def test_whatever_stands_beside_numbers_of_a_long_batch(
         load = np.linspace(1.0, 3.0, SAMPLES)
         exact = np.stack(np.broadcast_arrays(-load, 3.0 * 9.81, 0.0, 0.0, 0.0, load - 0.5), axis=-1)[:, None]
         np.testing.assert_allclose(found["reactions"] - exact, 0.0, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("count", "shape"), [(3, (7, 13)), (5, ()), (2, (1,)), (9, (361, 1001))])
+def test_zeros_begin_with_lines_of_the_cache(count: int, shape: tuple[int, ...]) -> None:
+    """Each of them, wherever it ends, and many with a large page."""
+    found = sweep.zeros(count, shape)
+    assert found.shape == (count, *shape)
+    assert not found.any()
+    place, itemsize = found.__array_interface__["data"][0], found.itemsize
+    assert found.strides[0] % (8 * sweep.LINE) == place % (8 * sweep.LINE) == 0
+    assert found.size < sweep.PAGE or place % (itemsize * sweep.PAGE) == 0
+    for each in found:
+        assert each.flags.c_contiguous
+    found[...] = 1.0
+    assert found.sum() == found.size
