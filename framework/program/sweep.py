@@ -16,6 +16,8 @@ from .recording import Recording, Term
 LONG, CHUNK = 2**14, 2**13
 # Numbers in a line of the cache, and in a large page of memory.
 LINE, PAGE = 8, 2**18
+# From so many numbers on the C library asks the system for memory each time, and gives it back.
+NEW = 2**22
 
 
 class Sweep:
@@ -79,12 +81,12 @@ class Sweep:
 def zeros(count: int, shape: Shape) -> Array:
     """So many arrays of zeros, (count, ...), none of which is in memory before it is written to.
 
-    All begin with a line of the cache, so that machine code writes whole lines. Many begin with a large page of memory:
-    small pages take ten times as long to be made.
+    All begin with a line of the cache, so that machine code writes whole lines. So many that their memory is always new
+    begin with a large page: small ones take ten times as long to be made.
     """
     size = math.prod(shape)
     pitch = size + -size % LINE
-    step = PAGE if count * pitch > 2 * PAGE else LINE
+    step = PAGE if count * pitch > NEW else LINE
     room = np.zeros(count * pitch + 2 * step)
     start = -room.__array_interface__["data"][0] // room.itemsize % step
     return room[start : start + count * pitch].reshape(count, pitch)[:, :size].reshape(count, *shape)
