@@ -67,7 +67,8 @@ def states_of(shape: tuple[int, ...], state: State) -> States:
 
 def put(states: States, where: NDArray[np.bool_], state: State) -> States:
     """The states, and `state` at some entries, (...) of what both broadcast to."""
-    return np.where(where, np.int8(state), states)
+    nowhere = where.shape == states.shape and not where.any()
+    return states if nowhere else np.where(where, np.int8(state), states)
 
 
 def among(states: States, *some: State) -> NDArray[np.bool_]:

@@ -186,7 +186,10 @@ class BlockFactor:
         if not any(self.large):
             return small
         if self._least is None:
-            self.values([])
+            if self._only_trailing and self._rest.pivot_ratio:  # known before anything is solved
+                self._least = np.asarray(self._rest.pivot_ratio)
+            else:
+                self.values([])
         assert self._least is not None
         return np.asarray(np.minimum(small, self._least))
 

@@ -45,7 +45,7 @@ class FrameStates(SolvedFrame):
     def state(self) -> States:
         """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
         special = (self.own_state == SolutionState.REGULAR) & ~regular_there(self.frame.made_from)
-        return put(self.own_state, special, SolutionState.POSE_NOT_REGULAR)
+        return put(self.own_state.copy(), special, SolutionState.POSE_NOT_REGULAR)
 
     @cached_property
     def own_state(self) -> States:
@@ -53,7 +53,7 @@ class FrameStates(SolvedFrame):
         if self.pressed is not None:
             return self.pressed.without_clearance.own_state
         moving = self.solver.singular(excited=False)
-        if isinstance(self.solver, BroadcastSolver):
+        if isinstance(self.solver, BroadcastSolver) and moving.any():
             moving = moving & ~kinematically_stable(self.plan, moving)
         state = put(states_of(self.shape, SolutionState.REGULAR), moving, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.consistent_mechanisms is not None:

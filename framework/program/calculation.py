@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
@@ -159,11 +159,15 @@ class Calculation:
             return
         axis = program.widest.bit_length() - 1
         lead, length = self.of(program.widest, shape)[:axis], shape[axis]
-        arrays: list[Array] = []
+        same = np.empty((*lead, len(kernel.same)))
+        for place, k in enumerate(kernel.same):
+            same[..., place] = _along(made[k] if k in made else given[k], len(lead))
+        arrays: list[Array] = [same]
         outputs: list[tuple[Array, int]] = []
-        for k, along in zip(kernel.values, [*kernel.along, *(True,) * len(kernel.values)], strict=False):
+        for k in kernel.values:
             array = made[k] if k in made else np.asarray(given[k], dtype=np.float64)
             array = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
+            along = k not in program.tables
             if k < program.first and along and length > 1:
                 array = array if array.shape[axis] > 1 else np.broadcast_to(array, self.of(1 << axis, shape))
                 array = array if array.strides[axis] == array.itemsize else np.ascontiguousarray(array)
@@ -246,17 +250,17 @@ def workers() -> int:
 
 def _addresses(arrays: Sequence[Array], lead: Shape) -> machine_code.Addresses:
     """Where each array begins, for each of the `lead` batch entries in turn, (rows, arrays)."""
-    strides = [[s if n > 1 else 0 for s, n in _lead(array, len(lead))] for array in arrays]
-    base = np.array([array.__array_interface__["data"][0] for array in arrays], dtype=np.int64)
     table = np.empty((*lead, len(arrays)), dtype=np.int64)
-    table[...] = base
-    for axis, steps in enumerate(np.array(strides, dtype=np.int64).T):
-        table += np.arange(lead[axis]).reshape(-1, *(1,) * (len(lead) - axis)) * steps
+    table[...] = [array.__array_interface__["data"][0] for array in arrays]
+    for axis, length in enumerate(lead):
+        steps = [array.strides[axis] if array.shape[axis] > 1 else 0 for array in arrays]
+        table += np.multiply.outer(np.arange(length), steps).reshape(length, *(1,) * (len(lead) - axis - 1), -1)
     return table.reshape(-1, len(arrays))
 
 
-def _lead(array: Array, count: int) -> Iterator[tuple[int, int]]:
-    return zip(array.strides[:count], array.shape[:count], strict=True)
+def _along(value: Value, depth: int) -> Value:
+    """A number with the first `depth` axes of the batch alone, over more of which it does not vary."""
+    return value.reshape(value.shape[:depth]) if isinstance(value, np.ndarray) and value.ndim > depth else value
 
 
 def _double(value: Value | None) -> Value | None:

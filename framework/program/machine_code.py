@@ -54,8 +54,8 @@ def fused() -> bool:
 class Kernel:
     """The steps of a program that vary over all its axes, compiled.
 
-    It takes a table of addresses, (rows, values): where in memory, for each row of the batch along its last axis, each
-    of `values` begins. What does not vary along that axis is one number a row.
+    It takes a table of addresses, (rows, 1 + values): where in memory, for each row of the batch along its last axis,
+    the numbers that are the `same` all along it lie beside each other, and where each of `values` begins.
 
     Parameters
     ----------
@@ -66,8 +66,10 @@ class Kernel:
 
     Attributes
     ----------
+    same
+        Numbers of the values that are read and do not vary along that axis.
     values
-        Numbers of the values that are read, and after them of those that are written.
+        Numbers of the others that are read, tables among them, and after these of those that are written.
     """
 
     def __init__(self, program: Program, axis: int) -> None:
@@ -79,10 +81,11 @@ class Kernel:
         read = sorted(needed - made)
         constants = range(program.given, program.first)
         written = [k for k in dict.fromkeys(program.outputs) if k in made]
-        self.read = [k for k in read if k not in constants]
-        self.values = [*self.read, *written]
-        self.along = [bool(program.masks[k] >> axis & 1) for k in self.read]
-        self._function = compiled_kernel("\n".join(Text(program, self.read, self.along, written).lines()))
+        varies = {k: bool(program.masks[k] >> axis & 1) for k in read if k not in constants}
+        self.same = [k for k in varies if not varies[k] and k not in program.tables]
+        others = [k for k in varies if varies[k] or k in program.tables]
+        self.values = [*others, *written]
+        self._function = compiled_kernel("\n".join(Text(program, self.same, others, written).lines()))
 
     @staticmethod
     def of(program: Program, axis: int) -> Kernel:

@@ -9,6 +9,8 @@ from .sines import reduced, rotated, splat
 
 # Batch entries in a register; LLVM splits it where the processor's are shorter.
 WIDTH = 8
+# Bytes of results from which on they are written past the cache, which would not hold them until they are read.
+PAST = 2**24
 _V, _B = f"<{WIDTH} x double>", f"<{WIDTH} x i1>"
 _NAMES = {
     Operation.ADD: "fadd",
@@ -45,54 +47,74 @@ class Text:
     ----------
     program
         The program.
-    read, along
-        Values that are there when it begins, and which of them vary along the last axis; tables do not.
+    same, read
+        Values that are there when it begins: those that are the same all along a row, which lie beside each other, and
+        tables and those that vary.
     written
         Values that it makes for others.
     """
 
-    def __init__(self, program: Program, read: Sequence[int], along: Sequence[bool], written: Sequence[int]) -> None:
-        self.program, self.read, self.along, self.written = program, read, along, written
+    def __init__(self, program: Program, same: Sequence[int], read: Sequence[int], written: Sequence[int]) -> None:
+        self.program, self.read, self.written = program, read, written
         self.label = "entries"
         self._reduced: set[int] = set()
         self._places: set[int] = set()
-        # what is the same all along a row is copied beside each other: in the loop it is read from the cache
-        self._values = [k for k in read if k not in program.tables]
-        same = [k for k, varies in zip(read, along, strict=True) if not varies and k not in program.tables]
         self._same = {k: place for place, k in enumerate(same)}
+        self._values = [*same, *(k for k in read if k not in program.tables)]
         self._unread, self._asked = set(self._values), frozenset(written)
+        self._past = [k for k in written if not program.holds(k)]
 
     def lines(self) -> Iterator[str]:
         """All of it."""
         yield _DECLARED
         yield "define void @run(ptr noalias %table, i64 %first, i64 %last, i64 %start, i64 %stop) {"
-        yield f"entry:\n  %same = alloca double, i64 {max(1, len(self._same))}"
-        yield f"  %most = sub i64 %stop, {WIDTH}\n  br label %row"
+        yield f"entry:\n  %most = sub i64 %stop, {WIDTH}"
+        yield "  %rows = sub i64 %last, %first\n  %columns = sub i64 %stop, %start\n  %size = mul i64 %rows, %columns"
+        yield f"  %many = icmp sgt i64 %size, {PAST // (8 * max(1, len(self._past)))}\n  br label %row"
         yield "row:\n  %r = phi i64 [%first, %entry], [%r1, %done]"
         yield from self._begin_row()
         yield "  br label %entries\nentries:\n  %j = phi i64 [%start, %row], [%j1, %next]"
+        yield f"  %place = add i64 %j, %begin\n  %off = and i64 %place, {WIDTH - 1}\n  %aligned = icmp eq i64 %off, 0"
+        yield "  %whole = and i1 %aligned, %past"
         yield from self._steps()
-        yield f"  br label %next\nnext:\n  %j0 = add i64 %j, {WIDTH}"
-        yield "  %over = icmp sge i64 %j0, %stop\n  %beyond = icmp sgt i64 %j0, %most"
+        yield f"  br label %next\nnext:\n  %behind = add i64 %j, {WIDTH}\n  %over = icmp sge i64 %behind, %stop"
+        yield "  %short = select i1 %past, i64 %off, i64 0\n  %j0 = sub i64 %behind, %short"
+        yield "  %beyond = icmp sgt i64 %j0, %most"
         yield "  %j1 = select i1 %beyond, i64 %most, i64 %j0\n  br i1 %over, label %done, label %entries"
         yield "done:\n  %r1 = add i64 %r, 1\n  %all = icmp sge i64 %r1, %last\n  br i1 %all, label %end, label %row"
-        yield "end:\n  ret void\n}"
+        yield "end:\n  fence seq_cst\n  ret void\n}\n!0 = !{i32 1}"
 
     # -- memory ------------------------------------------------------------------------------------------------------
 
     def _begin_row(self) -> Iterator[str]:
-        """Where each value begins; those that do not vary along the row."""
-        yield f"  %at = mul i64 %r, {len(self.read) + len(self.written)}"
-        yield "  %line = getelementptr ptr, ptr %table, i64 %at"
-        for place, k in enumerate([*self.read, *self.written]):
+        """Where each value begins, those first that do not vary along the row."""
+        yield f"  %at = mul i64 %r, {1 + len(self.read) + len(self.written)}"
+        yield "  %line = getelementptr ptr, ptr %table, i64 %at\n  %same = load ptr, ptr %line"
+        for place, k in enumerate([*self.read, *self.written], 1):
             yield f"  %l{place} = getelementptr ptr, ptr %line, i64 {place}\n  %p{k} = load ptr, ptr %l{place}"
-        for k, place in self._same.items():
-            yield f"  %s{k} = load double, ptr %p{k}\n  %b{k} = getelementptr double, ptr %same, i64 {place}"
-            yield f"  store double %s{k}, ptr %b{k}"
+        yield from self._begin_lines()
+
+    def _begin_lines(self) -> Iterator[str]:
+        """Whether results are written past the cache: many, if lines of it begin at the same entries of all.
+
+        After the first entries such a row goes on from where a line begins.
+        """
+        if not self._past:
+            yield "  %begin = add i64 0, 0\n  %past = icmp ne i64 0, 0"
+            return
+        first, *others = self._past
+        yield f"  %q{first} = ptrtoint ptr %p{first} to i64\n  %begin = lshr i64 %q{first}, 3"
+        differ = "0"
+        for k in others:
+            yield f"  %q{k} = ptrtoint ptr %p{k} to i64\n  %x{k} = xor i64 %q{k}, %q{first}"
+            yield f"  %y{k} = or i64 {differ}, %x{k}"
+            differ = f"%y{k}"
+        yield f"  %differ = and i64 {differ}, {8 * WIDTH - 1}\n  %alike = icmp eq i64 %differ, 0"
+        yield "  %past = and i1 %alike, %many"
 
     def _load(self, k: int) -> Iterator[str]:
         if k in self._same:
-            yield f"  %c{k} = load double, ptr %b{k}"
+            yield f"  %b{k} = getelementptr double, ptr %same, i64 {self._same[k]}\n  %c{k} = load double, ptr %b{k}"
             yield from _everywhere(f"%c{k}", f"{self._loaded(k)}")
         else:
             yield f"  %a{k} = getelementptr double, ptr %p{k}, i64 %j"
@@ -113,7 +135,13 @@ class Text:
             yield f"  store <{WIDTH} x i8> %z{k}, ptr %w{k}, align 1"
         else:
             yield f"  %w{k} = getelementptr double, ptr %p{k}, i64 %j"
-            yield f"  store {_V} %v{k}, ptr %w{k}, align 8"
+            if k in self._past:
+                yield f"  br i1 %whole, label %far{k}, label %near{k}\nfar{k}:"
+                yield f"  store {_V} %v{k}, ptr %w{k}, align {8 * WIDTH}, !nontemporal !0\n  br label %put{k}"
+                yield f"near{k}:\n  store {_V} %v{k}, ptr %w{k}, align 8\n  br label %put{k}\nput{k}:"
+                self.label = f"put{k}"
+            else:
+                yield f"  store {_V} %v{k}, ptr %w{k}, align 8"
 
     # -- steps -------------------------------------------------------------------------------------------------------
 

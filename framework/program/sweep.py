@@ -14,8 +14,10 @@ from .recording import Recording, Term
 
 # Entries from which on the steps of a result take longer than to write them down; those that NumPy does at once.
 LONG, CHUNK = 2**14, 2**13
-# Numbers in a line of the cache.
-LINE = 8
+# Numbers in a line of the cache, and in a large page of memory.
+LINE, PAGE = 8, 2**18
+# From so many numbers on the C library asks the system for memory each time, and gives it back.
+NEW = 2**22
 
 
 class Sweep:
@@ -43,7 +45,7 @@ class Sweep:
             Each (..., n), number by number in memory, where what is zero is never touched.
         """
         grid = self.grid
-        whole = [_zeros((len(numbers), *grid.shape)) for numbers in asked]
+        whole = [zeros(len(numbers), grid.shape) for numbers in asked]
         terms: list[Term] = []
         places: list[Array] = []
         for array, numbers in zip(whole, asked, strict=True):
@@ -72,13 +74,19 @@ class Sweep:
             cut = [out[part] if term.mask >> axis & 1 else out for term, out in zip(terms, made, strict=True)]
             calculation.run(axis, indices, cut)
         for place, out in zip(places, made, strict=True):
-            if out is not place:
+            if out is not place and np.any(out):
                 place[...] = out
 
 
-def _zeros(shape: Shape) -> Array:
-    """Zeros that begin with a line of the cache, so that what a register holds is written to one line."""
+def zeros(count: int, shape: Shape) -> Array:
+    """So many arrays of zeros, (count, ...), none of which is in memory before it is written to.
+
+    All begin with a line of the cache, so that machine code writes whole lines. So many that their memory is always new
+    begin with a large page: small ones take ten times as long to be made.
+    """
     size = math.prod(shape)
-    room = np.zeros(size + LINE)
-    start = -room.__array_interface__["data"][0] // room.itemsize % LINE
-    return room[start : start + size].reshape(shape)
+    pitch = size + -size % LINE
+    step = PAGE if count * pitch > NEW else LINE
+    room = np.zeros(count * pitch + 2 * step)
+    start = -room.__array_interface__["data"][0] // room.itemsize % step
+    return room[start : start + count * pitch].reshape(count, pitch)[:, :size].reshape(count, *shape)

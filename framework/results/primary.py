@@ -15,7 +15,7 @@ from ..error_bounds.resolved import MOST, Resolved, ResolvedByBands, ResolvedLar
 from ..factor_cache import Factors
 from ..lazily import cached_property
 from ..program.recording import Recording
-from ..program.sweep import Sweep
+from ..program.sweep import Sweep, zeros
 from ..solvers.method import BROADCAST
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
@@ -137,6 +137,8 @@ class Primary:
     @cached_property
     def singular(self) -> NDArray[np.bool_]:
         """Entries in which what the loads reach is singular to double precision, (...)."""
+        if self.sound:
+            return np.zeros(self.shape, dtype=bool)
         if isinstance(self.solver, BroadcastSolver):
             return self.solver.singular(excited=True, known=self.lost | self._plain[0])
         return self.solver.singular(excited=True)
@@ -179,7 +181,7 @@ class Primary:
 
         None where it is asked what loads would do.
         """
-        none = bool(self.plan.asked_unknowns)
+        none = self.sound or bool(self.plan.asked_unknowns)
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property
@@ -205,7 +207,7 @@ class Primary:
             (..., n).
         """
         # Row by row in memory, as they are computed: nothing is copied, and what is zero is never touched.
-        whole = np.zeros((len(rows), *self.shape))
+        whole = zeros(len(rows), self.shape)
         places = [whole[k, ...] for k in range(len(rows))]
         solver = self.solver
         found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)

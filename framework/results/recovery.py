@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import chain
@@ -12,6 +13,7 @@ from ..batch import Array, rotated
 from ..error_bounds.equilibrium import rounded
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.sharing import load_shares
+from ..program import sweep
 from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.parts import Row, Value
@@ -90,13 +92,13 @@ class Recovery(AlongMembers):
     def joint_force(self, joint: str) -> Array:
         """Force of a joint on its first node, in its axes, (..., 6)."""
         edge = self._edge("joint", joint)
-        (found,) = self.together([lambda numbers: numbers.of_edge(edge)])
+        found = self._alone(lambda numbers: numbers.of_edge(edge))
         return found - self._excess[edge] if edge in self._excess else found
 
     def reaction(self, node: str) -> Array:
         """Force of the ground on a node, global, (..., 6)."""
         edge = self._edge("support", node)
-        (found,) = self.together([lambda numbers: [0.0 - x for x in numbers.of_edge(edge)]])
+        found = self._alone(lambda numbers: [0.0 - x for x in numbers.of_edge(edge)])
         return found + self._excess[edge] if edge in self._excess else found
 
     def _edge(self, kind: str, name: str) -> Edge:
@@ -148,12 +150,13 @@ class Recovery(AlongMembers):
             return (numbers.of_edge(self._edge("joint", joint)) for joint in frame.joints)
 
         def flat(numbers: ForceNumbers, kind: str) -> list[Value]:
-            return list(chain.from_iterable(of(kind, numbers)))
+            # component by component: those that are zero throughout, as across a plane, lie together
+            return list(chain.from_iterable(zip(*of(kind, numbers), strict=True)))
 
         found = self.together([partial(flat, kind=kind) for kind in kinds])
         sizes = [12 if kind == "end_forces" else 6 for kind in kinds]
         return [
-            array.reshape(*array.shape[:-1], array.shape[-1] // size, size)
+            np.swapaxes(array.reshape(*array.shape[:-1], size, array.shape[-1] // size), -1, -2)
             for array, size in zip(found, sizes, strict=True)
         ]
 
@@ -165,6 +168,14 @@ class Recovery(AlongMembers):
                 numbers = self._piece_ends.written(once)
                 return once.run([result(numbers) for result in results])
             return [self._stacked(result(self._numbers)) for result in results]
+
+    def _alone(self, result: Callable[[ForceNumbers], Sequence[Value]]) -> Array:
+        """One result, (..., n). Others are likely to follow, for which what it takes is kept as arrays: over a batch
+        that is not so long to write it down anew for each takes longer."""
+        if math.prod(self.solution.shape) >= 2 * sweep.LONG:
+            return self.together([result])[0]
+        with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
+            return self._stacked(result(self._numbers))
 
     @cached_property
     def _numbers(self) -> ForceNumbers:

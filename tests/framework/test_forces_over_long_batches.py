@@ -78,10 +78,14 @@ def test_long_batches_have_the_bits_of_short_ones(plane: bool, compiled: bool, m
         monkeypatch.setattr(machine_code, "available", lambda: False)
         monkeypatch.setattr(sweep, "CHUNK", 32)
     one = frame(plane=plane)
-    monkeypatch.setattr(sweep, "LONG", 1)
-    found = read(one)
+    found = []
+    for long in (1, POSES * SAMPLES):  # all is written down; of what is read by name, ends of members alone
+        monkeypatch.setattr(sweep, "LONG", long)
+        found.append(read(one))
     monkeypatch.setattr(sweep, "LONG", POSES * SAMPLES + 1)
-    assert_same(found, read(one))
+    wanted = read(one)
+    for each in found:
+        assert_same(each, wanted)
 
 
 @pytest.mark.parametrize("compiled", [True, False], ids=["machine code", "NumPy"])
@@ -204,3 +208,18 @@ def test_whatever_stands_beside_numbers_of_a_long_batch(
         load = np.linspace(1.0, 3.0, SAMPLES)
         exact = np.stack(np.broadcast_arrays(-load, 3.0 * 9.81, 0.0, 0.0, 0.0, load - 0.5), axis=-1)[:, None]
         np.testing.assert_allclose(found["reactions"] - exact, 0.0, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize(("count", "shape"), [(3, (7, 13)), (5, ()), (2, (1,)), (12, (361, 1001))])
+def test_zeros_begin_with_lines_of_the_cache(count: int, shape: tuple[int, ...]) -> None:
+    """Each of them, wherever it ends, and many with a large page."""
+    found = sweep.zeros(count, shape)
+    assert found.shape == (count, *shape)
+    assert not found.any()
+    place, itemsize = found.__array_interface__["data"][0], found.itemsize
+    assert found.strides[0] % (8 * sweep.LINE) == place % (8 * sweep.LINE) == 0
+    assert found.size < sweep.NEW or place % (itemsize * sweep.PAGE) == 0
+    for each in found:
+        assert each.flags.c_contiguous
+    found[...] = 1.0
+    assert found.sum() == found.size

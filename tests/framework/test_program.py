@@ -15,6 +15,7 @@ from linkframe.framework.batched.block import BlockFactor
 from linkframe.framework.cache import KERNELS
 from linkframe.framework.program import calculation, machine_code
 from linkframe.framework.program.calculation import Calculation
+from linkframe.framework.program.machine_text import PAST
 from linkframe.framework.program.program import Operation
 from linkframe.framework.program.recording import Recording, Term
 from linkframe.models import FourBar
@@ -229,3 +230,26 @@ def test_short_batches_do_not_load_the_compiler(monkeypatch: pytest.MonkeyPatch)
     np.testing.assert_array_equal(work.results()[0], np.sin(np.arange(6.0)))
     places = four_bar((1, 6)).solve(large=True).displacement("P")
     assert np.isfinite(places).all()
+
+
+@needs_llvm
+@pytest.mark.parametrize("length", [1000, 1001, 1003, 2**18 + 5])
+@pytest.mark.parametrize("apart", [0, 3], ids=["lines begin together", "lines begin apart"])
+def test_results_written_past_the_cache(length: int, apart: int) -> None:
+    """More than it holds, wherever lines of the cache begin in a row: those of NumPy, and nothing beside them."""
+    rng = np.random.default_rng(4)
+    rows = 2**18 // length + 1
+    given = rng.normal(size=(rows, 1)), rng.normal(size=(1, length))
+    recording = Recording()
+    a, b = (recording.take(value) for value in given)
+    terms = [a + b, a * b, b - a, *((a + b) * float(k) for k in range(2, 8))]
+    room = np.zeros((len(terms), rows * length + 8 + apart))
+    outs = [each[k % 2 * apart :][: rows * length].reshape(rows, length) for k, each in enumerate(room)]
+    assert 8 * sum(out.size for out in outs) > PAST
+    Calculation.recorded(recording, terms, (rows, length), compiled=True).run(0, slice(None), outs)
+    x, y = given
+    for found, wanted in zip(outs, [x + y, x * y, y - x, *((x + y) * float(k) for k in range(2, 8))], strict=True):
+        np.testing.assert_array_equal(found, wanted)
+    for k, each in enumerate(room):
+        assert not each[: k % 2 * apart].any()
+        assert not each[k % 2 * apart + rows * length :].any()
