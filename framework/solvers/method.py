@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from ..batch import ZERO
 from ..errors import FrameError
 from ..structure.topology import Topology
 from .coupling import Coupling
@@ -162,7 +163,7 @@ def _refined_by_springs(plan: Compiled) -> bool:
     along = frame.weight is not None or any(frame.member_loads.values())
     if frame.joints or frame.ties or frame.bodies or along or plan.topology.plain_positions is None:
         return False
-    return not any(value.any() for given in frame.supports.values() for value in given.values())
+    return all(value is ZERO or not value.any() for given in frame.supports.values() for value in given.values())
 
 
 def _fastest_batch(plan: Compiled) -> Method:

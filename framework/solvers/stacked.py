@@ -119,7 +119,8 @@ class StackedSolver:
     def singular(self, *, excited: bool) -> Mask:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         found = self._solved.singular if excited else self._unloaded
-        return np.broadcast_to(self._spread(found), self.plan.frame.shape)
+        spread, shape = self._spread(found), self.plan.frame.shape
+        return spread if spread.shape == shape else np.broadcast_to(spread, shape)
 
     def suspects(self) -> Mask:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""

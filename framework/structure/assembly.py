@@ -75,8 +75,11 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
             add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
-        global_axes = topology.axes(node) is None
-        for key, factor in rhs_parameters.row(grid.value(value)).items():
+        global_axes, number = topology.bodies[node] is None, grid.value(value)
+        if global_axes and type(number) is float:  # as most often
+            put(6 * node + k, 0, number)
+            continue
+        for key, factor in rhs_parameters.row(number).items():
             if global_axes:
                 put(6 * node + k, -1 - key, factor)
                 continue

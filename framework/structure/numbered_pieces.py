@@ -89,10 +89,11 @@ class NumberedPieces:
     @cached_property
     def plain_positions(self) -> Array | None:
         """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
-        nodes = self.frame.nodes.values()
-        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+        nodes = list(self.frame.nodes.values())
+        places = [node.coordinates for node in nodes if node.body is None]
+        if len(places) < len(nodes) or any([place.ndim > 1 for place in places]):
             return None
-        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
+        return np.array(places, dtype=np.float64).reshape(-1, 3)
 
     def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
         """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""

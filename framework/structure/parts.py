@@ -45,6 +45,8 @@ class Grid:
     @cached_property
     def sizes(self) -> tuple[int, ...]:
         """Number of batch entries by mask."""
+        if len(self.shape) < 2:  # as most often
+            return 1, *self.shape
         return tuple(
             math.prod(n for axis, n in enumerate(self.shape) if mask >> axis & 1)
             for mask in range(1 << len(self.shape))
