@@ -5,13 +5,13 @@ Both round each step of an entry as if that were alone; from one to the other, r
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 import scipy
 
 from ..batch import Array
+from ..lazily import cached_property
 from ..program import band_code
 from ..program.machine_code import available, fused
 from ..program.machine_text import WIDTH

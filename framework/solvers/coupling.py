@@ -263,8 +263,8 @@ class Coupling:
         self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value]
     ) -> None:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
-        each = map(mask_of, values) if group is None else [mask_of_shape(group.stiffness_shape)]
-        mask = reduce(or_, each, 0)
+        shapes = [value.shape for value in values if isinstance(value, np.ndarray)]
+        mask = reduce(or_, map(mask_of_shape, shapes if group is None else [group.stiffness_shape]), 0)
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
 
 

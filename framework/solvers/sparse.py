@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache, partial
 
 import numpy as np
 import scipy
@@ -50,7 +49,7 @@ class SparseSolver:
         self.unknown: Index = self.matrix.unknown
         # Unknowns that count as loaded beyond those that are, (n,).
         self._reached: NDArray[np.bool_] | None = None
-        self._statics = cache(partial(Statics, plan))
+        self._statics: list[Statics] = []  # of all parts, once it is asked for
 
     @property
     def matrices(self) -> Matrices:
@@ -60,7 +59,9 @@ class SparseSolver:
     @property
     def statics(self) -> Statics:
         """The frame in extended precision, once for all its parts."""
-        return self._statics()
+        if not self._statics:
+            self._statics.append(Statics(self.plan))
+        return self._statics[0]
 
     @property
     def reason(self) -> str:

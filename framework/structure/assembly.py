@@ -77,7 +77,8 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
     for node, k, value in component_loads(topology):
         global_axes, number = topology.bodies[node] is None, grid.value(value)
         if global_axes and type(number) is float:  # as most often
-            put(6 * node + k, 0, number)
+            if number != 0.0:
+                add(forces.setdefault(6 * node + k, {}).setdefault(0, {}), 0, number)
             continue
         for key, factor in rhs_parameters.row(number).items():
             if global_axes:

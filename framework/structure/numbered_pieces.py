@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from ..batch import Array, aligned, distinct
 from ..described.parts import Node
 from ..description import Description
+from ..lazily import cached_property
 from .group import Index
 from .mesh import line_mesh, numbered
 
@@ -84,7 +84,8 @@ class NumberedPieces:
     @cached_property
     def members(self) -> Index:
         """Member number of each piece, (pieces,)."""
-        return np.repeat(np.arange(len(self.counts)), self.counts)
+        each = np.arange(len(self.counts))
+        return each if len(self.ends) == len(each) else np.repeat(each, self.counts)
 
     @cached_property
     def plain_positions(self) -> Array | None:

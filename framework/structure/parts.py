@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
+from ..lazily import cached_property
 
 # A number that varies with nothing is a scalar. What is done once for the whole batch is done in extended precision
 # where the machine has it (80 bits on x86): it costs next to nothing, and leaves its digits to what depends on it.

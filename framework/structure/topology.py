@@ -298,17 +298,17 @@ class Topology(NumberedPieces):
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        alike = len(self._distinct[0]) == 1 and len(self.ends) == len(self.counts)
+        whole = len(self.ends) == len(self.counts)
+        alike = whole and len(self._distinct[0]) == 1
         chosen = [self._elements[k] for k in (numbers[:1] if alike else numbers).tolist()]
         element, nodes = self._stacked(chosen), self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
-        first, second = (self.bodies[node] for node in nodes[0])
-        start, end = (self.axes(int(node)) for node in nodes[0])
-        shared = first == second
+        counts = self.counts[numbers if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
+        one, other = nodes[0].tolist()
+        start, end, shared = self.axes(one), self.axes(other), self.bodies[one] == self.bodies[other]
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
         return Group(
             element, numbers, dofs, chord, counts, (None, None) if shared else (start, end), start if shared else None
