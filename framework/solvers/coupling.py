@@ -57,7 +57,7 @@ class Together:
     def __init__(self, values: Sequence[Value]) -> None:
         self.count = len(values)
         self.parts: list[tuple[Index, NDArray[np.float64]]]
-        if self.count and all([type(value) is float for value in values]):  # as often
+        if self.count and {*map(type, values)} == {float}:  # as often
             self.parts = [(np.arange(self.count), np.array(values))]
             return
         shapes = [value.shape if isinstance(value, np.ndarray) else () for value in values]

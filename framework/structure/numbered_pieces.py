@@ -92,7 +92,7 @@ class NumberedPieces:
         """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
         nodes = list(self.frame.nodes.values())
         places = [node.coordinates for node in nodes if node.body is None]
-        if len(places) < len(nodes) or any([place.ndim > 1 for place in places]):
+        if len(places) < len(nodes) or any(place.ndim > 1 for place in places):
             return None
         return np.array(places, dtype=np.float64).reshape(-1, 3)
 
