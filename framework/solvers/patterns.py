@@ -186,11 +186,13 @@ def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse
 def times(matrix: scipy.sparse.csr_matrix, values: NDArray[Any]) -> NDArray[Any]:
     """``matrix @ values`` of numbers (n,) or (n, m) of the matrix's own kind.
 
-    SciPy takes longer to tell what it is given than to multiply small matrices.
+    SciPy takes longer to tell what it is given than to multiply small matrices; what it calls then is no public name.
     """
-    rows, columns = matrix.shape
+    kernels = getattr(scipy.sparse, "_sparsetools", None)
+    if kernels is None:
+        return np.asarray(matrix @ values)
+    (rows, columns), pattern = matrix.shape, (matrix.indptr, matrix.indices, matrix.data)
     out = np.zeros((rows, *values.shape[1:]), values.dtype)
-    pattern, kernels = (matrix.indptr, matrix.indices, matrix.data), scipy.sparse._sparsetools
     if values.size == columns:
         kernels.csr_matvec(rows, columns, *pattern, values.ravel(), out.ravel())
     else:
