@@ -11,7 +11,17 @@ import numpy as np
 
 from ..framework.protocol import Array, proven
 from .beam_section_law import BeamSectionLaw
-from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
+from .bending import (
+    Plane,
+    PlaneSprings,
+    bending_plane,
+    plane_forces,
+    plane_rows,
+    plane_springs,
+    stamp_stiffness,
+    start_rows,
+    strain_rows,
+)
 from .direction import BARS, DIRECTIONS, BendingPlane, deformations, stamp_rows
 from .flexibility import Part, UniformPart, tapered_part
 from .parameters import Real, as_real, shape_of
@@ -129,33 +139,35 @@ class Beam(BeamSectionLaw):
         rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
         for at, number in deformations(planes, arm).items():
             rows[at] = number
-        return self._springs(planes, length, shape), rows.transpose(*range(2, rows.ndim), 0, 1)
+        return self._springs([plane.springs for plane in planes], length, shape), rows.transpose(
+            *range(2, rows.ndim), 0, 1
+        )
 
     def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Real]]:
         """The numbers of `springs` one by one, see `LineElement.spring_numbers`."""
         arm, length = np.asarray(length), as_real(length)
         planes = [self._plane(direction, length) for direction in DIRECTIONS]
         shape = shape_of(arm.shape, self.sections_shape)
-        stiffness = [np.broadcast_to(number, shape) for number in self._spring_stiffnesses(planes, length)]
-        return stiffness, deformations(planes, arm)
+        numbers = self._spring_stiffnesses([plane.springs for plane in planes], length)
+        return [np.broadcast_to(number, shape) for number in numbers], deformations(planes, arm)
 
     def spring_stiffness(self, length: Array | float) -> Array:
         length = as_real(length)
-        planes = [self._plane(direction, length) for direction in DIRECTIONS]
+        planes = [self._plane_springs(direction, length) for direction in DIRECTIONS]
         return self._springs(planes, length, shape_of(np.shape(length), self.sections_shape))
 
-    def _springs(self, planes: list[Plane], length: Real, shape: tuple[int, ...]) -> Array:
+    def _springs(self, planes: list[PlaneSprings], length: Real, shape: tuple[int, ...]) -> Array:
         stiffness = np.empty((6, *shape))
         for i, number in enumerate(self._spring_stiffnesses(planes, length)):
             stiffness[i] = number
         return stiffness.transpose(*range(1, stiffness.ndim), 0)
 
-    def _spring_stiffnesses(self, planes: list[Plane], length: Real) -> list[Real]:
+    def _spring_stiffnesses(self, planes: list[PlaneSprings], length: Real) -> list[Real]:
         found: list[Real] = [0.0] * 6
         for i in BARS:
             found[i] = self._bar(i, length)
-        for direction, plane in zip(DIRECTIONS, planes, strict=True):
-            found[direction.deflection], found[direction.rotation] = plane.shear, plane.bend
+        for direction, (shear, bend) in zip(DIRECTIONS, planes, strict=True):
+            found[direction.deflection], found[direction.rotation] = shear, bend
         return found
 
     def end_forces(self, length: Array | float, displacement: Array) -> Array:
@@ -354,8 +366,18 @@ class Beam(BeamSectionLaw):
 
     def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre, *bends = self._whole.bends(direction.bending, direction.shearing, length)
+        centre, *bends = self._bends(direction, length)
         return bending_plane(centre, length, bends, self._released(direction))
+
+    def _plane_springs(self, direction: BendingPlane, length: Real) -> PlaneSprings:
+        """Stiffness in one plane of bending, without its centre."""
+        if not self.releases:
+            return plane_springs(self._bends(direction, length)[1:])
+        return self._plane(direction, length).springs
+
+    def _bends(self, direction: BendingPlane, length: Real) -> tuple[Real, Real, Real]:
+        """Where the elastic centre is, as a fraction of the length, and what a plane does about it."""
+        return self._whole.bends(direction.bending, direction.shearing, length)
 
     def _released(self, direction: BendingPlane) -> frozenset[int]:
         if not self.releases:

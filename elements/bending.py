@@ -27,6 +27,8 @@ from .parameters import Real
 START_MOVED, START_TURNED, END_MOVED, END_TURNED = range(4)
 
 Row = tuple[Real, Real, Real, Real]
+# Factors `shear` and `bend` of a `Plane`.
+PlaneSprings = tuple[Real, Real]
 
 
 class Curve(NamedTuple):
@@ -53,6 +55,16 @@ class Plane(NamedTuple):
     shear: Real
     bend: Real
 
+    @property
+    def springs(self) -> PlaneSprings:
+        """The factors of the two terms."""
+        return self.shear, self.bend
+
+
+def plane_springs(whole: tuple[Real, Real]) -> PlaneSprings:
+    """Factors `shear` and `bend` of a `Plane` without releases."""
+    return 1.0 / -whole[1], 1.0 / whole[0]
+
 
 def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
     """Stiffness of a member from its rotation by a moment and its deflection by a slope of moment, as of a `Curve`, at
@@ -61,9 +73,9 @@ def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released:
     Released components, indices into (v1, r1, v2, r2), carry nothing. A hinge takes the place of the centre.
     """
     centre, rest = fraction * length, (1.0 - fraction) * length
-    turning, moving = whole[0], -whole[1]
     if not released:
-        return Plane(fraction, centre, rest, 1.0 / moving, 1.0 / turning)
+        return Plane(fraction, centre, rest, *plane_springs(whole))
+    turning, moving = whole[0], -whole[1]
     none = 0.0 * turning
     if len(released) == 2:
         return Plane(0.0, none, none, none, none)

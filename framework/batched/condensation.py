@@ -70,7 +70,8 @@ def loaded(topology: Topology) -> set[int]:
         return set(range(len(topology.number)))
     pieces = [piece for member in frame.member_loads for piece in topology.pieces_of[member]]
     pieces += [piece for group in topology.groups if group.strained for piece in group.pieces.tolist()]
-    return {topology.number[name] for name in frame.loads} | set(topology.ends[pieces].reshape(-1).tolist())
+    along = topology.ends[pieces].reshape(-1).tolist() if pieces else ()
+    return {topology.number[name] for name in frame.loads}.union(along)
 
 
 def _walked(ends: Index, inside: NDArray[np.bool_]) -> list[Chain]:

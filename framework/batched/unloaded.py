@@ -61,8 +61,8 @@ class Unloaded:
     ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
-        self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(frame))
         self.topology = _topology(frame, cut=cut, former=former)
+        self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(self.topology))
         self._stacks = _stacks(self.topology, former)
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
@@ -109,11 +109,12 @@ class Unloaded:
         if self.grid.sizes[-1] == 1:
             return True
         tree = self.tree
+        if not all(set(group.stiffness_shape) <= {1} for group in self.topology.groups):
+            return False
         rows = [row for rows in tree.rows.values() for row in rows] + [spring.row for spring in tree.springs]
         numbers = [value for row in rows for k, value in row.items() if k >= 0]
         numbers += [spring.stiffness for spring in tree.springs]
-        same = all(set(group.stiffness_shape) <= {1} for group in self.topology.groups)
-        return same and all(isinstance(v, float) for v in numbers)
+        return all(isinstance(v, float) for v in numbers)
 
     @property
     def large(self) -> bool:
@@ -336,9 +337,10 @@ def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | N
     return topology.stiffness_beside(former.unloaded.topology, known)
 
 
-def _geometry(frame: Description) -> int:
+def _geometry(topology: Topology) -> int:
     """Mask of the axes over which positions vary."""
-    if not frame.shape:
+    frame = topology.frame
+    if not frame.shape or (not frame.bodies and topology.plain_positions is not None):
         return 0
     shapes = {node.coordinates.shape[:-1] for node in frame.nodes.values()}
     shapes |= {body.origin.shape[:-1] for body in frame.bodies.values()}

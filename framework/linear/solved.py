@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..description import Description
 from ..error_bounds.resolved import Solved
 from ..factor_cache import Factors
 from ..joint_examination import require_springs
+from ..lazily import cached_property
 from ..results.consistent_mechanisms import ConsistentMechanisms
 from ..results.primary import Primary
 from ..results.recovery import Recovery

@@ -111,7 +111,8 @@ class Primary:
     @cached_property
     def sound(self) -> bool:
         """Whether no pivot raises the suspicion that something can move, so that nothing is to be looked at again."""
-        return not isinstance(self.solver, SparseSolver) and not self.solver.suspects().any()
+        solver = self.solver
+        return solver.surely_regular if isinstance(solver, SparseSolver) else not solver.suspects().any()
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
@@ -214,7 +215,7 @@ class Primary:
         for place, value in zip(places, found, strict=True):
             if value is not place and (isinstance(value, np.ndarray) or value != 0.0):
                 place[...] = value
-        out: Array = np.moveaxis(whole, 0, -1)
+        out: Array = whole.transpose(*range(1, whole.ndim), 0)
         if self.sound:
             return out
         if self.resolved is not None:

@@ -5,7 +5,6 @@ Both round each step of an entry as if that were alone; from one to the other, r
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +18,7 @@ from ..structure.topology import Index
 
 # Width of a band up to which LAPACK's calls outweigh its arithmetic, and columns of all entries from which on machine
 # code saves more than it takes to load it.
-_NARROW, _MANY = 80, 2**14
+_NARROW, _MANY = 80, 2**13
 # Share of LAPACK's time that machine code takes for an entry.
 _ABREAST = 0.45
 
@@ -28,8 +27,8 @@ class BandFactors(Protocol):
     """Factors of m matrices of n columns."""
 
     @property
-    def pivots(self) -> Array:
-        """Diagonal of L, (m, n); not above zero, or NaN, where there is no such factor."""
+    def least(self) -> Array:
+        """Least number on the diagonal of L, or one, (m,); not above zero, or NaN, where there is no such factor."""
         ...
 
     def solve(self, entries: Index, loads: Array) -> None:
@@ -81,11 +80,12 @@ class OneByOne:
         factorise = scipy.linalg.lapack.dpbtrf
         self.failed = np.array([factorise(band, lower=1, overwrite_ab=1)[1] != 0 for band in self._each], dtype=bool)
 
-    @cached_property
-    def pivots(self) -> Array:
-        """Diagonal of L, (m, n)."""
-        found: Array = self._bands.reshape(-1, *self._shape)[..., 0]
-        return np.where(self.failed[:, None], np.nan, found) if self.failed.any() else found
+    @property
+    def least(self) -> Array:
+        """Least number on the diagonal of L, or one, (m,); NaN where there is no such factor."""
+        found: Array = self._bands.reshape(-1, *self._shape)[..., 0].min(axis=1, initial=1.0)
+        found[self.failed] = np.nan
+        return found
 
     def solve(self, entries: Index, loads: Array) -> None:
         """Replace the loads (n, entries, k) on some entries by solutions."""
@@ -109,11 +109,11 @@ class SideBySide:
             whole[position, some.shape[1] :] = some[:, :1]  # lanes that are left over do what another one does
         band_code.factorise(self._bands)
 
-    @cached_property
-    def pivots(self) -> Array:
-        """Diagonal of L, (m, n)."""
-        found = self._bands[:, : self._size, 0].swapaxes(1, 2)
-        return np.ascontiguousarray(found.reshape(-1, self._size)[: self._count])
+    @property
+    def least(self) -> Array:
+        """Least number on the diagonal of L, or one, (m,); not above zero, or NaN, where there is no such factor."""
+        found: Array = self._bands[:, : self._size, 0].min(axis=1, initial=1.0)
+        return found.reshape(-1)[: self._count]
 
     def solve(self, entries: Index, loads: Array) -> None:
         """Replace the loads (n, entries, k) on some entries by solutions."""

@@ -11,7 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import repeat
+from operator import or_
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -54,12 +56,16 @@ class Together:
 
     def __init__(self, values: Sequence[Value]) -> None:
         self.count = len(values)
+        self.parts: list[tuple[Index, NDArray[np.float64]]]
+        if self.count and {*map(type, values)} == {float}:  # as often
+            self.parts = [(np.arange(self.count), np.array(values))]
+            return
         shapes = [value.shape if isinstance(value, np.ndarray) else () for value in values]
         apart = 8 * sum(map(math.prod, shapes)) > _STACKED
         places: dict[object, list[int]] = {}
         for place, shape in enumerate(shapes):
             places.setdefault(place if apart else shape, []).append(place)
-        self.parts: list[tuple[Index, NDArray[np.float64]]] = [
+        self.parts = [
             (np.array(at), np.asarray(values[at[0]])[None] if apart else np.array([values[k] for k in at], np.float64))
             for at in places.values()
         ]
@@ -170,7 +176,7 @@ class Coupling:
             key = (*members.key, self.rhs_parameters, loads.tobytes())
             self.pattern, self.factor = TERMS.found(key, lambda: self._terms(plan, loads), members.weight)
         stiff = [block.mask for block in self.blocks[:-1]] + [mask_of(value) for value in self.factors]
-        self.mask = int(np.bitwise_or.reduce(np.array([0, *stiff])))
+        self.mask = reduce(or_, stiff, 0)
         self.imposed = any(k < 0 for rows in tree.rows.values() for row in rows for k in row) or any(
             k < 0 for spring in tree.springs for k in spring.row
         )
@@ -257,8 +263,8 @@ class Coupling:
         self, count: int, group: Group | None, rows: NDArray[np.float64] | None, values: Sequence[Value]
     ) -> None:
         before = self.blocks[-1].first + self.blocks[-1].count if self.blocks else 0
-        each = map(mask_of, values) if group is None else [mask_of_shape(group.stiffness_shape)]
-        mask = int(np.bitwise_or.reduce(np.array([0, *each])))
+        shapes = [value.shape for value in values if isinstance(value, np.ndarray)]
+        mask = reduce(or_, map(mask_of_shape, shapes if group is None else [group.stiffness_shape]), 0)
         self.blocks.append(EvaluatedBlock(before, count, group, rows, values, mask))
 
 

@@ -15,8 +15,11 @@ from ..protocol import LineElement
 from ..structure.group import Group
 from ..structure.topology import Index
 from .coupling import Coupling, EvaluatedBlock, Together
-from .patterns import filled
+from .patterns import filled, times
 from .terms import Ordered, SumPattern
+
+# No numbers of terms.
+_NONE: Index = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -115,7 +118,9 @@ class _Sum:
         """That of the block of a number, by the patterns of `SumPattern`."""
         block, terms = coupling.blocks[number], coupling.pattern
         one, other = (None if p is None else filled(p.matrix, coupling.factor[p.order]) for p in (whole, each))
-        places = np.zeros(0, dtype=np.int64) if each is None else each.places
+        if each is None:
+            return cls(block, one, other, _NONE, (_NONE, _NONE))
+        places = each.places
         return cls(block, one, other, terms.source[places] - block.first, (terms.first[places], terms.second[places]))
 
 
@@ -148,7 +153,7 @@ class Sums:
         picked = Picked.of(self.coupling.grid.shape, 0, np.zeros(1, dtype=np.int64))
         for part in self._fixed:
             assert part.whole is not None
-            out += part.whole @ numbers_of(part.block, picked)[:, 0]
+            out += times(part.whole, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0]))
         return out
 
     @cached_property
@@ -165,10 +170,10 @@ class Sums:
             numbers = numbers_of(part.block, picked)
             if part.whole is not None and part.block.mask:
                 every = numbers if numbers.shape[1] == count else np.broadcast_to(numbers, (len(numbers), count))
-                out = _more(out, part.whole @ np.ascontiguousarray(every))
+                out = _more(out, times(part.whole, every))
             if part.each is not None:
                 assert factors is not None
-                out = _more(out, part.each @ _weighted(part, numbers, factors))
+                out = _more(out, times(part.each, _weighted(part, numbers, factors)))
         return np.zeros((self.count, count)) if out is None else out
 
 
@@ -185,7 +190,7 @@ def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]
     taken: Array = numbers[part.source]
     for each in part.factors:
         taken = taken * np.where((each >= 0)[:, None], factors[each], 1.0)
-    return np.ascontiguousarray(np.broadcast_to(taken, (len(taken), factors.shape[1])))
+    return np.broadcast_to(taken, (len(taken), factors.shape[1]))
 
 
 def numbers_of(block: EvaluatedBlock, picked: Picked) -> Array:

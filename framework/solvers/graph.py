@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..lazily import cached_property
 from ..structure.connections import Connections
 from ..structure.edge import GROUND
 from ..structure.parts import Row, unknowns

@@ -159,10 +159,9 @@ def _refined_by_springs(plan: Compiled) -> bool:
     takes equilibrium in extended precision.
     """
     frame = plan.frame
-    along = frame.weight is not None or any(frame.member_loads.values())
-    if frame.joints or frame.ties or frame.bodies or along or plan.topology.plain_positions is None:
+    if frame.weight is not None or any(frame.member_loads.values()) or plan.topology.plain_positions is None:
         return False
-    return not any(value.any() for given in frame.supports.values() for value in given.values())
+    return plan.graph.links.key is not None
 
 
 def _fastest_batch(plan: Compiled) -> Method:

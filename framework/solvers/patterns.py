@@ -149,7 +149,7 @@ class ProductPattern:
 
     def of(self, first: NDArray[Any], second: NDArray[Any]) -> scipy.sparse.csr_matrix:
         """The product of matrices of these numbers, without what is exactly zero."""
-        data = self._sums @ (first[self._one] * second[self._other])
+        data = times(self._sums, first[self._one] * second[self._other])
         return filled(self._whole, data) if data.all() else without_zeros(self._whole, data)
 
 
@@ -180,6 +180,23 @@ def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse
     out = scipy.sparse.csr_matrix.__new__(scipy.sparse.csr_matrix)
     vars(out).update(vars(pattern))
     out.data = data
+    return out
+
+
+def times(matrix: scipy.sparse.csr_matrix, values: NDArray[Any]) -> NDArray[Any]:
+    """``matrix @ values`` of numbers (n,) or (n, m) of the matrix's own kind.
+
+    SciPy takes longer to tell what it is given than to multiply small matrices; what it calls then is no public name.
+    """
+    kernels = getattr(scipy.sparse, "_sparsetools", None)
+    if kernels is None:
+        return np.asarray(matrix @ values)
+    (rows, columns), pattern = matrix.shape, (matrix.indptr, matrix.indices, matrix.data)
+    out = np.zeros((rows, *values.shape[1:]), values.dtype)
+    if values.size == columns:
+        kernels.csr_matvec(rows, columns, *pattern, values.ravel(), out.ravel())
+    else:
+        kernels.csr_matvecs(rows, columns, values.shape[1], *pattern, values.ravel(), out.ravel())
     return out
 
 

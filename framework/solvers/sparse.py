@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import cache, partial
 
 import numpy as np
 import scipy
@@ -50,7 +49,7 @@ class SparseSolver:
         self.unknown: Index = self.matrix.unknown
         # Unknowns that count as loaded beyond those that are, (n,).
         self._reached: NDArray[np.bool_] | None = None
-        self._statics = cache(partial(Statics, plan))
+        self._statics: list[Statics] = []  # of all parts, once it is asked for
 
     @property
     def matrices(self) -> Matrices:
@@ -60,7 +59,9 @@ class SparseSolver:
     @property
     def statics(self) -> Statics:
         """The frame in extended precision, once for all its parts."""
-        return self._statics()
+        if not self._statics:
+            self._statics.append(Statics(self.plan))
+        return self._statics[0]
 
     @property
     def reason(self) -> str:
@@ -82,7 +83,7 @@ class SparseSolver:
         for row in rows:
             if len(row) == 1 and (alone := next(iter(row.items())))[0] >= 0:
                 # as most are: a displacement of a node that is an unknown
-                number = self._numbers[self.unknown.searchsorted(alone[0])]
+                number = self.unknowns[self.unknown.searchsorted(alone[0])]
                 factor = float(alone[1])
                 out.append(factor * float(number[0]) if number.size == 1 else (factor * number).reshape(shape))
                 continue
@@ -136,11 +137,23 @@ class SparseSolver:
         if not where.any() or self.unsupported_motions(where).size:
             return bool(where.any())
         if excited:
-            solver = self if self.units is None else self.units[0]
-            regular = solver._surely_regular is not None
+            regular = self._solver._surely_regular is not None
         else:
             regular = self.matrix.direct_factor(where, self.plan.times).surely_definite
         return not regular and self._factor(where).singular
+
+    @cached_property
+    def surely_regular(self) -> bool:
+        """Whether pivots tell that what the loads reach is determined, so that nothing is to be looked at again."""
+        where = self.excited
+        if self.unsupported_motions(where).size or not where.any():
+            return False
+        return self._solver._surely_regular is not None
+
+    @property
+    def _solver(self) -> SparseSolver:
+        """What solves for the loads, or for a unit of each."""
+        return self if self.units is None else self.units[0]
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""

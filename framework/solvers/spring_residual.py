@@ -15,6 +15,7 @@ from ..batched.unloaded import Unloaded
 from ..error_bounds.kinematic_edge import Real, extended
 from ..program.pair_code import DoubleDouble, unbalanced
 from .deformation_table import Deformations
+from .patterns import times
 from .transformation import Transformation
 
 
@@ -97,12 +98,14 @@ class SpringResidual:
     def left(self, values: Real) -> Array:
         """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
-        deformed = self.deformations.by_unknowns @ values
+        deformed = times(self.deformations.by_unknowns, values)
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given
         if not self.summed_finely:
             tensions = tensions.astype(np.float64)
         by_entry = tensions.reshape(springs, count, cases // max(1, count))
         by_entry *= self.stiffness[:, :, None]
-        back = self.deformations.by_unknowns.T if self.summed_finely else self.deformations.back
-        left: Array = (self.forces - back @ tensions).astype(np.float64, copy=False)
+        if self.summed_finely:
+            fine: Array = (self.forces - self.deformations.by_unknowns.T @ tensions).astype(np.float64)
+            return fine
+        left: Array = self.forces - times(self.deformations.back, tensions)
         return left

@@ -7,6 +7,7 @@ entries that share a factor. Each load case is refined as often as it takes unti
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TypeVar
@@ -20,7 +21,7 @@ from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.kinematics import FrameKinematics
 from ..lazily import cached_property
-from ..structure.parts import Row, Value, combine
+from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
 from .band_factors import in_lanes
 from .coupling import Together
@@ -114,12 +115,19 @@ class StackedSolver:
         def number(key: int) -> Value:
             return rhs_parameters[-1 - key] if key < 0 else value.get(key, 0.0)
 
-        return [combine([(factor, number(key)) for key, factor in row.items()]) for row in rows]
+        def total(row: Row) -> Value:
+            if len(row) == 1:  # as most often
+                ((key, factor),) = row.items()
+                return product(factor, number(key))
+            return combine([(factor, number(key)) for key, factor in row.items()])
+
+        return [total(row) for row in rows]
 
     def singular(self, *, excited: bool) -> Mask:
         """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
         found = self._solved.singular if excited else self._unloaded
-        return np.broadcast_to(self._spread(found), self.plan.frame.shape)
+        spread, shape = self._spread(found), self.plan.frame.shape
+        return spread if spread.shape == shape else np.broadcast_to(spread, shape)
 
     def suspects(self) -> Mask:
         """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
@@ -201,7 +209,8 @@ class StackedSolver:
     def _solved(self) -> _Solved:
         with np.errstate(all="ignore"):
             # of a twin: what holds each other is freed by the collector alone, and late
-            return _Solved(StackedSolver(self.plan, self._factors, self.loaded))
+            self.columns  # noqa: B018  # which is then the twin's as well
+            return _Solved(copy.copy(self))
 
     @cached_property
     def _unloaded(self) -> Mask:

@@ -136,7 +136,8 @@ class StackedFactor:
         kind = SideBySide if bands.side_by_side else OneByOne
         self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
-        failed = np.flatnonzero(~(self._factors.pivots > 0.0).all(axis=1)).tolist()
+        self._pivot = self._factors.least
+        failed = np.flatnonzero(~(self._pivot > 0.0)).tolist()
         self.instead: dict[int, Factor] = {entry: LUFactor(self._sparse(values[:, entry])) for entry in failed}
 
     def _sparse(self, values: Array) -> scipy.sparse.csr_matrix:
@@ -162,8 +163,7 @@ class StackedFactor:
     def growth(self) -> Array:
         """One over the least eigenvalue, about, (m,): by pivots where these are so large that it cannot be zero."""
         size = self.bands.size
-        pivots = self._factors.pivots**2
-        least = np.fmin.reduce(pivots, axis=1, initial=1.0)
+        least = self._pivot**2
         growth: Array = np.sqrt(size) / least
         sure = surely_positive(least, size)
         sure[list(self.instead)] = False

@@ -75,11 +75,16 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
             add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
+        global_axes, number = topology.bodies[node] is None, grid.value(value)
+        if global_axes and type(number) is float:  # as most often
+            if number != 0.0:
+                add(forces.setdefault(6 * node + k, {}).setdefault(0, {}), 0, number)
+            continue
         shares: Row = {6 * node + k: 1.0}
-        if topology.bodies[node] is not None:
+        if not global_axes:
             components = grid.components(_in_node(topology, node, np.eye(6)[k]))
             shares = {6 * node + c: share for c, share in enumerate(components)}
-        for key, factor in rhs_parameters.row(grid.value(value)).items():
+        for key, factor in rhs_parameters.row(number).items():
             for dof, push in scaled(shares, factor).items():
                 put(dof, -1 - key, push)
     for dof, share in member_and_mass_loads(topology, grid):

@@ -45,7 +45,9 @@ def of_supports(topology: Topology) -> tuple[object, ...] | None:
     frame, number = topology.frame, topology.number
     if frame.joints or frame.ties or frame.bodies:
         return None
-    if any(value is not ZERO and value.any() for given in frame.supports.values() for value in given.values()):
-        return None
+    for given in frame.supports.values():
+        for value in given.values():
+            if value is not ZERO and value.any():
+                return None
     supports = tuple((node, number[node], *given) for node, given in frame.supports.items())
     return len(number), topology.ends.tobytes(), supports

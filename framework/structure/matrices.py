@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 
 import numpy as np
 import scipy
@@ -11,6 +10,7 @@ import scipy
 from ..batch import Array
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
+from ..lazily import cached_property
 from ..solvers.node_blocks import Stack, summed
 from .assembly import point_masses
 from .parts import Row, Value

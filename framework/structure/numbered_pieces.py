@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from ..batch import Array, aligned, distinct
 from ..described.parts import Node
 from ..description import Description
+from ..lazily import cached_property
 from .group import Index
 from .mesh import line_mesh, numbered
 
@@ -84,15 +84,17 @@ class NumberedPieces:
     @cached_property
     def members(self) -> Index:
         """Member number of each piece, (pieces,)."""
-        return np.repeat(np.arange(len(self.counts)), self.counts)
+        each = np.arange(len(self.counts))
+        return each if len(self.ends) == len(each) else np.repeat(each, self.counts)
 
     @cached_property
     def plain_positions(self) -> Array | None:
         """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
-        nodes = self.frame.nodes.values()
-        if any(node.body is not None or node.coordinates.ndim > 1 for node in nodes):
+        nodes = list(self.frame.nodes.values())
+        places = [node.coordinates for node in nodes if node.body is None]
+        if len(places) < len(nodes) or any(place.ndim > 1 for place in places):
             return None
-        return np.concatenate([np.zeros(0), *(node.coordinates for node in nodes)]).reshape(-1, 3)
+        return np.array(places, dtype=np.float64).reshape(-1, 3)
 
     def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
         """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""

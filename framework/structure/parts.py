@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
+from ..lazily import cached_property
 
 # A number that varies with nothing is a scalar. What is done once for the whole batch is done in extended precision
 # where the machine has it (80 bits on x86): it costs next to nothing, and leaves its digits to what depends on it.
@@ -45,6 +45,8 @@ class Grid:
     @cached_property
     def sizes(self) -> tuple[int, ...]:
         """Number of batch entries by mask."""
+        if len(self.shape) < 2:  # as most often
+            return 1, *self.shape
         return tuple(
             math.prod(n for axis, n in enumerate(self.shape) if mask >> axis & 1)
             for mask in range(1 << len(self.shape))

@@ -298,15 +298,16 @@ class Topology(NumberedPieces):
 
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
-        alike = len(self._distinct[0]) == 1 and len(self.ends) == len(self.counts)
+        whole = len(self.ends) == len(self.counts)
+        alike = whole and len(self._distinct[0]) == 1
         chosen = [self._elements[k] for k in (numbers[:1] if alike else numbers).tolist()]
         element, nodes = self._stacked(chosen), self.ends[numbers]
         if isinstance(chords, np.ndarray):
             chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        counts = self.counts[self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
-        first, second = (self.bodies[node] for node in nodes[0])
+        counts = self.counts[numbers if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
+        first, second = (self.bodies[node] for node in nodes[0].tolist())
         shared = first == second
         start = self.axes(int(nodes[0, 0]))
         ends = (None, None) if shared else (start, self.axes(int(nodes[0, 1])))
