@@ -212,7 +212,7 @@ class InverseKinematics:
             off = np.concatenate([off, 0.5 * turned], axis=-1)
             energy = energy + 0.5 * ((axes - np.eye(3)) ** 2).sum(axis=(-2, -1))
         matrix = self.jacobian(motion)[..., : self.rows, :]
-        good = np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1)
+        good: Bools = np.asarray(np.isfinite(matrix).all(axis=(-2, -1)) & np.isfinite(off).all(axis=-1))
         return (
             np.where(good[:, None, None], matrix, 0.0),
             np.where(good[:, None], off, 0.0),

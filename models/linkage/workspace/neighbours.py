@@ -55,7 +55,7 @@ def _nearest(left: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
 
     target = np.argwhere(left & reached.any())
     nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
-    return target, nearest[:, *target.T].T
+    return target, nearest[:, *target.T].T.astype(np.int64)
 
 
 def _beside(fresh: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
