@@ -76,7 +76,7 @@ class Joint(JointElement):
     stiffness: Array = field(metadata={"trailing": 1})
     axes: Array | None = field(default=None, metadata={"trailing": 2})
     clearance: Array = field(default_factory=lambda: _NONE, kw_only=True)
-    clearance_directions: tuple[int, ...] = field(default=(), kw_only=True)
+    clearance_directions: tuple[int, ...] = field(default=None, kw_only=True)  # type: ignore[arg-type]
     pitch: Array = field(default_factory=lambda: _NONE, kw_only=True)
 
     play = RenamedAttribute("clearance_directions")
@@ -112,8 +112,8 @@ class Joint(JointElement):
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
-        names = None if self.clearance_directions == () else self.clearance_directions
-        directions = checked_directions(springs, names) if gap.any() or names is not None else ()
+        names = self.clearance_directions
+        directions = checked_directions(springs, names) if gap.any() or names not in (None, ()) else ()
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )
