@@ -17,10 +17,11 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     numbers = default_axis_numbers(chord)
-    axes = np.empty((*np.shape(numbers[0]), 3, 3), np.result_type(numbers[0]))
+    shape = np.shape(numbers[0])
+    axes = np.empty((9, *shape), np.result_type(numbers[0]))
     for k, number in enumerate(numbers):
-        axes[..., k // 3, k % 3] = number
-    return axes
+        axes[k] = number
+    return axes.reshape(9, -1).T.reshape(*shape, 3, 3)
 
 
 def default_axis_numbers(chord: Array) -> list[Array | float]:

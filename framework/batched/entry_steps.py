@@ -13,6 +13,9 @@ from ..structure.parts import Extended
 
 # What is done, and the places of the two numbers that it is done with.
 Step = tuple[Callable[[Any, Any], Any], int, int]
+# One in extended precision. A product with it is the same number in extended precision, in a tenth of the time in which
+# that is made of a double by itself.
+ONE = Extended(1.0)
 
 
 def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
@@ -61,7 +64,7 @@ class EntryCode:
             *_lines(loaded, first + loads),
             f" return {_names(nodes)}, {_names(known)}",
         ]
-        made: dict[str, Any] = {"wide": Extended, "inf": np.inf}
+        made: dict[str, Any] = {"one": ONE, "inf": np.inf}
         exec(compile("\n".join(source), "<frame>", "exec"), made)
         self._count = len(ratios)
         self._shared: Callable[[list[Any]], list[Any]] = made["shared"]
@@ -82,7 +85,7 @@ def _lines(steps: Sequence[Step], first: int) -> list[str]:
 
 
 def widen(a: Any, _: Any) -> Any:
-    return Extended(a)
+    return ONE * a
 
 
 def divided(a: Any, b: Any) -> Any:
@@ -117,7 +120,7 @@ _TEXTS: dict[Callable[[Any, Any], Any], str] = {
     operator.add: "{a} + {b}",
     operator.sub: "{a} - {b}",
     operator.mul: "{a} * {b}",
-    widen: "wide({a})",
+    widen: "one * {a}",
     divided: "{a} / {b} if {b} else inf",
     negative: "-{a}",
     least: "{b} if {b} < {a} or {b} != {b} else {a}",
