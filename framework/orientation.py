@@ -21,7 +21,7 @@ def default_axes(chord: Array) -> Array:
     axes = np.empty((9, *shape), np.result_type(numbers[0]))
     for k, number in enumerate(numbers):
         axes[k] = number
-    return axes.reshape(9, -1).T.reshape(*shape, 3, 3)
+    return np.ascontiguousarray(axes.reshape(9, -1).T).reshape(*shape, 3, 3)
 
 
 def default_axis_numbers(chord: Array) -> list[Array | float]:
