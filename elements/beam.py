@@ -12,15 +12,12 @@ import numpy as np
 from ..framework.protocol import Array, proven
 from .beam_section_law import BeamSectionLaw
 from .bending import Plane, bending_plane, plane_forces, plane_rows, stamp_stiffness, start_rows, strain_rows
-from .direction import BARS, DIRECTIONS, PLAIN_DEFORMATIONS, BendingPlane, deflections, stamp_rows
+from .direction import BARS, DIRECTIONS, BendingPlane, deformations, stamp_rows
 from .flexibility import Part, UniformPart, tapered_part
 from .parameters import Real, as_real, shape_of
-from .prismatic import bar_mass, plane_geometric, plane_mass, prismatic_springs
+from .prismatic import bar_mass, plane_geometric, plane_mass, prismatic_rows, prismatic_springs
 
 _NOTHING: frozenset[int] = frozenset()
-_PLAIN_ROWS = np.zeros((6, 12))
-for _at, _number in PLAIN_DEFORMATIONS.items():
-    _PLAIN_ROWS[_at] = _number
 
 
 @proven
@@ -124,14 +121,17 @@ class Beam(BeamSectionLaw):
     def springs(self, length: Array | float) -> tuple[Array, Array]:
         # deformations come in the precision of the length
         arm, length = np.asarray(length), as_real(length)
-        stiffness, centres = self._springs(length)
-        # With the sections they vary only where these move the elastic centre.
-        varying = shape_of(arm.shape, *centres)
-        # Each number lies in one piece: that is how batches are read and written.
-        rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
-        rows[:] = _PLAIN_ROWS.reshape(6, 12, *(1,) * len(varying))
-        for at, number in deflections(centres, arm).items():
-            rows[at] = number
+        if self.end is None and not self.releases:
+            stiffness, rows = prismatic_springs(self._flexibilities, length), prismatic_rows(arm)
+        else:
+            planes = [self._plane(direction, length) for direction in DIRECTIONS]
+            stiffness = self._springs(planes, length)
+            # With the sections they vary only where these move the elastic centre.
+            varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
+            # Each number lies in one piece: that is how batches are read and written.
+            rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
+            for at, number in deformations(planes, arm).items():
+                rows[at] = number
         return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Real]]:
@@ -140,24 +140,22 @@ class Beam(BeamSectionLaw):
         planes = [self._plane(direction, length) for direction in DIRECTIONS]
         shape = shape_of(arm.shape, self.sections_shape)
         stiffness = [np.broadcast_to(number, shape) for number in self._spring_stiffnesses(planes, length)]
-        return stiffness, PLAIN_DEFORMATIONS | deflections([plane.fraction for plane in planes], arm)
+        return stiffness, deformations(planes, arm)
 
     def spring_stiffness(self, length: Array | float) -> Array:
-        stiffness, _ = self._springs(as_real(length))
+        length = as_real(length)
+        if self.end is None and not self.releases:
+            stiffness = prismatic_springs(self._flexibilities, length)
+        else:
+            stiffness = self._springs([self._plane(direction, length) for direction in DIRECTIONS], length)
         return stiffness.transpose(*range(1, stiffness.ndim), 0)
 
-    def _springs(self, length: Real) -> tuple[Array, list[Real]]:
-        """Stiffness of the springs, (6, ...), and by plane the fraction of the length before the elastic centre."""
-        shape = shape_of(np.shape(length), self.sections_shape)
-        if self.end is None and not self.releases:
-            own = self._flexibilities
-            missing = (1,) * (len(shape) + 1 - own.ndim)
-            return prismatic_springs(own.reshape(6, *missing, *own.shape[1:]), length), [0.5, 0.5]
-        planes = [self._plane(direction, length) for direction in DIRECTIONS]
-        stiffness = np.empty((6, *shape))
+    def _springs(self, planes: list[Plane], length: Real) -> Array:
+        """Stiffness of the springs, (6, ...)."""
+        stiffness = np.empty((6, *shape_of(np.shape(length), self.sections_shape)))
         for i, number in enumerate(self._spring_stiffnesses(planes, length)):
             stiffness[i] = number
-        return stiffness, [plane.fraction for plane in planes]
+        return stiffness
 
     def _spring_stiffnesses(self, planes: list[Plane], length: Real) -> list[Real]:
         found: list[Real] = [0.0] * 6

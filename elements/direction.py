@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..framework.protocol import Array
-from .bending import Row
+from .bending import Plane, Row
 from .parameters import Real
 
 BARS = (0, 3)
@@ -52,28 +52,16 @@ def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
         rows[..., plane.rotation, dof] = plane.sign * sign * t
 
 
-def _plain_deformations() -> dict[tuple[int, int], float]:
-    found: dict[tuple[int, int], float] = {}
+def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], Real]:
+    """By spring and end displacement, how much it deforms; what is left out is zero."""
+    found: dict[tuple[int, int], Real] = {}
     for bar in BARS:
         found[bar, bar], found[bar, bar + 6] = -1.0, 1.0
-    for deflection, rotation, sign, *_ in DIRECTIONS:
-        found[deflection, deflection], found[deflection, deflection + 6] = 1.0, -1.0
-        found[rotation, rotation], found[rotation, rotation + 6] = -sign, sign
-    return found
-
-
-# By spring and end displacement, how much it deforms, where that is the same for every beam.
-PLAIN_DEFORMATIONS = _plain_deformations()
-
-
-def deflections(fractions: Sequence[Real], arm: Array) -> dict[tuple[int, int], Real]:
-    """By spring and rotation of an end, how much it deforms; `fractions` of the arm lie before the elastic centres."""
-    found: dict[tuple[int, int], Real] = {}
-    for direction, fraction in zip(DIRECTIONS, fractions, strict=True):
+    for direction, plane in zip(DIRECTIONS, planes, strict=True):
+        deflection, rotation, sign = direction[:3]
         # the parts add up to the length in its precision, so that a rigid turn costs no energy
-        before = fraction * arm
-        after = arm - before
-        ends = (before, after) if direction.sign > 0.0 else (-before, -after)
-        _, start, _, end = direction.dofs
-        found[direction.deflection, start], found[direction.deflection, end] = ends
+        before = plane.fraction * arm
+        found[deflection, deflection], found[deflection, deflection + 6] = 1.0, -1.0
+        found[deflection, rotation], found[deflection, rotation + 6] = sign * before, sign * (arm - before)
+        found[rotation, rotation], found[rotation, rotation + 6] = -sign, sign
     return found

@@ -12,7 +12,22 @@ from typing import NamedTuple
 import numpy as np
 
 from ..framework.protocol import Array
+from .bending import Plane
+from .direction import deformations
 from .parameters import Real
+
+
+def _rows(length: float) -> Array:
+    """Deformations of the springs about the middle of a beam, (6, 12)."""
+    rows, middle = np.zeros((6, 12)), Plane(0.5, 0.5 * length, 0.5 * length, 0.0, 0.0)
+    for at, number in deformations([middle, middle], np.array(length)).items():
+        rows[at] = number
+    return rows
+
+
+# What of the deformations is the same for every length, and by how much they grow with it.
+_BY_ENDS = _rows(0.0)
+_BY_LENGTH = _rows(1.0) - _BY_ENDS
 
 
 class Mirrored(NamedTuple):
@@ -45,10 +60,22 @@ def prismatic_springs(flexibility: Array, length: Real) -> Array:
     ``E A / L``, ``G J / L``, ``E I / L``, and ``12 E I / L^3 (1 + phi)`` as one over ``L^3 / 12 E I + L / k G A``
     (Przemieniecki 1968, Eq. 5.116).
     """
-    out: Array = flexibility * length
+    missing = (1,) * (np.ndim(length) + 1 - flexibility.ndim)
+    out: Array = flexibility.reshape(6, *missing, *flexibility.shape[1:]) * length
     # about the middle, as `UniformPart` has it
     out[1:3] += out[5:3:-1] * length * length * (0.25 - 1.0 / 6.0)
     return np.divide(1.0, out, out=out)
+
+
+def prismatic_rows(length: Array) -> Array:
+    """Deformations of the springs by the displacements of the ends, (6, 12, ...); they are linear in the length.
+
+    Each number lies in one piece: that is how batches are read and written.
+    """
+    missing = (1,) * length.ndim
+    out: Array = _BY_LENGTH.reshape(6, 12, *missing) * length
+    out += _BY_ENDS.reshape(6, 12, *missing)
+    return out
 
 
 def bar_mass(per_length: Real, length: Real) -> tuple[Real, Real]:

@@ -32,7 +32,7 @@ def default_axis_numbers(chord: Array) -> list[Array | float]:
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
     length = np.hypot(horizontal, z)
-    upright = None if horizontal.all() else horizontal == 0.0
+    upright = None if np.count_nonzero(horizontal) == horizontal.size else horizontal == 0.0
     across = horizontal if upright is None else np.where(upright, 1.0, horizontal)
     climb = z / length
     sideways, forwards = -y / across, x / across
