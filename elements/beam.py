@@ -17,7 +17,6 @@ from .bending import (
     bending_plane,
     plane_forces,
     plane_rows,
-    plane_springs,
     stamp_stiffness,
     start_rows,
     strain_rows,
@@ -25,7 +24,7 @@ from .bending import (
 from .direction import BARS, DIRECTIONS, BendingPlane, deformations, stamp_rows
 from .flexibility import Part, UniformPart, tapered_part
 from .parameters import Real, as_real, shape_of
-from .prismatic import bar_mass, plane_geometric, plane_mass
+from .prismatic import bar_mass, plane_geometric, plane_mass, prismatic_rows, prismatic_springs
 
 _NOTHING: frozenset[int] = frozenset()
 
@@ -131,17 +130,18 @@ class Beam(BeamSectionLaw):
     def springs(self, length: Array | float) -> tuple[Array, Array]:
         # deformations come in the precision of the length
         arm, length = np.asarray(length), as_real(length)
-        shape = shape_of(arm.shape, self.sections_shape)
-        planes = [self._plane(direction, length) for direction in DIRECTIONS]
-        # With the sections they vary only where these move the elastic centre.
-        varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
-        # Each number lies in one piece: that is how batches are read and written.
-        rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
-        for at, number in deformations(planes, arm).items():
-            rows[at] = number
-        return self._springs([plane.springs for plane in planes], length, shape), rows.transpose(
-            *range(2, rows.ndim), 0, 1
-        )
+        if self.end is None and not self.releases:
+            stiffness, rows = prismatic_springs(self._flexibilities, length), prismatic_rows(arm)
+        else:
+            planes = [self._plane(direction, length) for direction in DIRECTIONS]
+            stiffness = self._springs([plane.springs for plane in planes], length)
+            # With the sections they vary only where these move the elastic centre.
+            varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
+            # Each number lies in one piece: that is how batches are read and written.
+            rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
+            for at, number in deformations(planes, arm).items():
+                rows[at] = number
+        return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Real]]:
         """The numbers of `springs` one by one, see `LineElement.spring_numbers`."""
@@ -153,14 +153,18 @@ class Beam(BeamSectionLaw):
 
     def spring_stiffness(self, length: Array | float) -> Array:
         length = as_real(length)
-        planes = [self._plane_springs(direction, length) for direction in DIRECTIONS]
-        return self._springs(planes, length, shape_of(np.shape(length), self.sections_shape))
+        if self.end is None and not self.releases:
+            stiffness = prismatic_springs(self._flexibilities, length)
+        else:
+            stiffness = self._springs([self._plane(direction, length).springs for direction in DIRECTIONS], length)
+        return stiffness.transpose(*range(1, stiffness.ndim), 0)
 
-    def _springs(self, planes: list[PlaneSprings], length: Real, shape: tuple[int, ...]) -> Array:
-        stiffness = np.empty((6, *shape))
+    def _springs(self, planes: list[PlaneSprings], length: Real) -> Array:
+        """Stiffness of the springs, (6, ...)."""
+        stiffness = np.empty((6, *shape_of(np.shape(length), self.sections_shape)))
         for i, number in enumerate(self._spring_stiffnesses(planes, length)):
             stiffness[i] = number
-        return stiffness.transpose(*range(1, stiffness.ndim), 0)
+        return stiffness
 
     def _spring_stiffnesses(self, planes: list[PlaneSprings], length: Real) -> list[Real]:
         found: list[Real] = [0.0] * 6
@@ -353,6 +357,14 @@ class Beam(BeamSectionLaw):
     def _whole(self) -> Part:
         return self._part(1.0)
 
+    @cached_property
+    def _flexibilities(self) -> Array:
+        """Flexibility of the section of a prismatic beam, (6, ...)."""
+        out = np.empty((6, *self.sections_shape))
+        for i, number in enumerate(self._flexibility(0.0)):
+            out[i] = number
+        return out
+
     def _phi(self, direction: BendingPlane, length: Real) -> Real:
         """Ratio of the shear to the bending deformation of a prismatic beam."""
         flexibility = self._flexibility(0.0)
@@ -366,18 +378,8 @@ class Beam(BeamSectionLaw):
 
     def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre, *bends = self._bends(direction, length)
+        centre, *bends = self._whole.bends(direction.bending, direction.shearing, length)
         return bending_plane(centre, length, bends, self._released(direction))
-
-    def _plane_springs(self, direction: BendingPlane, length: Real) -> PlaneSprings:
-        """Stiffness in one plane of bending, without its centre."""
-        if not self.releases:
-            return plane_springs(self._bends(direction, length)[1:])
-        return self._plane(direction, length).springs
-
-    def _bends(self, direction: BendingPlane, length: Real) -> tuple[Real, Real, Real]:
-        """Where the elastic centre is, as a fraction of the length, and what a plane does about it."""
-        return self._whole.bends(direction.bending, direction.shearing, length)
 
     def _released(self, direction: BendingPlane) -> frozenset[int]:
         if not self.releases:

@@ -61,11 +61,6 @@ class Plane(NamedTuple):
         return self.shear, self.bend
 
 
-def plane_springs(whole: tuple[Real, Real]) -> PlaneSprings:
-    """Factors `shear` and `bend` of a `Plane` without releases."""
-    return 1.0 / -whole[1], 1.0 / whole[0]
-
-
 def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
     """Stiffness of a member from its rotation by a moment and its deflection by a slope of moment, as of a `Curve`, at
     its elastic centre, at `fraction` of the length.
@@ -74,7 +69,7 @@ def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released:
     """
     centre, rest = fraction * length, (1.0 - fraction) * length
     if not released:
-        return Plane(fraction, centre, rest, *plane_springs(whole))
+        return Plane(fraction, centre, rest, 1.0 / -whole[1], 1.0 / whole[0])
     turning, moving = whole[0], -whole[1]
     none = 0.0 * turning
     if len(released) == 2:

@@ -1,6 +1,6 @@
-"""Closed-form mass and geometric stiffness of one plane of bending of a prismatic beam.
+"""Closed-form stiffness of a prismatic beam, and mass and geometric stiffness of one of its planes of bending.
 
-Both follow from the interdependent cubics: M from ``int rho A v^2 + rho I r^2 dx``, the geometric
+The last two follow from the interdependent cubics: M from ``int rho A v^2 + rho I r^2 dx``, the geometric
 stiffness from ``N int v'^2 dx`` (Przemieniecki, *Theory of Matrix Structural Analysis*, 1968,
 ch. 11 and 15; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
 """
@@ -9,8 +9,25 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ..framework.protocol import Array
+from .bending import Plane
+from .direction import deformations
 from .parameters import Real
+
+
+def _rows(length: float) -> Array:
+    """Deformations of the springs about the middle of a beam, (6, 12)."""
+    rows, middle = np.zeros((6, 12)), Plane(0.5, 0.5 * length, 0.5 * length, 0.0, 0.0)
+    for at, number in deformations([middle, middle], np.array(length)).items():
+        rows[at] = number
+    return rows
+
+
+# What of the deformations is the same for every length, and by how much they grow with it.
+_BY_ENDS = _rows(0.0)
+_BY_LENGTH = _rows(1.0) - _BY_ENDS
 
 
 class Mirrored(NamedTuple):
@@ -35,6 +52,30 @@ class Mirrored(NamedTuple):
         matrix[..., v2, r2] = matrix[..., r2, v2] = -near
         matrix[..., v1, r2] = matrix[..., r2, v1] = far
         matrix[..., v2, r1] = matrix[..., r1, v2] = -far
+
+
+def prismatic_springs(flexibility: Array, length: Real) -> Array:
+    """Stiffness of the springs of `linkframe.elements.Beam`, (6, ...), by the flexibility of its section (6, ...).
+
+    ``E A / L``, ``G J / L``, ``E I / L``, and ``12 E I / L^3 (1 + phi)`` as one over ``L^3 / 12 E I + L / k G A``
+    (Przemieniecki 1968, Eq. 5.116).
+    """
+    missing = (1,) * (np.ndim(length) + 1 - flexibility.ndim)
+    out: Array = flexibility.reshape(6, *missing, *flexibility.shape[1:]) * length
+    # about the middle, as `UniformPart` has it
+    out[1:3] += out[5:3:-1] * length * length * (0.25 - 1.0 / 6.0)
+    return np.divide(1.0, out, out=out)
+
+
+def prismatic_rows(length: Array) -> Array:
+    """Deformations of the springs by the displacements of the ends, (6, 12, ...); they are linear in the length.
+
+    Each number lies in one piece: that is how batches are read and written.
+    """
+    missing = (1,) * length.ndim
+    out: Array = _BY_LENGTH.reshape(6, 12, *missing) * length
+    out += _BY_ENDS.reshape(6, 12, *missing)
+    return out
 
 
 def bar_mass(per_length: Real, length: Real) -> tuple[Real, Real]:

@@ -133,7 +133,7 @@ def alike(one: Any, other: Any) -> bool:
     if kind is not type(other):
         return False
     if kind is dict:
-        if len(one) != len(other) or not (all(map(is_, one, other)) or list(one) == list(other)):
+        if [*one] != [*other]:
             return False
         # most are the same objects, which takes no call of Python to see
         return all(map(is_, one.values(), other.values())) or all(map(alike, one.values(), other.values()))

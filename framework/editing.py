@@ -65,7 +65,8 @@ class Editable(Description):
         >>> float((frame.solve().displacement("B")[1] / before).round(12))
         8.0
         """
-        if isinstance(new, (LineElement, JointElement, PointElement)):
+        # of an array, as coordinates mostly are, it takes long to see that it is no element
+        if not isinstance(new, np.ndarray) and isinstance(new, (LineElement, JointElement, PointElement)):
             self._change_element(plain("element", name) if isinstance(name, str) else _one(name), new)
         else:
             self._move([name] if isinstance(name, str) else list(name), new)
@@ -183,7 +184,7 @@ class Editable(Description):
             each = [places[..., k, :] for k in range(len(nodes))]
         before, size = {node: self.nodes[node] for node in nodes}, self.size
         whole, known, reached = self._shape, self._shapes, self._reach(nodes)
-        formed = {name: part for name, part in self.members.items() if isinstance(part.element, FormedElement)}
+        formed = {name: part for name, part in self.members.items() if type(part.element) is FormedElement}
         try:
             for node, place in zip(nodes, each, strict=True):
                 self.nodes[node] = Node(place, before[node].body)
@@ -210,7 +211,7 @@ class Editable(Description):
         for name, member in self.members.items():
             if member.start in moved or member.end in moved:
                 chord = self._check_length(name, member.start, member.end)
-                if isinstance(member.element, FormedElement) and member.element.length is not None:
+                if type(member.element) is FormedElement and member.element.length is not None:
                     self.members[name] = member._replace(element=replace(member.element, length=self.length(name)))
                 member.element.check(chord)
                 for load in self.member_loads.get(name, ()):

@@ -17,10 +17,11 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     numbers = default_axis_numbers(chord)
-    axes = np.empty((*np.shape(numbers[0]), 3, 3), np.result_type(numbers[0]))
+    shape = np.shape(numbers[0])
+    axes = np.empty((9, *shape), np.result_type(numbers[0]))
     for k, number in enumerate(numbers):
-        axes[..., k // 3, k % 3] = number
-    return axes
+        axes[k] = number
+    return np.ascontiguousarray(axes.reshape(9, -1).T).reshape(*shape, 3, 3)
 
 
 def default_axis_numbers(chord: Array) -> list[Array | float]:
@@ -31,7 +32,7 @@ def default_axis_numbers(chord: Array) -> list[Array | float]:
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
     length = np.hypot(horizontal, z)
-    upright = None if horizontal.all() else horizontal == 0.0
+    upright = None if np.count_nonzero(horizontal) == horizontal.size else horizontal == 0.0
     across = horizontal if upright is None else np.where(upright, 1.0, horizontal)
     climb = z / length
     sideways, forwards = -y / across, x / across

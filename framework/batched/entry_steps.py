@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,9 @@ from ..structure.parts import Extended
 
 # What is done, and the places of the two numbers that it is done with.
 Step = tuple[Callable[[Any, Any], Any], int, int]
+# One in extended precision. A product with it is the same number in extended precision, in a tenth of the time in which
+# that is made of a double by itself.
+ONE = Extended(1.0)
 
 
 def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
@@ -51,17 +54,10 @@ class EntryCode:
         used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
         kept = [*ratios, *sorted(k for k in used if k < first)]
         source = [
-            "def shared(given):",
-            f" {_names(range(size))} = given",
-            *_lines(shared, size),
-            f" return {_names(kept)}",
-            "def loaded(kept, loads):",
-            f" {_names(kept)} = kept",
-            f" {_names(range(first, first + loads))} = loads",
-            *_lines(loaded, first + loads),
-            f" return {_names(nodes)}, {_names(known)}",
+            *_written("shared", [range(size)], shared, size, [kept]),
+            *_written("loaded", [kept, range(first, first + loads)], loaded, first + loads, [nodes, known]),
         ]
-        made: dict[str, Any] = {"wide": Extended, "inf": np.inf}
+        made: dict[str, Any] = {"one": ONE, "inf": np.inf}
         exec(compile("\n".join(source), "<frame>", "exec"), made)
         self._count = len(ratios)
         self._shared: Callable[[list[Any]], list[Any]] = made["shared"]
@@ -73,16 +69,36 @@ class EntryCode:
         return state[: self._count], state
 
 
-def _names(places: Iterable[int]) -> str:
-    return "[" + ", ".join(f"v{place}" for place in places) + "]"
+def _written(
+    name: str, given: Sequence[Sequence[int]], steps: Sequence[Step], first: int, made: Sequence[Sequence[int]]
+) -> list[str]:
+    """Lines of a function of lists of numbers that does the steps, the first of which makes the number `first`.
 
+    A variable serves for another number once it was read for the last time: few variables, and the memory of numbers
+    that are gone, make it a tenth faster.
+    """
+    last = {k: place for place, (_, a, b) in enumerate(steps) for k in (a, b)}
+    last |= {k: len(steps) for each in made for k in each}
+    names: dict[int, str] = {}
+    free: list[str] = []
 
-def _lines(steps: Sequence[Step], first: int) -> list[str]:
-    return [f" v{first + k} = " + _TEXTS[do].format(a=f"v{a}", b=f"v{b}") for k, (do, a, b) in enumerate(steps)]
+    def listed(numbers: Sequence[int]) -> str:
+        return "[" + ", ".join(names[k] for k in numbers) + "]"
+
+    lines = []
+    for place, numbers in enumerate(given):
+        names |= {k: f"v{k}" for k in numbers}
+        lines.append(f" {listed(numbers)} = given[{place}]")
+    for place, (do, a, b) in enumerate(steps):
+        text = _TEXTS[do].format(a=names[a], b=names[b])
+        free += [names[k] for k in {a, b} if last[k] == place]
+        names[first + place] = free.pop() if free else f"v{first + place}"
+        lines.append(f" {names[first + place]} = {text}")
+    return [f"def {name}(*given):", *lines, f" return {', '.join(map(listed, made))}"]
 
 
 def widen(a: Any, _: Any) -> Any:
-    return Extended(a)
+    return ONE * a
 
 
 def divided(a: Any, b: Any) -> Any:
@@ -117,7 +133,7 @@ _TEXTS: dict[Callable[[Any, Any], Any], str] = {
     operator.add: "{a} + {b}",
     operator.sub: "{a} - {b}",
     operator.mul: "{a} * {b}",
-    widen: "wide({a})",
+    widen: "one * {a}",
     divided: "{a} / {b} if {b} else inf",
     negative: "-{a}",
     least: "{b} if {b} < {a} or {b} != {b} else {a}",

@@ -122,26 +122,28 @@ class Stage:
         (varying, pivot), (over, weight), columns = column(row, k, below, self.scale.pop(k, {}))
         inverse = reciprocal(pivot)
         lower = {j: value * inverse for j, _, value in columns}
-        self._judge(varying | over, pivot, weight)
-        for a, (i, own, _) in enumerate(columns):
+        carried = weight * inverse
+        self._judge(varying | over, carried)
+        for a, (i, own, value) in enumerate(columns):
             del self.matrix[i][k]
             low = lower[i]
             filled = self.matrix.setdefault(i, {})
+            taken = low * value
+            scale, axes, term = self.scale.setdefault(i, {}), own | varying | over, taken * carried
+            scale[axes] = scale[axes] + term if axes in scale else term
             for j, other, value in columns[a:]:
                 if j not in filled:
                     filled[j] = self.matrix.setdefault(j, {})[i] = {}
-                subtract(filled[j], own | other | varying, low * value)
-            scale, axes, term = self.scale.setdefault(i, {}), own | varying | over, low * low * weight
-            scale[axes] = scale[axes] + term if axes in scale else term
+                subtract(filled[j], own | other | varying, taken if j == i else low * value)
         self.pivots[k] = Pivot(mask, inverse, lower)
 
-    def _judge(self, mask: int, pivot: Value, weight: Value) -> None:
-        """Note a pivot in units of the stiffness whose rounding it carries.
+    def _judge(self, mask: int, carried: Value) -> None:
+        """Note a pivot in units of the stiffness whose rounding it carries, which is `carried` in units of the pivot.
 
         With the unknowns before it relaxed, unit motion of an unknown is a shape z, the pivot its energy z.A z, and
         the rounding of it that of z.diag(A) z; `scale` accumulates the latter.
         """
-        ratio = pivot * reciprocal(weight)
+        ratio = reciprocal(carried)
         self.pivot_ratio[mask] = np.minimum(self.pivot_ratio[mask], ratio) if mask in self.pivot_ratio else ratio
 
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:

@@ -90,11 +90,9 @@ class NumberedPieces:
     @cached_property
     def plain_positions(self) -> Array | None:
         """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
-        nodes = list(self.frame.nodes.values())
-        places = [node.coordinates for node in nodes if node.body is None]
-        if len(places) < len(nodes) or any(place.ndim > 1 for place in places):
-            return None
-        return np.array(places, dtype=np.float64).reshape(-1, 3)
+        nodes = self.frame.nodes.values()
+        plain = [node.coordinates for node in nodes if node.body is None and node.coordinates.ndim == 1]
+        return np.concatenate([np.zeros(0), *plain]).reshape(-1, 3) if len(plain) == len(nodes) else None
 
     def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
         """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""
@@ -102,7 +100,8 @@ class NumberedPieces:
             return None
         plain = self.plain_positions.astype(kind, copy=False)
         if len(self.ends) == len(self.counts):
-            return plain[self.ends[:, 1]] - plain[self.ends[:, 0]]
+            both = plain[self.ends]
+            return both[:, 1] - both[:, 0]
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
         return (plain[last] - plain[first])[self.members]
 

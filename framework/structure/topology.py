@@ -193,8 +193,8 @@ class Topology(NumberedPieces):
         assert isinstance(self._chords, np.ndarray)
         chord = self._chords[group.pieces].reshape(group.chord.shape)
         if changed and not changed.isdisjoint(pieces := group.pieces.tolist()):
-            return replace(group, chord=chord, element=self._stacked(self._elements_of(pieces)))
-        return replace(group, chord=chord)
+            return group.between(chord, self._stacked(self._elements_of(pieces)))
+        return group.between(chord)
 
     def stiffness_beside(self, former: Topology, known: Sequence[NDArray[Any]]) -> list[NDArray[Any]] | None:
         """Stiffness of the stacks of one batch entry; of members that are the same in `former` it is taken from there.

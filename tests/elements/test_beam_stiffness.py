@@ -48,6 +48,22 @@ def przemieniecki(EA: float, GJ: float, EIy: float, EIz: float, phi_y: float, ph
 
 
 @pytest.mark.parametrize("shear", [False, True])
+def test_springs_are_those_of_the_closed_form(shear: bool) -> None:
+    """Of beams of many lengths, second moments that vary along another axis, and both planes apart."""
+    section = Section(A=1.1e-3, Iy=2e-7, Iz=np.array([3e-7, 9e-7]), J=1e-7, ky=0.83, kz=0.7)
+    L = np.array([[0.2], [1.7], [12.0]])
+    stiffness, rows = Beam(section, STEEL, shear=shear).springs(L)
+    found = np.einsum("...s,...si,...sj->...ij", stiffness, rows, rows)
+    E, G = 200e9, STEEL.G
+    for at in np.ndindex(3, 2):
+        Iz, length = section.Iz[at[1]], float(L[at[0], 0])
+        by, bz = (12 * E / (G * 1.1e-3 * length**2) * (ratio if shear else 0.0) for ratio in (Iz / 0.83, 2e-7 / 0.7))
+        wanted = przemieniecki(E * 1.1e-3, G * 1e-7, E * 2e-7, E * Iz, by, bz, length)
+        least = np.abs(wanted).min(where=wanted != 0.0, initial=np.inf)
+        assert_allclose(found[at], wanted, rtol=1e-14, atol=1e-14 * least)
+
+
+@pytest.mark.parametrize("shear", [False, True])
 @given(y=sizes, z=sizes, length=lengths)
 def test_closed_form(shear: bool, y: float, z: float, length: float) -> None:
     beam = Beam(Rectangle(y=y, z=z), STEEL, shear=shear)
