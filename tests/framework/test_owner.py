@@ -6,7 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from time import sleep
 
 import pytest
 from linkframe.framework.owner import is_gone, owner
@@ -69,14 +71,22 @@ def test_folders_of_others_stay(tmp_path: Path) -> None:
     assert stages(tmp_path) == before
 
 
-@pytest.mark.skipif(not hasattr(signal, "pthread_sigmask"), reason="signals cannot be put off")
-def test_an_interrupt_while_the_folder_is_made_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is heard when all that was made is known."""
+@pytest.mark.parametrize("others", [0, 3])
+@pytest.mark.skipif(os.name != "posix", reason="a signal sent to oneself ends the process")
+def test_an_interrupt_while_the_folder_is_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, others: int
+) -> None:
+    """It is heard when all that was made is known, also where other threads would take it."""
+    done = threading.Event()
+    threads = [threading.Thread(target=done.wait) for _ in range(others)]
+    for thread in threads:
+        thread.start()
 
     class Interrupted(files.TemporaryDirectory[str]):
         def __init__(self, **words: str) -> None:
             super().__init__(**words)
             os.kill(os.getpid(), signal.SIGINT)
+            sleep(0.01)
 
     monkeypatch.setattr(files, "TemporaryDirectory", Interrupted)
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -85,4 +95,7 @@ def test_an_interrupt_while_the_folder_is_made_leaves_nothing(tmp_path: Path, mo
             raise AssertionError
     finally:
         signal.signal(signal.SIGINT, before)
+        done.set()
+        for thread in threads:
+            thread.join()
     assert not (tmp_path / "new").exists()
