@@ -6,6 +6,9 @@ import warnings
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ....framework.errors import MechanismWarning
 from ...job.measured import MEASURED_WAY
 from ...job.memory import check
@@ -41,6 +44,12 @@ class RunResult(Computed):
     def outcome(self) -> PointOutcome:
         """The first point, for the tables that any job has."""
         return PointOutcome(self)
+
+    @cached_property
+    def marked_status(self) -> NDArray[np.str_]:
+        """`reported_status`, where large displacement is asked for marked by what it says of the first point."""
+        found = self.reported_status
+        return np.where(found == "regular", self.outcome.marked_status, found) if "large" in self.inputs.also else found
 
 
 def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
