@@ -334,6 +334,17 @@ def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigm
     raise FrameError(f"distribution {kind!r} of tolerance {text!r}: choose uniform or normal")
 
 
+def ends(distribution: Distribution) -> tuple[float, float]:
+    """Limits of a distribution; those of a normal one at three standard deviations where it has none."""
+    from scipy.special import ndtr
+
+    found = []
+    for limit, score in ((0.0, -SIGMAS), (1.0, SIGMAS)):
+        end = float(distribution.ppf(np.array(limit)))
+        found.append(end if np.isfinite(end) else float(distribution.ppf(ndtr(np.array(score)))))
+    return found[0], found[1]
+
+
 def called(text: str) -> tuple[str, dict[str, float | str]] | None:
     """A distribution of `scipy.stats` that is written as a call.
 

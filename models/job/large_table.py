@@ -15,6 +15,7 @@ Mean and standard deviation of the position of {point} over the samples, in metr
 displacement, at the poses that are singular or at which the two differ by a tenth of the spread; in brackets the
 standard error of the last digits. Large displacement takes each sample's links, joints and clearances to the stable
 equilibrium to which its load leads; `{file}` holds it for all poses."""
+HEADING = "Where linear mechanics does not hold, beside the samples at large displacement:"
 
 
 def failed_samples(outcome: Outcome) -> list[str]:
@@ -54,6 +55,12 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
     )
     for row, pose in enumerate(needed):
         yield outcome.drives[pose], values[row].tolist(), uncertainties[row].tolist(), str(outcome.marked_status[pose])
+
+
+def passage(outcome: Outcome, width: int | None = None) -> list[str]:
+    """Paragraphs for a terminal of that width; none where no pose needs the table."""
+    found = as_text(outcome, width)
+    return [HEADING, found] if found else []
 
 
 def as_text(outcome: Outcome, width: int | None = None) -> str:

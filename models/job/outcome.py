@@ -16,6 +16,9 @@ from .remarks import beyond_linear
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+# What is counted while samples are computed.
+LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
+
 # Share of the true spread by which linear means and spreads may be off before a pose is marked.
 APART = 0.1
 # A spread below this share of the whole displacement is none to be measured by.
@@ -106,28 +109,8 @@ class Outcome(ABC):
 
     @property
     @abstractmethod
-    def samples(self) -> Array:
-        """Displacement from there, (poses, samples, 3)."""
-
-    @property
-    @abstractmethod
-    def mean(self) -> Array:
-        """Mean position."""
-
-    @property
-    @abstractmethod
-    def std(self) -> Array:
-        """Standard deviation of the position."""
-
-    @property
-    @abstractmethod
-    def standard_error(self) -> Array:
-        """Standard error of `mean`."""
-
-    @property
-    @abstractmethod
-    def std_standard_error(self) -> Array:
-        """Standard error of `std`."""
+    def spread(self) -> Spread:
+        """Displacement of the samples from `rigid`, (poses, samples, 3)."""
 
     @property
     @abstractmethod
@@ -163,6 +146,32 @@ class Outcome(ABC):
     @abstractmethod
     def closes(self) -> Mask:
         """Poses that are taken to large displacement: all samples of them can be assembled."""
+
+    @property
+    def samples(self) -> Array:
+        """Displacement from `rigid`, (poses, samples, 3)."""
+        return self.spread.samples
+
+    @cached_property
+    def mean(self) -> Array:
+        """Mean position."""
+        mean: Array = self.rigid + self.spread.mean
+        return mean
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation of the position."""
+        return self.spread.std
+
+    @property
+    def standard_error(self) -> Array:
+        """Standard error of `mean`."""
+        return self.spread.standard_error
+
+    @property
+    def std_standard_error(self) -> Array:
+        """Standard error of `std`."""
+        return self.spread.std_standard_error
 
     @cached_property
     def apart(self) -> Array:

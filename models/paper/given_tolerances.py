@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import SIGMAS, called, continuous, distribution_of, tolerance
+from ..distributions import called, continuous, distribution_of, tolerance
 from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.tolerances import COMPONENTS, NAMES
 
@@ -161,14 +161,3 @@ def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float 
     if found is None:
         raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
     return distribution_of(option, found)
-
-
-def ends(distribution: Distribution) -> tuple[float, float]:
-    """Limits of a distribution, or those of three standard deviations of a normal one."""
-    from scipy.special import ndtr
-
-    found = []
-    for limit, score in ((0.0, -SIGMAS), (1.0, SIGMAS)):
-        end = float(distribution.ppf(np.array(limit)))
-        found.append(end if np.isfinite(end) else float(distribution.ppf(ndtr(np.array(score)))))
-    return found[0], found[1]

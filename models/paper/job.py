@@ -156,9 +156,6 @@ class FourBarJob(Job):
         paragraphs = [UNITS, as_text(result, width), about_errors(result)]
         if self.inputs.is_paper_linkage:
             paragraphs.append(PRINTED)
-        if table := large_table.as_text(result, width):
-            paragraphs.append(
-                f"Where linear mechanics does not hold, beside the samples at large displacement:\n\n{table}"
-            )
+        paragraphs += large_table.passage(result, width)
         measured = [] if result.measured is None else [result.measured.in_words()]
         return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result), *measured])

@@ -7,11 +7,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..distributions import ends
 from ..four_bar.description import JOINTS, LINKS
 from ..job import digits
 from ..linkage.page.data import MOST_POSES
 from ..linkage.page.page import PageText, write_page
-from .given_tolerances import ends, given_tolerances
+from .given_tolerances import given_tolerances
 
 if TYPE_CHECKING:
     from ..linkage.motion import Motion

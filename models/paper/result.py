@@ -18,14 +18,15 @@ from ..four_bar.kinetostatics import Kinetostatics, Link
 from ..four_bar.study import Study
 from ..job.measured import MEASURED_WAY, MeasuredOutcome
 from ..job.memory import check
-from ..job.outcome import LargeSpread, Outcome, magnification
+from ..job.outcome import LARGE_WAY, LINEAR_WAY, LargeSpread, Outcome, magnification
 from ..job.parts import Parts
 from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
+from ..spread import Spread
 from .inputs import Inputs
 from .large import large_parts, large_samples
 from .measured import beside_measured, study_at_measured_poses
-from .study import LARGE_WAY, LINEAR_WAY, check_reach, four_bar, study_of
+from .study import check_reach, four_bar, study_of
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
@@ -240,36 +241,16 @@ class Result(Outcome):
         """Measured positions of P beside those predicted at their poses; None where nothing was measured."""
         return None if self.at_measured_poses is None else beside_measured(self.inputs, self.at_measured_poses)
 
-    @property
-    def samples(self) -> Array:
+    @cached_property
+    def spread(self) -> Spread:
         """Displacement of P from its rigid position, (poses, samples, 3)."""
-        return self._everywhere(self.study.samples)
+        whole = self.study.total
+        return whole if self.assembled.all() else Spread(self._everywhere(whole.samples), whole.nan_policy)
 
     @property
     def draws(self) -> Mapping[str, Array]:
         """Samples of the inputs, (samples,) each."""
         return self.study.inputs
-
-    @cached_property
-    def mean(self) -> Array:
-        """Mean position of P, (poses, 3)."""
-        mean: Array = self.rigid + self._everywhere(self.study.mean)
-        return mean
-
-    @property
-    def std(self) -> Array:
-        """Standard deviation of the position of P, (poses, 3)."""
-        return self._everywhere(self.study.std)
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of `mean`, (poses, 3)."""
-        return self._everywhere(self.study.standard_error)
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of `std`, (poses, 3)."""
-        return self._everywhere(self.study.std_standard_error)
 
     @property
     def has_kappa(self) -> bool:

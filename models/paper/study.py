@@ -11,15 +11,12 @@ from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.four_bar import FourBar
 from ..four_bar.study import Study, monte_carlo
 from ..job.measured import MEASURED_WAY
-from ..job.outcome import taken
+from ..job.outcome import LARGE_WAY, LINEAR_WAY, taken
 from ..sampling import Distribution, Normal
 from .given_tolerances import given_tolerances
 from .inputs import LENGTHS, Inputs
 
 Array = NDArray[np.float64]
-
-# What is counted.
-LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 
 def four_bar(inputs: Inputs) -> FourBar:

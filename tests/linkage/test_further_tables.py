@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,10 +11,13 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError
-from linkframe.models.job import digits
+from linkframe.models import FourBar, accuracy
+from linkframe.models.job import digits, outcome
 from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
 from linkframe.models.linkage.job.optional_tables import columns, sections
+from linkframe.models.linkage.job.remarks import remarks
 from linkframe.models.linkage.job.result import RunResult, compute, work
+from linkframe.models.linkage.job.run import LinkageJob
 from linkframe.models.linkage.job.table import as_csv
 from linkframe.models.paper import inputs as paper
 from linkframe.models.paper.result import compute as compute_paper
@@ -65,6 +69,61 @@ def test_they_are_in_the_report_and_the_table(result: RunResult) -> None:
     assert_allclose([float(row["kappa_scaled"]) for row in rows], outcome.kappa_scaled)
     assert_allclose([float(row["P_large_mu_y"]) for row in rows], (outcome.rigid + outcome.large.mean)[:, 1])
     assert_allclose([float(row["P_large_sigma_x"]) for row in rows], outcome.large.std[:, 0])
+
+
+def test_the_samples_are_written_with_what_was_asked_for(result: RunResult) -> None:
+    """By the closed form of the four-bar, with the samples of the inputs that the same file has."""
+    job = LinkageJob(result.inputs)
+    job.result = result
+    saved = job.samples()
+    drawn = {name.removeprefix("input_"): values for name, values in saved.items() if name.startswith("input_")}
+    assert drawn.keys() == result.inputs.tolerances.keys()
+    of_joints = {kind: {joint: drawn[f"{kind}.{joint}"] for joint in "BDE"} for kind in ("clearance", "contact")}
+    springs = {joint: drawn[f"stiffness.{joint}"][:, None] * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0] for joint in "BDE"}
+    theta = np.radians(saved["drive"])[:, None]
+    found = accuracy(FourBar(stiffness=springs), theta, load=(0.0, drawn["fy"], 0.0), **of_joints)
+    assert_allclose(saved["rigid"][0], found.rigid[:, 0], rtol=1e-12, atol=1e-15)
+    assert_allclose(np.swapaxes(saved["displacement"][:, 0], 0, 1), found.total, rtol=1e-9, atol=1e-15)
+    assert_allclose(np.swapaxes(saved["displacement_large"], 0, 1), found.large, rtol=1e-7, atol=1e-12)
+    assert_allclose(saved["kappa_scaled"], result.outcome.kappa_scaled)
+
+
+def test_every_table_marks_the_poses_that_need_it(tmp_path: Path) -> None:
+    """No pose is regular in one table and listed in another as one where linear mechanics does not hold.
+
+    The contacts lie across the rocker at the first pose, so that the nominal clearances hardly turn the coupler there,
+    and all others do.
+    """
+    text = asked(tmp_path, '["large"]').source.text
+    text = text.replace("start = 20.0\nstop = 80.0\nsteps = 3", "values = [10.0, 90.0]")
+    for key in ("contact", "loc"):
+        text = text.replace(f"{key} = {np.pi}", f"{key} = {np.radians(100.0)}")
+    text = text.replace("clearance = 1e-3", "clearance = 3e-4")
+    text = text.replace('"norm"\nloc = 1e-3\nscale = 5e-5', '"uniform"\nloc = 0.0\nscale = 2e-3')
+    file = tmp_path / "across.toml"
+    file.write_text(text, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    saved = job.samples()
+    linear, true = saved["displacement"][:, 0, :, :2], saved["displacement_large"][..., :2]
+    off = np.abs(linear.mean(axis=0) - true.mean(axis=0)) + np.abs(linear.std(axis=0) - true.std(axis=0))
+    assert ((off / true.std(axis=0)).max(axis=1) > 0.1).tolist() == [True, False]
+    statuses = [row["status"] for row in csv.DictReader(as_csv(job.result).splitlines())]
+    assert saved["status"].tolist() == statuses
+    assert re.fullmatch(r"outside the linear range: estimated error \d+ % of the spread", statuses[0])
+    assert statuses[1] == "regular"
+    assert job.summary().count(statuses[0]) == 2
+    assert f"At A = 10°: {statuses[0]}." in job.report().summary
+    assert "beside the samples at large displacement" in job.summary()
+
+
+def test_what_failed_at_large_displacement_is_told_at_once(result: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the terminal as well, and once in the report."""
+    monkeypatch.setattr(outcome, "MOST", 5)
+    found = compute(result.inputs)
+    first = "that of the first 5 of the 12 samples"
+    assert sum(first in each for each in remarks(found)) == 1
+    assert not any(first in each for each in sections(found))
 
 
 def test_a_choice_is_a_run_of_the_file_with_its_numbers(result: RunResult, tmp_path: Path) -> None:

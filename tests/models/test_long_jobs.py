@@ -29,7 +29,7 @@ from linkframe.models.paper import against_paper, compared_choices
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks
 from linkframe.models.paper.result import BYTES, Result, compute
-from linkframe.models.paper.study import LARGE_WAY, LINEAR_WAY, work
+from linkframe.models.paper.study import work
 from numpy.typing import NDArray
 from stress.killed_jobs import HEARING
 
@@ -66,7 +66,7 @@ def test_large_displacement_of_the_first_samples(monkeypatch: pytest.MonkeyPatch
     assert many.samples.shape == (2, 23, 3)
     np.testing.assert_allclose(many.large.samples, few.large.samples, rtol=1e-9)
     np.testing.assert_allclose(many.apart, few.apart, rtol=1e-6)
-    assert work(inputs) == {LINEAR_WAY: 2 * 23, LARGE_WAY: 2 * 7}
+    assert work(inputs) == {outcome.LINEAR_WAY: 2 * 23, outcome.LARGE_WAY: 2 * 7}
     assert "first 7 of the 23 samples" in "".join(remarks(many))
     assert "Large displacement is that" not in "".join(remarks(few))
 

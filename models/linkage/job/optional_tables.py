@@ -30,7 +30,6 @@ def sections(result: RunResult) -> Iterator[str]:
             yield WITHOUT_BOUND
     if "large" in also:
         yield from large_table.section(outcome, point, "table.csv")
-        yield from large_table.failed_samples(outcome)
     if result.inputs.choices:
         yield "### Choices"
         yield choices.EXPLAINED.format(where=result.where(result.pose), first=choices.first(outcome.count))

@@ -95,34 +95,10 @@ class PointOutcome(Outcome):
         return self._whole(self.result.main.compliance)
 
     @cached_property
-    def _spread(self) -> Spread:
+    def spread(self) -> Spread:
+        """Displacement of the samples, or of the nominal linkage as one, (poses, samples, 3)."""
         point = self.result.inputs.points[0]
         return self.result.spread.get(point) or Spread(self._whole(self.result.main.total)[:, None])
-
-    @property
-    def samples(self) -> Array:
-        """Displacement, (poses, samples, 3)."""
-        return self._spread.samples
-
-    @property
-    def mean(self) -> Array:
-        """Mean position."""
-        return np.asarray(self.rigid + self._spread.mean)
-
-    @property
-    def std(self) -> Array:
-        """Standard deviation of the position."""
-        return self._spread.std
-
-    @property
-    def standard_error(self) -> Array:
-        """Standard error of `mean`."""
-        return self._spread.standard_error
-
-    @property
-    def std_standard_error(self) -> Array:
-        """Standard error of `std`."""
-        return self._spread.std_standard_error
 
     @property
     def error_bound(self) -> Array:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...job.large_table import failed_samples
 from ...job.remarks import beyond_size, without_result
 from ..graphics.plane import ROUNDING
 
@@ -22,6 +23,7 @@ def remarks(result: RunResult) -> list[str]:
         moved = np.broadcast_to(accuracy.total, (result.poses, 6))
         found += beyond_size(point, moved, result.size, where)
     found += without_result(result.lost, result.poses, result.inputs.samples, result.inputs.nan_policy)
+    found += failed_samples(result.outcome) if "large" in result.inputs.also else []
     return [*found, *_unmoved(result), *_pose(result)]
 
 

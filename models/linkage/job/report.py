@@ -58,7 +58,7 @@ def _summary(result: RunResult) -> Iterable[str]:
     inputs = result.inputs
     drawn = f" × {inputs.samples} samples{drawn_by(inputs.sampler)}, seed {inputs.rng}" if inputs.tolerances else ""
     yield f"{result.poses} poses{drawn}, from `{inputs.source.file.name}`."
-    found = result.reported_status
+    found = result.marked_status
     statuses = [status for status in dict.fromkeys(found.tolist()) if status != "regular"]
     for status in statuses[:20]:
         at = np.flatnonzero(found == status)

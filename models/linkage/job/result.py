@@ -6,19 +6,19 @@ import warnings
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ....framework.errors import MechanismWarning
 from ...job.measured import MEASURED_WAY
 from ...job.memory import check
-from ...job.outcome import taken
+from ...job.outcome import LARGE_WAY, LINEAR_WAY, taken
 from ...job.sharing import ALONE, SampleKind, Sharing
 from ...job.stages import Advance
 from ...sampling import sample_blocks
 from .computed import Computed
 from .inputs import RunInputs
 from .point import PointOutcome
-
-# What is counted.
-WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
 # Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
 BYTES_ALONE, BYTES = 8 * 30, 8 * 30
@@ -32,7 +32,7 @@ class RunResult(Computed):
         """All that depends on samples, by the kind of these."""
         found = {}
         if self.inputs.tolerances:
-            found["linear"] = SampleKind(WAY, self.parts, self.names)
+            found["linear"] = SampleKind(LINEAR_WAY, self.parts, self.names)
         if "large" in self.inputs.also:
             found["large"] = SampleKind(LARGE_WAY, self.outcome.large_parts, ("large", "rigid"))
         measured = self.at_measured_poses
@@ -44,6 +44,12 @@ class RunResult(Computed):
     def outcome(self) -> PointOutcome:
         """The first point, for the tables that any job has."""
         return PointOutcome(self)
+
+    @cached_property
+    def marked_status(self) -> NDArray[np.str_]:
+        """`reported_status`, where large displacement is asked for marked by what it says of the first point."""
+        found = self.reported_status
+        return np.where(found == "regular", self.outcome.marked_status, found) if "large" in self.inputs.also else found
 
 
 def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
@@ -91,7 +97,7 @@ def finish(result: RunResult, advance: Advance | None = None, shared: Sharing = 
 
 def work(inputs: RunInputs) -> dict[str, int]:
     """Poses times samples to be computed, with tolerances; and how many at large displacement, where that is asked."""
-    found = {WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
+    found = {LINEAR_WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
     if "large" in inputs.also:
         found[LARGE_WAY] = _poses(inputs) * (taken(inputs.samples) if inputs.tolerances else 1)
     if inputs.tolerances and inputs.measured is not None:

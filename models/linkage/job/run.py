@@ -6,6 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ...job import large_table
 from ...job.measured import TABLE_FILE
 from ...job.report import Report
 from ...job.run import Job
@@ -17,6 +20,7 @@ from .page import write_job_page
 from .remarks import remarks
 from .report import report
 from .result import RunResult, finish, work
+from .sampled import drawn
 from .table import as_csv, as_text, legend, reactions_csv
 
 if TYPE_CHECKING:
@@ -77,9 +81,18 @@ class LinkageJob(Job):
         return found if self.result.measured is None else found | {TABLE_FILE: self.result.measured.as_csv()}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
-        """Samples of the displacement; nothing without tolerances."""
-        found = self.result.displacement
-        return {} if found is None else {"drive": self.result.drive, "displacement": found}
+        """Samples of the inputs and of the displacement of all points; nothing without tolerances."""
+        result, also = self.result, self.inputs.also
+        if result.displacement is None:
+            return {}
+        found: dict[str, NDArray[Any]] = {"drive": result.drive, "displacement": result.displacement}
+        found["rigid"] = np.stack([np.broadcast_to(each.rigid, (result.poses, 3)) for each in result.accuracy.values()])
+        if "large" in also:
+            found["displacement_large"] = np.moveaxis(result.outcome.large.samples, 1, 0)
+        if "condition" in also:
+            found |= {"kappa": result.outcome.kappa, "kappa_scaled": result.outcome.kappa_scaled}
+        draws = {f"input_{name}": values for name, values in drawn(self.inputs).items()}
+        return {**found, "status": result.marked_status, **draws}
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The linkage, the path of its first point, histograms and residuals where there are any, the reactions."""
@@ -111,7 +124,9 @@ class LinkageJob(Job):
         return report(self.result)
 
     def summary(self, width: int | None = None) -> str:
-        """What the table's columns are, the table, and what its brackets hold."""
+        """What the table's columns are, the table, what its brackets hold, and what was asked for beside it."""
         table = as_text(self.result, width)
         measured = [] if self.result.measured is None else [self.result.measured.in_words()]
-        return "\n\n".join([legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *measured])
+        large = large_table.passage(self.result.outcome, width) if "large" in self.inputs.also else []
+        paragraphs = [legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *large, *measured]
+        return "\n\n".join(paragraphs)

@@ -25,7 +25,7 @@ def as_csv(result: RunResult) -> str:
         names.append(name)
         columns.append(values)
     numbers = np.column_stack(columns).tolist()
-    rows = ([*row, status] for row, status in zip(numbers, result.reported_status.tolist(), strict=True))
+    rows = ([*row, status] for row, status in zip(numbers, result.marked_status.tolist(), strict=True))
     return separated([*names, "status"], rows)
 
 
@@ -115,7 +115,7 @@ def _cells(result: RunResult) -> Iterator[list[str]]:
     errors += [np.full(result.poses, np.nan)] * len(forces)
     yield [*heads, "status"]
     numbers = (np.column_stack(each).tolist() for each in (columns, errors))
-    for row, uncertainties, status in zip(*numbers, result.reported_status.tolist(), strict=True):
+    for row, uncertainties, status in zip(*numbers, result.marked_status.tolist(), strict=True):
         yield [*(with_error(*each) for each in zip(row, uncertainties, forms, strict=True)), status]
 
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from ....framework.batch import Array, rotated
 from ....framework.errors import FrameError
+from ...clearance import offset
+from ...planar import vector
 from ..description.parts import ROUNDING, Pair
 
 if TYPE_CHECKING:
@@ -61,8 +63,7 @@ def _offset(frame: Frame, pair: Pair) -> tuple[Array, Array]:
     """Offset in the joint's axes at every pose, x and y, (...)."""
     assert pair.contact is not None
     assert pair.clearance is not None
-    x, y = pair.clearance * np.cos(pair.contact), pair.clearance * np.sin(pair.contact)
-    place = rotated(pair.axes, np.stack([x, y, np.zeros(np.shape(x))], axis=-1))
+    place = rotated(pair.axes, vector(offset(pair.clearance, pair.contact)))
     axes = np.asarray(frame.joints[pair.name].element.axes)
     local = rotated(np.swapaxes(axes, -1, -2), place)
     if np.any(np.abs(local[..., 2]) > ROUNDING * np.max(pair.clearance)):

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ....framework.batch import Array
-from ...distributions import SIGMAS, Distribution
+from ...distributions import Distribution, ends
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..motion import Motion
 from ..worst_case.contributors import Contributors
@@ -70,14 +70,9 @@ def contributors(worst: WorstCase, tolerances: Mapping[str, Tolerance]) -> Contr
 
 def reach(tolerance: Tolerance) -> tuple[float, float]:
     """Lower and upper deviation from the nominal value: limits of the distribution, or three standard deviations."""
-    from scipy.special import ndtr
-
     middle = nominal_draw(tolerance)
-    ends = []
-    for end, score in ((0.0, -SIGMAS), (1.0, SIGMAS)):
-        limit = float(tolerance.distribution.ppf(np.array(end)))
-        ends.append(limit if np.isfinite(limit) else float(tolerance.distribution.ppf(ndtr(np.array(score)))))
-    return ends[0] - middle, ends[1] - middle
+    lower, upper = ends(tolerance.distribution)
+    return lower - middle, upper - middle
 
 
 def nominal_draw(tolerance: Tolerance) -> float:
