@@ -240,7 +240,7 @@ class InBulk(Editable):
         """
         constrained = dict.fromkeys(components(names), ZERO)
         for node in self._known(nodes, "support"):
-            self.supports.setdefault(node, {}).update(constrained)
+            self.supports[node] = {**self.supports.get(node, {}), **constrained}
 
     @without_search()
     def load_many(self, nodes: Names, **force: ArrayLike) -> None:

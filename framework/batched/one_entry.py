@@ -7,7 +7,7 @@ stands where, and what of it is zero, is the key by which the list is found.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Mapping
 from typing import Any
 
 import numpy as np
@@ -198,7 +198,7 @@ def _stack(group: Group) -> NDArray[Any]:
     return found
 
 
-def _six(given: dict[int, Any]) -> list[float]:
+def _six(given: Mapping[int, Any]) -> list[float]:
     return [float(given[k]) if k in given else 0.0 for k in range(6)]
 
 

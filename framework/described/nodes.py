@@ -19,8 +19,8 @@ from .parts import Body, JointLink, MassPoint, Member, Node, Tie
 # Dimensions of results beside the batch axes.
 TAKEN = ("node", "component", "support", "force", "joint", "status")
 
-# What is kept by name and may grow under that name.
-_GROWING = ("supports", "offsets", "loads", "member_loads")
+# What is kept by name and may grow under that name; other values are replaced as a whole, so that copies share them.
+_GROWING = ("loads", "member_loads")
 
 
 @dataclass(eq=False, repr=False)
@@ -39,8 +39,8 @@ class DescribedNodes:
     node_sets: dict[str, list[str]] = field(default_factory=dict)
     element_sets: dict[str, list[str]] = field(default_factory=dict)
     ties: list[Tie] = field(default_factory=list)
-    supports: dict[str, dict[int, Array]] = field(default_factory=dict)
-    offsets: dict[str, dict[int, Array]] = field(default_factory=dict)
+    supports: dict[str, Mapping[int, Array]] = field(default_factory=dict)
+    offsets: dict[str, Mapping[int, Array]] = field(default_factory=dict)
     loads: dict[str, list[tuple[int, Array]]] = field(default_factory=dict)
     member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
     weight: Array | None = None

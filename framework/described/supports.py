@@ -104,7 +104,7 @@ class DescribedSupports(DescribedMembers):
         [0, 1, 2, 3, 4]
         """
         node, zeros = self._node(node, "support"), dict.fromkeys(components(names), ZERO)
-        self.supports.setdefault(node, {}).update(zeros)
+        self.supports[node] = {**self.supports.get(node, {}), **zeros}
 
     def prescribe(self, node: str, **displacement: ArrayLike) -> None:
         """Prescribe displacement components of a node, such as a settlement.
@@ -139,7 +139,7 @@ class DescribedSupports(DescribedMembers):
         node = self._node(node, "support")
         given = values(f"support of {node!r}", displacement, DISPLACEMENTS)
         self._join({f"{DISPLACEMENTS[k]} prescribed at {node!r}": value.shape for k, value in given.items()})
-        self.supports.setdefault(node, {}).update(given)
+        self.supports[node] = {**self.supports.get(node, {}), **given}
 
     def offset(self, joint: str, **displacement: ArrayLike) -> None:
         """Impose a relative displacement in a joint, in its own axes: clearance, misfit, actuation.
@@ -177,7 +177,7 @@ class DescribedSupports(DescribedMembers):
         joint = found("offset joint", joint, self.joints)
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
         self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
-        self.offsets.setdefault(joint, {}).update(given)
+        self.offsets[joint] = {**self.offsets.get(joint, {}), **given}
 
     def _tie(self, master: str, slaves: tuple[str, ...], components: tuple[int, ...], *, rigid: bool) -> None:
         master, *others = (self._node(node, "tie") for node in (master, *slaves))

@@ -8,6 +8,8 @@ anything open are left to `linkframe.framework.results.constrained_batch`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -209,11 +211,13 @@ def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> De
     clone = frame_at(frame, change, shape)
     clone.absent = clone.made_from = None
     clone.joints = {name: link._replace(element=_JointAt(link.element, change)) for name, link in frame.joints.items()}
-    clone.supports, clone.offsets = (
-        {name: {k: change(value, 0) for k, value in given.items()} for name, given in each.items()}
-        for each in (frame.supports, frame.offsets)
-    )
+    clone.supports, clone.offsets = _changed(frame.supports, change), _changed(frame.offsets, change)
     return clone
+
+
+def _changed(given: Mapping[str, Mapping[int, Array]], change: Change) -> dict[str, Mapping[int, Array]]:
+    """What is given by name and component, at some entries of its batch."""
+    return {name: {k: change(value, 0) for k, value in each.items()} for name, each in given.items()}
 
 
 class _JointAt(JointElement):

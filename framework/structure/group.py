@@ -254,7 +254,7 @@ class Group:
         kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
         rotated: NDArray[Any] = _by_nodes(rows, *self.end_axes).astype(kind)
         weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
-        one, other = np.swapaxes(rotated, -1, -2), np.swapaxes(weighted, -1, -2)
+        one, other = rotated.mT, weighted.mT
         # of numbers in extended precision row by row is a third quicker, in the same order
         extended = kind is Extended
         out: NDArray[Any] = np.vecdot(one[..., None, :], other[..., None, :, :]) if extended else one @ weighted

@@ -100,7 +100,7 @@ class NumberedPieces:
             return None
         plain = self.plain_positions.astype(kind, copy=False)
         if len(self.ends) == len(self.counts):
-            both = plain[self.ends]
+            both = plain.take(self.ends, axis=0)
             return both[:, 1] - both[:, 0]
         first, last = ([self.number[node] for node in side] for side in _sides(self.frame))
         return (plain[last] - plain[first])[self.members]

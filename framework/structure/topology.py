@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Collection, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,10 +36,6 @@ class Piece:
     count: int
     element: LineElement
     nodes: tuple[int, int]
-
-
-# Members of which, where nodes have moved, finding those that have not takes as long as evaluating all.
-_FEW = 8
 
 
 class FormerStacks(NamedTuple):
@@ -213,33 +209,24 @@ class Topology(NumberedPieces):
         """
         if self.gathered is None:
             return None
-        groups, changed, others = self.gathered
+        groups, others = self.gathered.groups, self.gathered.others
         if self._chords is not former._chords:
-            if len(self.ends) <= _FEW:
-                return [self._remade(group, changed).extended_stiffness() for group in groups]
             others = others.union(np.not_equal(self._chords, former._chords).nonzero()[0].tolist())
-        out = []
-        for group, stack in zip(groups, known, strict=True):
-            pieces = group.pieces.tolist()
-            out.append(stack if others.isdisjoint(pieces) else self._stiffness(group, stack, pieces, others))
-        return out
+        each = enumerate(zip(groups, known, strict=True))
+        return [self._stiffness(number, group, stack, others) for number, (group, stack) in each]
 
-    def _stiffness(self, group: Group, stack: NDArray[Any], pieces: list[int], others: set[int]) -> NDArray[Any]:
-        """Stiffness of a stack that is known but for some pieces."""
-        assert self.gathered is not None
-        at = [place for place, k in enumerate(pieces) if k in others]
-        if 2 * len(at) >= len(pieces) or stack.dtype != Extended or not group.element.elementwise:
-            return self._remade(group, self.gathered.changed).extended_stiffness()
-        numbers, out = group.pieces[at], stack.copy()
+    def _stiffness(self, number: int, group: Group, stack: NDArray[Any], others: set[int]) -> NDArray[Any]:
+        """Stiffness of a stack that is known but for the pieces of some members."""
+        at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
+        if not at:
+            return stack
+        if len(at) == len(group.pieces) or stack.dtype != Extended or not group.element.elementwise:
+            return self.groups[number].extended_stiffness()
         assert isinstance(self._chords, np.ndarray)
-        some = replace(
-            group,
-            element=self._stacked(self._elements_of(numbers.tolist())),
-            pieces=numbers,
-            dofs=group.dofs[at],
-            chord=self._chords[numbers].reshape(len(at), *group.chord.shape[1:]),
-            counts=group.counts[at],
-        )
+        pieces, out = group.pieces[at], stack.copy()
+        element = self._stacked(self._elements_of(pieces.tolist()))
+        chord = self._chords[pieces].reshape(len(at), *group.chord.shape[1:])
+        some = Group(element, pieces, group.dofs[at], chord, group.counts[at], group.axes, group.body)
         out[at] = some.extended_stiffness()
         return out
 

@@ -9,7 +9,7 @@ simply absent and a free one has no spring. Edges that close a loop add springs,
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -285,7 +285,7 @@ def _support(frame: Description, rhs_parameters: RightHandSideParameters, node: 
     return Edge(node, "support", GROUND, number[node], ideal, (0.0,) * 6, None, _offset(rhs_parameters, constrained))
 
 
-def _offset(rhs_parameters: RightHandSideParameters, given: dict[int, Array]) -> tuple[Row, ...]:
+def _offset(rhs_parameters: RightHandSideParameters, given: Mapping[int, Array]) -> tuple[Row, ...]:
     return rhs_parameters.six(given) if given else _NONE
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section, Tube
 from linkframe.framework import Frame
+from linkframe.framework.structure.group import Group
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 ROD = Beam(Circle(diameter=0.02), STEEL)
@@ -157,3 +158,40 @@ def test_members_that_stay_are_not_evaluated_again() -> None:
     rods, *others = zip(*(each.plan.unloaded.known_stacks or () for each in (before, after)), strict=True)
     assert all(one is other for one, other in others)
     assert (rods[0] != rods[1]).any(axis=(1, 2)).tolist() == [True, False, False, False]
+
+
+def test_where_a_node_moved_its_members_alone_are_evaluated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a stack of other sections too, and to the bit."""
+    frame = described(ROD)
+    for name, diameter in {"AB": 0.03, "DE": 0.025}.items():
+        frame.change(name, Beam(Circle(diameter=diameter), STEEL))
+        frame.solve().displacement("D")
+    evaluated, step = list[list[int]](), np.array([0.01, 0.02, 0.0])
+    stiffness = Group.extended_stiffness
+
+    def noted(group: Group) -> np.ndarray[Any, Any]:
+        evaluated.append(group.pieces.tolist())
+        return stiffness(group)
+
+    for moved, members in (("E", [2]), ("D", [1, 2]), ("BC", [0, 1]), ("BCD", [0, 2]), ("BCE", [0, 1, 2])):
+        places = [frame.nodes[node].coordinates + step for node in moved]
+        frame.change(tuple(moved), places if len(moved) > 1 else places[0])
+        with monkeypatch.context() as patched:
+            patched.setattr(Group, "extended_stiffness", noted)
+            found = frame.solve().displacement("D")
+        assert evaluated == [members]
+        evaluated.clear()
+        np.testing.assert_array_equal(found, pickle.loads(pickle.dumps(frame)).solve().displacement("D"))
+
+
+def test_copies_share_supports_until_they_change() -> None:
+    frame = described(ROD)
+    frame.offset("pin", ux=1e-3)
+    copy = frame.copy()
+    assert copy.supports["A"] is frame.supports["A"]
+    copy.prescribe("A", ux=1e-3)
+    copy.fix_many(["E"], "ux")
+    copy.offset("pin", uy=1e-3)
+    assert frame.supports["A"][0] == 0.0
+    assert copy.supports["A"][0] == 1e-3
+    assert (sorted(frame.offsets["pin"]), sorted(copy.offsets["pin"])) == ([0], [0, 1])
