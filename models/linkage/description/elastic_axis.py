@@ -62,10 +62,10 @@ def _check_alike(link: str, points: Sequence[str], chords: Sequence[Array]) -> N
             if not straight.any():
                 break
             if not straight.all() and np.any(straight & (np.vecdot(along, chord) < 0.0)):
+                text = ", ".join(points[first : last + 2])
                 raise FrameError(
-                    f"link {link!r}: its line runs back over itself along {', '.join(points[first : last + 2])} at some "
-                    "entries of the batch and is not straight at others: split the batch, or give beam= by pairs of "
-                    "points"
+                    f"link {link!r}: its line runs back over itself along {text} at some entries of the batch and is "
+                    "not straight at others: split the batch, or give beam= by pairs of points"
                 )
 
 
