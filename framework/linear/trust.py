@@ -257,7 +257,8 @@ class ResultsWithBounds(NamedResults):
         ndarray
             Greatest over least singular value, (...): about as many of 16 digits are at risk as it has; inf where
             nothing resists. The coordinates of a loop are those of the entry alone, and may be others where the joints
-            of the loop are described in another order.
+            of the loop are described in another order. Scaling goes by components along the axes of bodies and joints,
+            so that a linkage drawn in another reference configuration has another at the same pose.
         """
         return self._read("scaled", lambda: scaled(self.plan))
 

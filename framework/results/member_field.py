@@ -16,6 +16,8 @@ from ..structure.topology import Group, Index, Topology
 
 # Share of the length by which a station is at an end.
 _AT = 1e-9
+# Strain that each displacement and rotation comes of first, and those of bending.
+_STRAIN_OF, _BENDING = [0, 5, 4, 3, 4, 5], [4, 5]
 
 
 def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
@@ -141,11 +143,28 @@ def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
 
 
 def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
-    """Displacement by the loads on some pieces between ends that do not move."""
+    """Displacement by the loads on some pieces between ends that do not move.
+
+    Integrated in each plane from the end where sections are less flexible: what the strain of a thin end has of
+    rounding does not swing the whole.
+    """
     length = group.length[at]
+    ends = np.stack([np.zeros_like(length), np.ones_like(length)])
+    flexibility = group.of(at).section_flexibility(ends)[..., _STRAIN_OF]
+    first, last = np.broadcast_to(flexibility, np.broadcast_shapes(flexibility.shape, (*ends.shape, 6)))
+    last_is_stiffer = last < first
     constrained = -end_loads(topology, group, at)[..., :6]
-    slip = _slips(group, length, _integrated(topology, group, at, length[None], constrained)[0])
-    return _integrated(topology, group, at, x, constrained) + _rigid(slip, x)
+
+    def held_at(side: int) -> Array:
+        origin = side * length
+        slip = _slips(
+            group, length, _integrated(topology, group, at, length - origin[None], constrained, side)[0], side
+        )
+        return _integrated(topology, group, at, x, constrained, side) + _rigid(slip, x - origin)
+
+    if not last_is_stiffer.any():
+        return held_at(0)
+    return held_at(1) if last_is_stiffer[..., _BENDING].all() else np.where(last_is_stiffer, held_at(1), held_at(0))
 
 
 def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
@@ -166,14 +185,14 @@ def about(force: Array, arm: Array) -> Array:
     return out
 
 
-def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
-    """Displacement at `x` relative to the start, from the strains between them, (k, n, ..., 6)."""
+def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Array, side: int) -> Array:
+    """Displacement at `x` relative to the start (0) or end (1), from the strains between them, (k, n, ..., 6)."""
     length = group.length[at]
     out: Array = np.zeros((*np.broadcast_shapes(start.shape[:-1], np.shape(x)), 6))
     lower = np.zeros_like(length)
     element = group.of(at)
     for upper in _breaks(topology, group, at):
-        a, b = np.minimum(lower, x), np.minimum(upper, x)
+        a, b = (np.maximum(lower, x), np.maximum(upper, x)) if side else (np.minimum(lower, x), np.minimum(upper, x))
         points, weights = element.rule_between(a / length, b / length)
         for some in together(len(points), out.size):
             places = a + (b - a) * points[some]
@@ -184,7 +203,7 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
             strain = strain if free is None else strain + free
             strains = strain.reshape(len(places), -1, *strain.shape[1:])
             for weight, place, here in zip(weights[some], places, strains, strict=True):
-                out = out + (weight * (b - a))[..., None] * _carried(here, x - place)
+                out = out + (weight * (a - b if side else b - a))[..., None] * _carried(here, x - place)
         lower = upper
     return out
 
@@ -212,17 +231,18 @@ def _carried(strain: Array, ahead: Array) -> Array:
 
 
 def _rigid(motion: Array, x: Array) -> Array:
-    """Displacement at `x` that goes with `motion` (..., 6) of the start."""
+    """Displacement at a distance `x` ahead that goes with a `motion` (..., 6)."""
     shape = np.broadcast_shapes(motion.shape[:-1], np.shape(x))
     return _carried(np.broadcast_to(motion, (*shape, 6)), np.asarray(x))
 
 
-def _slips(group: Group, length: Array, end: Array) -> Array:
-    """Motion of the start in its released components that brings the other components of the end back to zero."""
-    free = [component for side, component in group.element.releases if side == 0]
-    kept = [k for k in range(6) if (1, k) not in group.element.releases]
-    out = np.zeros_like(end)
+def _slips(group: Group, length: Array, other: Array, side: int) -> Array:
+    """Motion of the start (0) or end (1) in its released components that brings those of the other back to zero."""
+    free = [component for own, component in group.element.releases if own == side]
+    kept = [k for k in range(6) if (1 - side, k) not in group.element.releases]
+    out = np.zeros_like(other)
     if free:
-        columns = np.stack([_rigid(np.eye(6)[k], length) for k in free], axis=-1)[..., kept, :]
-        out[..., free] = -(np.linalg.pinv(columns) @ end[..., kept, None])[..., 0]
+        ahead = -length if side else length
+        columns = np.stack([_rigid(np.eye(6)[k], ahead) for k in free], axis=-1)[..., kept, :]
+        out[..., free] = -(np.linalg.pinv(columns) @ other[..., kept, None])[..., 0]
     return out

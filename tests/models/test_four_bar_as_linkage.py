@@ -74,6 +74,24 @@ def test_a_point_beyond_a_pin_moves_alike_whether_or_not_it_is_a_little_off_the_
         FourBar(ground=0.22, point=(np.array([0.1, 0.3]), 0.0)).move(0.5).frame()
 
 
+@pytest.mark.parametrize("beyond", [0.3, -0.1])
+def test_a_point_beyond_a_pin_at_some_entries_and_off_the_line_at_others_is_refused(beyond: float) -> None:
+    """Alone the one has its bar through the three points in their order, the other one that is bent at P."""
+    four_bar = FourBar(ground=0.22, point=(beyond, np.array([0.0, 0.03])))
+    for described in (lambda: four_bar.move(0.5).frame(), lambda: four_bar.linkage(0.5)):
+        with pytest.raises(FrameError, match=r"runs back .* B, P, D at some entries .* not straight at others: split"):
+            described()
+
+
+def test_a_point_between_the_pins_at_some_entries_and_off_the_line_at_others_is_taken() -> None:
+    heights, moved = np.array([0.0, 0.03]), []
+    for y in (heights, *heights):
+        frame = FourBar(ground=0.22, point=(0.1, y)).move(0.5).frame()
+        frame.load("P", fx=10.0, fy=100.0)
+        moved.append(frame.solve().displacement("P"))
+    assert_allclose(moved[0], moved[1:], rtol=1e-12, atol=1e-15)
+
+
 def test_clearances_go_with_it() -> None:
     four_bar = FourBar(ground=0.22)
     linkage = four_bar.linkage(0.5, {"B": 1e-4})

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....elements import Beam
 from ....framework.arm import crossed
@@ -28,16 +29,18 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
     Raises
     ------
     FrameError
-        If such a stretch tapers or has releases, or its points change their order within the batch.
+        If such a stretch tapers or has releases, its points change their order within the batch, or it is straight at
+        some entries only.
     """
     pairs = list(pairwise(points))
     chords = [places[end] - places[start] for start, end in pairs]
     if not all(np.all(np.vecdot(chord, chord)) for chord in chords):
         return pairs
+    _check_alike(link, points, chords)
     out: list[Ends] = []
     first = 0
     for index in range(1, len(pairs) + 1):
-        if index == len(pairs) or not _in_line(chords[first], chords[index]):
+        if index == len(pairs) or not _in_line(chords[first], chords[index]).all():
             stretch = list(points[first : index + 1])
             back = any(np.any(np.vecdot(chords[first], chord) < 0.0) for chord in chords[first:index])
             out += pairwise(_in_order(link, stretch, places, chords[first], beam) if back else stretch)
@@ -45,9 +48,25 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
     return out
 
 
-def _in_line(one: Array, other: Array) -> bool:
+def _in_line(one: Array, other: Array) -> NDArray[np.bool_]:
     across, size = crossed(one, other), np.vecdot(one, one) * np.vecdot(other, other)
-    return bool((np.vecdot(across, across) <= IN_LINE**2 * size).all())
+    return np.asarray(np.vecdot(across, across) <= IN_LINE**2 * size)
+
+
+def _check_alike(link: str, points: Sequence[str], chords: Sequence[Array]) -> None:
+    """Check that a stretch that runs back over itself is straight at all entries or at none."""
+    for first, along in enumerate(chords):
+        straight = np.ones((), dtype=bool)
+        for last, chord in enumerate(chords[first + 1 :], start=first + 1):
+            straight = straight & _in_line(along, chord)
+            if not straight.any():
+                break
+            if not straight.all() and np.any(straight & (np.vecdot(along, chord) < 0.0)):
+                text = ", ".join(points[first : last + 2])
+                raise FrameError(
+                    f"link {link!r}: its line runs back over itself along {text} at some entries of the batch and is "
+                    "not straight at others: split the batch, or give beam= by pairs of points"
+                )
 
 
 def _in_order(
