@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import FourBar, Link, Linkage, Motion
+from linkframe.models.linkage.statics import determinacy
+from linkframe.models.linkage.statics.determinacy import blocks
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.linkages import four_bar
@@ -483,3 +485,23 @@ def test_what_is_not_there_is_refused() -> None:
         heavy_four_bar().move(A=0.3).free_accelerations({"B": 1.0})
     with pytest.raises(FrameError, match="nothing that has inertia"):
         four_bar(0.3, 0.9, 0.8, 0.7, 1.0).move(A=0.3).free_accelerations()
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=30, deadline=None)
+def test_blocks_of_equations_are_those_that_do_not_meet(seed: int) -> None:
+    """Against the powers of the matrix that tells which rows share a column."""
+    rng = np.random.default_rng(seed)
+    used = rng.random((rng.integers(1, 9), rng.integers(1, 9))) < 0.25
+    shared = np.linalg.matrix_power((used @ used.T | np.eye(len(used), dtype=bool)).astype(int), len(used)) > 0
+    found = {tuple(rows): set(columns.tolist()) for rows, columns in blocks(used)}
+    for row, others in enumerate(shared):
+        own = tuple(np.flatnonzero(others).tolist())
+        assert found[own] == set(np.flatnonzero(used[list(own)].any(axis=0)).tolist()), row
+
+
+def test_blocks_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Poses of one pattern of coefficients, one by one, and linkages of it: the first alone is looked at."""
+    heavy_four_bar().move(A=0.3).reactions()
+    monkeypatch.setattr(determinacy, "_blocks", None)
+    assert np.isfinite(heavy_four_bar().move(A=0.4).reactions().drive("A")).all()

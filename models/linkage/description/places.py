@@ -19,3 +19,8 @@ def place(linkage: Sketch, link: str, point: str) -> Array:
     start = linkage.points[given.points[0]]
     chord = reference_place - start
     return np.asarray(start + chord * (given.length / np.linalg.norm(chord, axis=-1))[..., None])
+
+
+def places(linkage: Sketch, link: str) -> dict[str, Array]:
+    """Where all points of a link are, as `place` has it."""
+    return {point: place(linkage, link, point) for point in linkage.links[link].points}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
@@ -162,14 +162,31 @@ class AssembledPoses:
         """Velocity coordinates and their time derivatives, entries (...) of the batch shape."""
         return _rates(self)
 
+    def evaluate_links(self, *, rates: bool = False) -> None:
+        """Find the poses of all links, and with `rates` their motions, together, before they are asked for one by one.
+
+        Links of a chain stand on those before them: one by one takes a time that grows with the square of their number.
+
+        Parameters
+        ----------
+        rates
+            Whether velocities and accelerations are wanted.
+        """
+        links = self.linkage.links
+        if len(self._poses) < len(links):
+            self._poses.update(self._vectors(links, self.mechanism.poses))
+        if rates and len(self._moves) < len(links):
+            self._moves.update(self._vectors(links, self.mechanism.rates, *self.velocities))
+
     def _pose(self, link: str) -> tuple[list[Value], list[list[Value]]]:
+        """Reference point and axes, in the ground's axes."""
         if link not in self._poses:
-            twelve = self._run(self.mechanism.pose_of(self._known(link)), self.assembly.state)
-            self._poses[link] = twelve[:3], [twelve[3:6], twelve[6:9], twelve[9:12]]
-        return self._poses[link]
+            self._poses.update(self._vectors([self._known(link)], self.mechanism.pose_of(link)))
+        origin, *axes = self._poses[link]
+        return origin, axes
 
     @cached_property
-    def _poses(self) -> dict[str, tuple[list[Value], list[list[Value]]]]:
+    def _poses(self) -> dict[str, list[list[Value]]]:
         return {}
 
     def _rates(self, link: str) -> list[list[Value]]:
@@ -177,13 +194,20 @@ class AssembledPoses:
         if link == GROUND:
             return [[0.0, 0.0, 0.0]] * 4
         if link not in self._moves:
-            twelve = self._run(self.mechanism.rates_of(self._known(link)), self.assembly.state, *self.velocities)
-            self._moves[link] = [twelve[k : k + 3] for k in range(0, 12, 3)]
+            program = self.mechanism.rates_of(self._known(link))
+            self._moves.update(self._vectors([link], program, *self.velocities))
         return self._moves[link]
 
     @cached_property
     def _moves(self) -> dict[str, list[list[Value]]]:
         return {}
+
+    def _vectors(
+        self, links: Iterable[str], program: Functions, *inputs: Sequence[Value]
+    ) -> dict[str, list[list[Value]]]:
+        """By link the four vectors that a program has of it."""
+        numbers = iter(self._run(program, self.assembly.state, *inputs))
+        return {link: [[next(numbers) for _ in range(3)] for _ in range(4)] for link in links}
 
     def _run(self, program: Functions, *inputs: Sequence[Value]) -> list[Value]:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""

@@ -76,15 +76,15 @@ def centre_of(motion: Kinematics, link: str) -> Array:
     return motion.position_on(link, inertia(motion.linkage, link).centre)
 
 
-def weight(motion: Kinematics, link: str) -> Action:
-    """Weight of a link, at its centre of mass."""
+def weight(motion: Kinematics, link: str, centre: Array) -> Action:
+    """Weight of a link, at its centre of mass (..., 3)."""
     own = inertia(motion.linkage, link)
     force = own.mass[..., None] * motion.linkage.weight
-    return Action(link, centre_of(motion, link), np.concatenate([force, np.zeros_like(force)], axis=-1))
+    return Action(link, centre, np.concatenate([force, np.zeros_like(force)], axis=-1))
 
 
-def inertia_force(motion: Kinematics, link: str) -> Action:
-    """Inertia force and torque of a link about its centre of mass, Eq. (1) and (2) of the accuracy paper in space.
+def inertia_force(motion: Kinematics, link: str, centre: Array) -> Action:
+    """Inertia force and torque of a link about its centre of mass (..., 3), Eq. (1) and (2) of the accuracy paper.
 
     ``F = -m a``, ``T = -(I alpha + omega x I omega)``.
     """
@@ -94,7 +94,7 @@ def inertia_force(motion: Kinematics, link: str) -> Action:
     torque = rotated(tensor, gain) + crossed(spin, rotated(tensor, spin))
     force = own.mass[..., None] * motion.acceleration_on(link, own.centre)
     force, torque = np.broadcast_arrays(force, torque)
-    return Action(link, centre_of(motion, link), -np.concatenate([force, torque], axis=-1))
+    return Action(link, centre, -np.concatenate([force, torque], axis=-1))
 
 
 def kinetic_energy(motion: Kinematics) -> Array:

@@ -32,16 +32,16 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
     clone = frame.copy()
     clone.made_from, clone.tolerance = motion, motion.tolerance
     axes = {GROUND: np.eye(3)}
-    for name in motion.linkage.links:
-        axes[name] = _own(motion.axes(name))
-        clone.bodies[name] = Body(_own(motion.origin(name)), axes[name])
+    for name, origin, turned in motion.origins_and_axes():
+        axes[name] = _own(turned)
+        clone.bodies[name] = Body(_own(origin), axes[name])
     for name, pair in motion.linkage.joints.items():
         cross = pair.kind.name == "universal"
-        turned = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
+        along = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
         for own in (name, about_first(pair)) if cross else (name,):
             joint = clone.joints[own]
             assert isinstance(joint.element, Joint)
-            clone.joints[own] = type(joint)(joint.element.along(turned), joint.first, joint.second)
+            clone.joints[own] = type(joint)(joint.element.along(along), joint.first, joint.second)
     clone.size = 0.0
     for node in clone.nodes.values():
         place = node.coordinates

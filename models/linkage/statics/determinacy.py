@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.cache import PATTERNS
 
 Bools = NDArray[np.bool_]
 Block = tuple[NDArray[np.int64], NDArray[np.int64]]
@@ -139,6 +140,10 @@ def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSo
 
 def blocks(used: Bools) -> list[Block]:
     """Rows and columns of the blocks into which matrices fall of which these coefficients are `used`, (m, k)."""
+    return PATTERNS.found(("blocks", used.shape, used.tobytes()), lambda: _blocks(used), used.size)  # type: ignore[no-any-return]
+
+
+def _blocks(used: Bools) -> list[Block]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 

@@ -45,13 +45,14 @@ class Equilibrium(NewtonEuler):
             name: (*joint.kind.constrained, *linkage.drives.get(name, ())) for name, joint in linkage.joints.items()
         }
         self.size = _size(linkage)
+        motion.evaluate_links(rates=True)
         centres = {link: centre_of(motion, link) for link in linkage.links}
         super().__init__(centres, [self._transmitted(joint) for joint in linkage.joints.values()], self.size)
 
     @cached_property
     def side(self) -> Array:
         """What the joints must balance, (..., 6 links)."""
-        actions = [act(self.motion, link) for link in self.centres for act in (weight, inertia_force)]
+        actions = [act(self.motion, link, at) for link, at in self.centres.items() for act in (weight, inertia_force)]
         return self.balanced([*actions, *(action for _, action in applied(self.motion))])
 
     @cached_property

@@ -20,7 +20,7 @@ from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_axes
-from ..description.places import place
+from ..description.places import place, places
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
 from .another_pose import at_another_pose, differs_in_place_only
@@ -96,9 +96,9 @@ class Builder:
         if self.lost.any():
             self.frame.exclude(self.lost)
         for point in self.nodes.on_ground:
-            self._ground(self.nodes.of(GROUND, point), self.linkage.points[point])
-        for name, link in self.linkage.links.items():
-            self.link(name, link)
+            self._ground(self.nodes.on[GROUND][point], self.linkage.points[point])
+        for name, origin, axes in motion.origins_and_axes():
+            self.link(name, origin, axes)
         for pair in self.linkage.joints.values():
             self.joint(pair, clearance=clearance)
         self.name_points()
@@ -145,19 +145,19 @@ class Builder:
             still = replace(member.element, stiffness=np.zeros_like(member.element.stiffness))
             self.frame.members[name] = member._replace(element=still)
 
-    def link(self, name: str, link: LinkageLink) -> None:
+    def link(self, name: str, origin: Array, axes: Array) -> None:
         """A link: its body, nodes, beams or rigid connections, and mass."""
-        axes = self._there(self.motion.axes(name), np.eye(3), 2)
-        self.frame.body(name, self._there(self.motion.origin(name), np.zeros(3)), axes)
-        places = {point: place(self.linkage, name, point) for point in link.points}
-        for point, local in places.items():
-            self.frame.node(self.nodes.of(name, point), local, body=name)
+        link = self.linkage.links[name]
+        self.frame.body(name, self._there(origin, np.zeros(3)), self._there(axes, np.eye(3), 2))
+        at = places(self.linkage, name)
+        for point, node in self.nodes.on[name].items():
+            self.frame.node(node, at[point], body=name)
         sliders = list(self._sliders(name))
-        layout = Layout.of(link.beams, places, sliders)
+        layout = Layout.of(link.beams, at, sliders)
         for node in layout.fractions:
             self.frame.node(node, layout.at[node], body=name)
         self._beams(name, link, layout)
-        self._rigid(name, link, places)
+        self._rigid(name, link, at)
         for slider in sliders:
             self._bear(name, slider, layout)
         if is_given(link):
@@ -178,7 +178,7 @@ class Builder:
         if spins and is_even(stiffness):
             axes, spins = self._along(*self.spins[pair.name]), False
             stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
-        first, second = self._guide(pair), self.nodes.of(pair.second, pair.point)
+        first, second = self._guide(pair), self.nodes.on[pair.second][pair.point]
         if pair.kind.name == "universal":
             first, stiffness = self._cross(pair, first, stiffness, axes)
         element = Joint(
@@ -238,7 +238,7 @@ class Builder:
             if np.any(spring.stiffness):
                 _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
                 force = self._there(force, np.zeros(()), 0)
-                ends = [self.nodes.of(*end) for end in (spring.first, spring.second)]
+                ends = [self.nodes.on[link][point] for link, point in (spring.first, spring.second)]
                 self.frame.add(f"spring.{index}", Line(spring.stiffness, force, applied=True), *ends)
                 yield f"spring.{index}"
 
@@ -264,19 +264,19 @@ class Builder:
 
     def _bear(self, link: str, slider: Slider, layout: Layout) -> None:
         """Put the node under a slider, rigid with the seat on which it stands at each pose."""
-        guide, point = slider.guide, slider.pair.point
+        guide, point, nodes = slider.guide, slider.pair.point, self.nodes.on[link]
         bearing_points = layout.bearing_points[guide] or {point: np.ones((), dtype=bool)}
         if guide in layout.fractions:
             return
         self.frame.node(guide, slider.place, body=link)
         if len(bearing_points) == 1:
-            self.frame.rigid(self.nodes.on(link, next(iter(bearing_points))), guide)
+            self.frame.rigid(*(nodes.get(each, each) for each in bearing_points), guide)
             return
         hold = contact_stiffness(self.linkage.links[link].beams, layout.at)
         for bearing_point, here in bearing_points.items():
             foot = f"{guide}.on.{bearing_point}"
             self.frame.node(foot, slider.place, body=link)
-            self.frame.rigid(self.nodes.on(link, bearing_point), foot)
+            self.frame.rigid(nodes.get(bearing_point, bearing_point), foot)
             self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
 
     def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
@@ -285,9 +285,10 @@ class Builder:
             for pair, beam in beams_with_mass(self.linkage, link).items()
             for part, ends in zip(layout.parts(pair, beam), pairwise(layout.chains[pair]), strict=True)
         ]
+        nodes = self.nodes.on[name]
         for index, (beam, ends) in enumerate(pieces, start=1):
             member = name if len(pieces) == 1 else f"{name}.{index}"
-            self.frame.add(member, beam, *(self.nodes.on(name, end) for end in ends))
+            self.frame.add(member, beam, *(nodes.get(end, end) for end in ends))
             self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 
     def _rigid(self, name: str, link: LinkageLink, at: dict[str, Array]) -> None:
@@ -299,7 +300,7 @@ class Builder:
                 part = _reached(link, point)
                 pairs = [(_apart(at[there], at[here]), there, here) for there in sorted(main) for here in sorted(part)]
                 _, there, here = min(pairs)
-                self.frame.rigid(self.nodes.of(name, there), self.nodes.of(name, here))
+                self.frame.rigid(self.nodes.on[name][there], self.nodes.on[name][here])
                 joined |= part
 
     def _mass(self, name: str) -> None:
@@ -310,7 +311,7 @@ class Builder:
         mass = PointMass(
             own.mass, rotated_tensor(axes, own.tensor), rotated(axes, own.centre - place(self.linkage, name, point))
         )
-        self.frame.add(f"{name}.mass", mass, self.nodes.of(name, point))
+        self.frame.add(f"{name}.mass", mass, self.nodes.on[name][point])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -16,7 +16,7 @@ from ....framework.orientation import default_axes
 from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import LinkageLink
-from ..description.places import place
+from ..description.places import places
 
 # Consistent mass of an even line of unit mass and length.
 _LINE = np.kron([[2.0, 1.0], [1.0, 2.0]], np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / 6.0
@@ -144,21 +144,20 @@ def _of_beams(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
 
     Where they have no mass they are taken with a density of one, to tell where it would be.
     """
-    places = [place(linkage, link.name, point) for point in link.points]
+    at = places(linkage, link.name)
     if not link.beams:
-        middle: Array = sum(places, np.zeros(3)) / len(places)
+        middle: Array = sum(at.values(), np.zeros(3)) / len(at)
         return Inertia(np.zeros(()), middle, np.zeros((3, 3)))
     elements = link.beams if _massive(link) else _of_density_one(link)
-    total = np.zeros((6, 6))
+    total, first = np.zeros((6, 6)), at[link.points[0]]
     for pair, beam in elements.items():
-        start, end = (place(linkage, link.name, point) for point in pair)
-        total = total + _rigid_mass(beam, start, end, places[0])
+        total = total + _rigid_mass(beam, at[pair[0]], at[pair[1]], first)
     mass = total[..., 0, 0]
     arm = np.stack([total[..., 5, 1], total[..., 3, 2], total[..., 4, 0]], axis=-1) / mass[..., None]
     turn = cross_matrix(arm)
     about = total[..., 3:, 3:] + mass[..., None, None] * (turn @ turn)
     tensor = 0.5 * (about + np.swapaxes(about, -1, -2))
-    return Inertia(mass, places[0] + arm, tensor)
+    return Inertia(mass, first + arm, tensor)
 
 
 def _massive(link: LinkageLink) -> bool:

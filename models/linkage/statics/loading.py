@@ -14,7 +14,7 @@ from ....framework.dofs import FORCES
 from ....framework.frame import Frame
 from ....framework.protocol import LineElement
 from ..poses.kinematics import Kinematics
-from .actions import applied, inertia_force
+from .actions import applied, centre_of, inertia_force
 from .inertia import inertia, is_massive
 from .nodes import Nodes
 
@@ -59,7 +59,7 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
     given.
     """
     for link in motion.linkage.links:
-        whole = inertia_force(motion, link)
+        whole = inertia_force(motion, link, centre_of(motion, link))
         rest = whole.wrench
         for member, beam, start, end in pieces.get(link, []):
             if is_massive(beam):

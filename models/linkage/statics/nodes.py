@@ -7,7 +7,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..description.places import place
+from ..description.places import places
 
 # Distances that differ by that share of the greatest are equal.
 ALIKE = 1e-9
@@ -20,16 +20,23 @@ class Nodes:
     ----------
     linkage
         The linkage.
+
+    Attributes
+    ----------
+    on_ground
+        Points at which the ground takes part.
+    on
+        By link, the ground last: the node of each of its points.
     """
 
     def __init__(self, linkage: LinkageDescription) -> None:
         self.on_ground = list(dict.fromkeys(_ground_points(linkage)))
+        points = {name: link.points for name, link in linkage.links.items()} | {GROUND: self.on_ground}
         self._carriers: dict[str, list[str]] = {point: [] for point in linkage.points}
-        for link in linkage.links.values():
-            for point in link.points:
-                self._carriers[point].append(link.name)
-        for point in self.on_ground:
-            self._carriers[point].append(GROUND)
+        for link, own in points.items():
+            for point in own:
+                self._carriers[point].append(link)
+        self.on = {link: {point: self.of(link, point) for point in own} for link, own in points.items()}
 
     def of(self, link: str, point: str) -> str:
         """Node of a link's point."""
@@ -40,10 +47,6 @@ class Nodes:
         """Nodes of points of several links, each on the first of these; the ground comes last."""
         return {point: self.of(links[0], point) for point, links in self._carriers.items() if len(links) > 1}
 
-    def on(self, link: str, name: str) -> str:
-        """Node of a link's point, or the node under a slider."""
-        return self.of(link, name) if name in self._carriers else name
-
     def guide(self, pair: Pair) -> str:
         """Node of a joint on its first link: under the slider where the joint slides."""
         if pair.kind.slides:
@@ -53,13 +56,13 @@ class Nodes:
     def centre_node(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
         """The point of a link nearest to its centre of mass; of those that are equally far, the first."""
         points = linkage.links[link].points
-        away = [float(np.max(np.linalg.norm(centre - place(linkage, link, p), axis=-1))) for p in points]
+        away = [float(np.max(np.linalg.norm(centre - at, axis=-1))) for at in places(linkage, link).values()]
         # which of the ends of a bar is nearer to its middle would be rounding
         return next(point for point, far in zip(points, away, strict=True) if far <= min(away) + ALIKE * max(away))
 
     @property
     def _names(self) -> set[str]:
-        return {self.of(link, point) for point, links in self._carriers.items() for link in links}
+        return {node for nodes in self.on.values() for node in nodes.values()}
 
 
 def _ground_points(linkage: LinkageDescription) -> list[str]:

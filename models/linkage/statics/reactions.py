@@ -14,7 +14,7 @@ from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
 from ..graphics.reaction_plots import plot_reactions
 from ..poses.states import PoseState
-from .actions import inertia_force
+from .actions import centre_of, inertia_force
 from .determinacy import IdleMotions, solved
 from .equilibrium import Equilibrium
 from .frame import FramedPoses, frame
@@ -169,7 +169,7 @@ class Reactions:
         ndarray
             ``-m a`` and ``-(I alpha + omega x I omega)``, global, (..., 6).
         """
-        return inertia_force(self.motion, link).wrench
+        return inertia_force(self.motion, link, centre_of(self.motion, link)).wrench
 
 
 def reactions(motion: FramedPoses) -> Reactions:
