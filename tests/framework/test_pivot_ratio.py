@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+import pytest
 from linkframe.framework.batched.order import order, pattern_of
 from linkframe.framework.batched.stage import Stage
 from linkframe.framework.structure.parts import Grid, add, mask_of
@@ -44,3 +45,8 @@ def test_an_eliminated_unknown_leaves_its_rounding_in_those_that_are_left() -> N
     assert all(mask_of(value) == mask for mask, value in stage.pivot_ratio.items() if mask)
     least = np.min(np.broadcast_arrays(np.full(SHAPE, np.inf), *stage.pivot_ratio.values()), axis=0)
     np.testing.assert_allclose(least, (pivots / weight).min(axis=-1), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("shape", "sizes"), [((), (1,)), ((5,), (1, 5)), ((3, 4), (1, 3, 4, 12))])
+def test_entries_over_each_choice_of_axes(shape: tuple[int, ...], sizes: tuple[int, ...]) -> None:
+    assert Grid(shape).sizes == sizes
