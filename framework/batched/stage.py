@@ -141,7 +141,7 @@ class Stage:
         """Note a pivot in units of the stiffness whose rounding it carries, which is `carried` in units of the pivot.
 
         With the unknowns before it relaxed, unit motion of an unknown is a shape z, the pivot its energy z.A z, and
-        the rounding of it that of z.diag(A) z; `scale` accumulates the latter.
+        the rounding of it that of z.diag(A) z; `scale` accumulates the latter, of each path to z by itself.
         """
         ratio = reciprocal(carried)
         self.pivot_ratio[mask] = np.minimum(self.pivot_ratio[mask], ratio) if mask in self.pivot_ratio else ratio
