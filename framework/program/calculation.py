@@ -164,8 +164,9 @@ class Calculation:
             same[..., place] = _along(made[k] if k in made else given[k], len(lead))
         arrays: list[Array] = [same]
         outputs: list[tuple[Array, int]] = []
-        for k in kernel.values:
-            array = made[k] if k in made else np.asarray(given[k], dtype=np.float64)
+        for place, k in enumerate(kernel.values, -kernel.read):
+            array = np.asarray(made[k] if k in made else given[k])
+            array = array.astype(np.float64, copy=False) if place < 0 else array  # what is true or false as 1 or 0
             array = array.reshape((1,) * (len(shape) - array.ndim) + array.shape)
             along = k not in program.tables
             if k < program.first and along and length > 1:
@@ -177,7 +178,7 @@ class Calculation:
             arrays.append(array)
         seconds = math.prod(lead) * length * program.weight * COMPILED
         threads = workers() if seconds > THREADS else 1
-        kernel.run(_addresses(arrays, lead), max(length, WIDTH), threads)
+        kernel.run(_addresses(arrays, lead), max(length, WIDTH), threads, held=arrays)
         for out, place in outputs:
             out[...] = np.take(arrays[place], np.arange(length), axis)
 

@@ -70,6 +70,8 @@ class Kernel:
         Numbers of the values that are read and do not vary along that axis.
     values
         Numbers of the others that are read, tables among them, and after these of those that are written.
+    read
+        How many of these are read.
     """
 
     def __init__(self, program: Program, axis: int) -> None:
@@ -84,7 +86,7 @@ class Kernel:
         varies = {k: bool(program.masks[k] >> axis & 1) for k in read if k not in constants}
         self.same = [k for k in varies if not varies[k] and k not in program.tables]
         others = [k for k in varies if varies[k] or k in program.tables]
-        self.values = [*others, *written]
+        self.values, self.read = [*others, *written], len(others)
         self._function = compiled_kernel("\n".join(Text(program, self.same, others, written).lines()))
 
     @staticmethod
@@ -93,8 +95,11 @@ class Kernel:
         kernel: Kernel = KERNELS.found(("kernel", program, axis), lambda: Kernel(program, axis), len(program.steps))
         return kernel
 
-    def run(self, addresses: Addresses, length: int, workers: int = 1) -> None:
-        """Work through the rows of a batch of this `length` along its last axis, which is at least `WIDTH`."""
+    def run(self, addresses: Addresses, length: int, workers: int = 1, held: object = None) -> None:
+        """Work through the rows of a batch of this `length` along its last axis, which is at least `WIDTH`.
+
+        Other threads hold what is `held` until they are done: whoever asks may have been interrupted by then.
+        """
         rows, table = len(addresses), addresses.ctypes.data
         pieces = min(workers, max(rows, length // (4 * WIDTH)))
         if pieces <= 1:
@@ -102,8 +107,12 @@ class Kernel:
             return
         cut = np.linspace(0, rows if rows >= pieces else length, pieces + 1).astype(int).tolist()
         parts = [(a, b, 0, length) if rows >= pieces else (0, rows, a, b) for a, b in pairwise(cut)]
-        others = [_threads(pieces - 1, os.getpid()).submit(self._function, table, *part) for part in parts[1:]]
-        self._function(table, *parts[0])
+
+        def work(part: tuple[int, int, int, int], *_: object) -> None:
+            self._function(table, *part)
+
+        others = [_threads(pieces - 1, os.getpid()).submit(work, part, addresses, held) for part in parts[1:]]
+        work(parts[0])
         for other in others:
             other.result()
 

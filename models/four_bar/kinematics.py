@@ -360,7 +360,7 @@ class FourBarKinematics:
         return points[name]
 
     def _vector(self, point: Complex) -> Array:
-        return np.broadcast_to(vector(point), (*self.shape, 3))
+        return np.broadcast_to(vector(point), (*np.broadcast_shapes(self.shape, np.shape(point)), 3))
 
 
 def _known(link: str) -> str:

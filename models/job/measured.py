@@ -151,15 +151,15 @@ class MeasuredOutcome:
     ) -> MeasuredOutcome:
         """From the prediction (poses, 3) and its covariance (poses, 3, 3).
 
-        Without an uncertainty of the measurement a single tolerance leaves no residual across its line: then
-        the deviations of the components count, as if these were independent.
+        Where that leaves a direction without an uncertainty, as a single tolerance does across its line beside a
+        measurement without one, the deviations of the components count, as if these were independent.
         """
         spread = np.nan_to_num(covariance)
-        if given.table.uncertainty is None:
+        try:
+            found = compare(predicted, given.table, covariance=spread, level=given.level)
+        except FrameError:
             deviation = np.sqrt(np.diagonal(spread, axis1=1, axis2=2))
             found = compare(predicted, given.table, deviation=deviation, level=given.level)
-        else:
-            found = compare(predicted, given.table, covariance=spread, level=given.level)
         return cls(given, drives, predicted, found)
 
     def as_csv(self) -> str:

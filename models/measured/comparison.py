@@ -182,7 +182,7 @@ def compare(
     ------
     FrameError
         If shapes do not fit, nothing measured is predicted, neither of the two has an uncertainty, the covariance
-        leaves a direction without one, or the level is no probability.
+        is none or leaves a direction without one, or the level is no probability.
 
     Examples
     --------
@@ -222,20 +222,33 @@ def _checked(covariance: ArrayLike, deviation: Array, shape: tuple[int, ...]) ->
 
 def _of_both(covariance: Array, own: ArrayLike, known: NDArray[np.bool_]) -> Array:
     """Covariance of measurement and prediction together; unity by itself where a component is not known."""
-    matrix = np.array(_matrices(covariance))
+    matrix = _matrices(covariance)
     there = known.reshape(*matrix.shape[:-1])
-    both = there[..., None] & there[..., None, :]
+    matrix = np.where(there[..., None] & there[..., None, :], matrix, 0.0)
+    _check_correlations(matrix)
     k = np.arange(matrix.shape[-1])
-    matrix[..., k, k] += (np.broadcast_to(own, known.shape) ** 2).reshape(there.shape)
-    matrix = np.where(both, matrix, 0.0)
-    matrix[..., k, k] = np.where(there, matrix[..., k, k], 1.0)
+    matrix[..., k, k] += np.where(there, (np.broadcast_to(own, known.shape) ** 2).reshape(there.shape), 1.0)
     deviation = np.sqrt(matrix[..., k, k])
     if not np.all(np.linalg.eigvalsh(matrix / deviation[..., None] / deviation[..., None, :])[..., 0] > LEAST):
         raise FrameError(
             "the covariance leaves a direction without uncertainty, in which no residual is possible: give the "
-            "measurement an uncertainty, or the prediction its deviation alone"
+            "measurement an uncertainty that counts beside it, or the prediction its deviation alone"
         )
     return matrix.reshape(covariance.shape)
+
+
+def _check_correlations(matrix: Array) -> None:
+    """Refuse what is no covariance (..., n, n): not finite, not symmetric, or correlated beyond one."""
+    deviation = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 0.0))
+    with np.errstate(invalid="ignore"):
+        most = deviation[..., None] * deviation[..., None, :]
+        good = (np.abs(matrix) <= (1.0 + LEAST) * most) & (np.abs(matrix - matrix.mT) <= LEAST * most)
+    if not good.all():
+        wrong = matrix[~good]
+        raise FrameError(
+            f"the covariance holds {wrong[np.argmin(np.isfinite(wrong))]}: give finite numbers, symmetric, with "
+            "variances of zero or more and correlations between -1 and 1"
+        )
 
 
 def _matrices(covariance: Array) -> Array:

@@ -73,6 +73,21 @@ def test_tables_conditions_and_rounds() -> None:
     np.testing.assert_array_equal(found[6], np.sqrt(x))
 
 
+@needs_llvm
+def test_tables_after_results() -> None:
+    """Without rounds results are written as soon as they are made, and what follows goes on from there."""
+    x = np.random.default_rng(1).uniform(0.1, 9.0, 1003)
+    nodes, values = np.array([-np.inf, 1.0, 2.0, 3.0, 5.0, np.inf]), 10.0 * np.arange(5.0)
+    recording = Recording(fixed=True)
+    at, table, column = (recording.later(0) for _ in range(3))
+    twice = at * 2.0
+    found = results(
+        recording, [twice, recording.look_up(column, recording.search(table, twice) - 1.0)], [x, nodes, values], len(x)
+    )
+    np.testing.assert_array_equal(found[0], 2.0 * x)
+    np.testing.assert_array_equal(found[1], values[np.searchsorted(nodes, 2.0 * x, side="right") - 1])
+
+
 def test_functions_of_floats_and_of_arrays_are_kept_by_their_steps() -> None:
     made = []
     for _ in range(2):

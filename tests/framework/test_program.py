@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import threading
+import weakref
 from collections.abc import Callable
 
 import numpy as np
@@ -17,7 +20,7 @@ from linkframe.framework.program import calculation, machine_code
 from linkframe.framework.program.calculation import Calculation
 from linkframe.framework.program.machine_text import PAST
 from linkframe.framework.program.program import Operation
-from linkframe.framework.program.recording import Recording, Term
+from linkframe.framework.program.recording import Recording, Term, choose
 from linkframe.models import FourBar
 
 BACK_ENDS = [
@@ -253,3 +256,51 @@ def test_results_written_past_the_cache(length: int, apart: int) -> None:
     for k, each in enumerate(room):
         assert not each[: k % 2 * apart].any()
         assert not each[k % 2 * apart + rows * length :].any()
+
+
+@needs_llvm
+@pytest.mark.parametrize("lead", [1, 3])
+@pytest.mark.parametrize("length", [7, 17, 1000])
+def test_conditions_that_are_asked_for_and_needed(lead: int, length: int) -> None:
+    """Of rows, of columns and of both: what is true or false is a byte where it is asked for, a number in registers."""
+    rng = np.random.default_rng(6)
+    a, b = rng.normal(size=(lead, 1)), rng.normal(size=(1, length))
+    recording = Recording()
+    x, y = recording.take(a), recording.take(b)
+    conditions = [x < 0.2, y < 0.5, x * y < 0.1]
+    terms = [*conditions, *(choose(condition, x * y, x + y) for condition in conditions)]
+    found = Calculation.recorded(recording, terms, (lead, length), compiled=True).results()
+    wanted = [a < 0.2, b < 0.5, a * b < 0.1]
+    wanted += [np.where(condition, a * b, a + b) for condition in wanted]
+    for one, other in zip(found, wanted, strict=True):
+        np.testing.assert_array_equal(*np.broadcast_arrays(one, other))
+
+
+@needs_llvm
+def test_other_threads_hold_what_they_write_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where the one that asked is interrupted, and forgets all of it, while they are at work."""
+    monkeypatch.setattr(calculation, "THREADS", 0.0)
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    recording = Recording()
+    x = recording.take(np.ones((2, 100)))
+    work = Calculation.recorded(recording, [x * 3.0], (2, 100), compiled=True)
+    gone, done, held = threading.Event(), threading.Event(), []
+
+    def function(table: int, first: int, *_: int) -> None:
+        if first == 0:
+            raise KeyboardInterrupt
+        gone.wait(10.0)
+        held.append(room() is not None)
+        done.set()
+
+    monkeypatch.setattr(work._kernel, "_function", function)
+    out = np.zeros((2, 100))
+    room = weakref.ref(out)
+    try:
+        work.run(0, slice(None), [out])
+    except KeyboardInterrupt:
+        del out
+    gc.collect()
+    gone.set()
+    assert done.wait(10.0)
+    assert held == [True]

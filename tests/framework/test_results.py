@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, FrameError, LargeSolution, Solution
+from linkframe.framework import Frame, FrameError, LargeSolution, Solution, SolutionState
 from numpy.testing import assert_allclose
 
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3, density=7850.0))
@@ -104,3 +104,9 @@ def test_what_is_printed_is_a_line() -> None:
     assert repr(bent(np.ones((1000, 3)))) == frame
     assert repr(solved(False, np.ones((1000, 3)))) == f"<Solution of {frame}>"
     assert repr(solved(True, np.ones((1000, 3)))) == f"<LargeSolution of {frame}>"
+
+
+def test_numbers_of_states_belong_to_whoever_asks() -> None:
+    solution = bent(np.ones(3)).solve()
+    solution.state[1] = SolutionState.ABSENT
+    assert (solution.status == "regular").all()

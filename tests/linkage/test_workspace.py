@@ -12,6 +12,7 @@ import pytest
 from linkframe.elements import Beam, Circle, Material
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
+from linkframe.models.linkage.workspace.inverse import InverseKinematics
 from numpy.testing import assert_allclose
 
 LINE = np.linspace(-2.0, 2.0, 17)
@@ -78,6 +79,20 @@ def test_a_held_orientation_at_places_far_apart() -> None:
     space = arm_with_wrist().workspace("P", x=[-2.1, -0.8], y=[0.0, 1.3])
     assert space.reached.all()
     assert_allclose(space.motion.axes("tool"), np.broadcast_to(np.eye(3), (*space.motion.shape, 3, 3)), atol=1e-10)
+
+
+def test_damped_steps_arrive_from_anywhere() -> None:
+    """Wherever the drives begin: at places between the hole and the outer edge, in the orientation that is held."""
+    rng, solver = np.random.default_rng(0), InverseKinematics(arm_with_wrist(), "P")
+    away, around = rng.uniform(1.02, 2.98, 300), rng.uniform(-np.pi, np.pi, 300)
+    places = np.stack([0.5 + away * np.cos(around), away * np.sin(around), 0.0 * away], axis=-1)
+    found = solver.approached(rng.uniform(-np.pi, np.pi, (300, 3)), places)
+    first, second, third = found.T + np.array([[0.0], [np.pi / 2], [-np.pi / 2]])
+    at = 2.0 * np.exp(1j * first) + np.exp(1j * (first + second)) + 0.5 * np.exp(1j * (first + second + third))
+    assert_allclose(at.real, places[:, 0], atol=0.03)
+    assert_allclose(at.imag, places[:, 1], atol=0.03)
+    assert_allclose(np.exp(1j * (first + second + third)), 1.0, atol=0.015)
+    assert solver.refined(found, places)[1].all()
 
 
 def test_a_slide_may_go_as_far_as_the_linkage_is_long() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from linkframe.framework.errors import FrameError
 from linkframe.models import FourBar, Link
+from linkframe.models.four_bar.frame import coupler_ends
 from numpy.testing import assert_allclose
 
 THETA = np.radians([20.0, 75.0, 140.0, 250.0, 335.0])
@@ -90,6 +91,14 @@ def test_a_point_between_the_pins_at_some_entries_and_off_the_line_at_others_is_
         frame.load("P", fx=10.0, fy=100.0)
         moved.append(frame.solve().displacement("P"))
     assert_allclose(moved[0], moved[1:], rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("unit", [1e-150, 1e-80, 1e80, 1e150])
+def test_the_bars_of_the_coupler_are_the_same_in_any_unit(unit: float) -> None:
+    for point, first in (((0.3, 1e-3), ("B", "D")), ((0.3, 0.2), ("B", "P")), ((-0.1, 0.0), ("P", "B"))):
+        lengths = (unit * length for length in (0.05, 0.2, 0.2, 0.22))
+        four_bar = FourBar(*lengths, point=(unit * point[0], unit * point[1]))
+        assert coupler_ends(four_bar)[0] == first
 
 
 def test_clearances_go_with_it() -> None:

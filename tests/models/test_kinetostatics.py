@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -109,6 +111,16 @@ def test_reactions_broadcast_over_poses_and_loads():
     assert many.unknowns.shape == (3, 2, 9)
     one = moving(theta[1, 0], 1.0, 0.0).reactions(coupler=Link(force=(0.0, 10.0)))
     assert_allclose(many.unknowns[1, 1], one.unknowns, rtol=1e-13, atol=1e-15)
+
+
+def test_reactions_broadcast_over_poses_and_places_on_the_links():
+    theta, centres, places = np.array([0.3, 0.9])[:, None], np.array([0.0, 0.1, 0.3]), np.array([0.2, 0.1, -0.1])
+    many = moving(theta, 1.0, 0.5).reactions(coupler=Link(2.0, (0.1, centres), 0.3, (1.0, 2.0), at=(places, 0.1)))
+    assert many.unknowns.shape == (2, 3, 9)
+    for (k, angle), j in product(enumerate(theta[:, 0]), range(3)):
+        link = Link(2.0, (0.1, centres[j]), 0.3, (1.0, 2.0), at=(places[j], 0.1))
+        one = moving(angle, 1.0, 0.5).reactions(coupler=link)
+        assert_allclose(many.unknowns[k, j], one.unknowns, rtol=1e-13, atol=1e-15)
 
 
 def test_singular_poses_have_a_status_and_no_number():

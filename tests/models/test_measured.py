@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage, Measured, calibrate, compare, read_measured
+from linkframe.models.job.measured import MeasuredOutcome, MeasuredPoint
 from numpy.testing import assert_allclose
 from scipy import stats
 
@@ -153,6 +154,23 @@ def test_without_covariances_chi_squared_is_that_of_the_deviations() -> None:
         assert_allclose(other.uncertainty, one.uncertainty, rtol=1e-14)
 
 
+@pytest.mark.parametrize("uncertainty", [None, 1e-9, 1e-4])
+def test_a_job_with_a_single_tolerance(uncertainty: float | None) -> None:
+    """It leaves no residual across its line beside a measurement that is much better: then the deviations count."""
+    place, ways = (
+        np.array([[1e-3, 2e-3, np.nan], [0.0, -1e-3, np.nan]]),
+        1e-3 * np.array([[0.6, 0.8, 0.0], [0.8, 0.6, 0.0]]),
+    )
+    given = MeasuredPoint(Path("seen.csv"), "P", 0.95, Measured(place, uncertainty, {}))
+    found = MeasuredOutcome.of(given, {}, np.zeros((2, 3)), ways[:, :, None] * ways[:, None]).comparison
+    variances = ways[:, :2] ** 2 + (uncertainty or 0.0) ** 2
+    wanted = float((place[:, :2] ** 2 / variances).sum())
+    if uncertainty == 1e-4:
+        both = ways[:, :2, None] * ways[:, None, :2] + 1e-8 * np.eye(2)
+        wanted = float(np.einsum("pi,pij,pj->", place[:, :2], np.linalg.inv(both), place[:, :2]))
+    assert_allclose(found.chi_squared, wanted, rtol=1e-9)
+
+
 def test_a_table_is_read(tmp_path: Path) -> None:
     file = tmp_path / "seen.csv"
     file.write_text("A [deg], x, y, ux, uy\n0, 0.2, , 1e-5,\n\n90, , 0.2, , 2e-5\n", encoding="utf-8-sig")
@@ -198,6 +216,13 @@ def test_what_is_refused() -> None:
         compare(place, Measured(place, 1.0, {}), covariance=line, deviation=1.0)
     with pytest.raises(FrameError, match=r"covariance has shape \(3, 3\): give \(2, 3, 3\) or \(2, 3, 2, 3\)"):
         compare(place, Measured(place, 1.0, {}), covariance=line[0])
+    for entry, value in (((0, 0), -0.2), ((0, 1), 0.9), ((1, 1), np.nan), ((2, 2), np.inf)):
+        wrong = np.array([np.eye(3), np.eye(3)])
+        wrong[1][entry] = value
+        with pytest.raises(FrameError, match=rf"the covariance holds {value}: give finite numbers, symmetric, with"):
+            compare(place, Measured(place, 1.0, {}), covariance=wrong)
+    with pytest.raises(FrameError, match=r"the covariance holds 1\.1: give finite numbers, .* between -1 and 1"):
+        compare(place, Measured(place, 1.0, {}), covariance=np.eye(3) + 1.1 * (1.0 - np.eye(3)) + 0.0 * line)
     with pytest.raises(FrameError, match=r"parameter 'a' begins at 0\.0: give its scale"):
         calibrate(decay, {"a": 0.0, "b": 1.0}, PLACES)
     with pytest.raises(FrameError, match=r"the model returned shape \(1, 15\) for 1 sets of parameters and measured"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from linkframe.framework import FrameError
 from linkframe.models import FourBar, Link, Linkage
 from linkframe.models.newton_euler import Action, NewtonEuler, Transmitted
 from numpy.testing import assert_allclose
@@ -86,3 +87,17 @@ def test_random_four_bars_carry_what_linkages_carry(branch: str) -> None:
         apart = np.abs(theirs.force(joint)[:, :3] - ours.reaction(joint)).max(axis=-1)
         assert_allclose(apart / size, 0.0, atol=1e-11)
     assert_allclose((theirs.drive("A")[:, 0] - ours.drive_torque) / size, 0.0, atol=1e-11)
+
+
+def test_linkages_of_a_single_point_and_of_none() -> None:
+    """A wheel about its centre, with no length at all: the drive bears the torque, the pin the weight."""
+    wheel = Linkage(A=(0.0, 0.0))
+    with pytest.raises(FrameError, match=r"the linkage has no links that could be in equilibrium: describe them"):
+        wheel.move().reactions()
+    wheel.link("wheel", "A", mass=2.0, inertia=0.1)
+    wheel.revolute("A", "ground", "wheel", drive=True)
+    wheel.torque("wheel", mz=3.0)
+    wheel.gravity((0.0, -10.0, 0.0))
+    found = wheel.move(A=[0.0, 1.0], accelerations={"A": 5.0}).reactions()
+    assert_allclose(found.drive("A"), np.full((2, 1), 0.1 * 5.0 - 3.0), rtol=1e-15)
+    assert_allclose(found.force("A")[:, :3], [[0.0, 20.0, 0.0]] * 2, atol=1e-14)

@@ -34,6 +34,8 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
     """
     pairs = list(pairwise(points))
     chords = [places[end] - places[start] for start, end in pairs]
+    longest = max((np.abs(chord).max(initial=0.0) for chord in chords), default=0.0)
+    chords = [chord / (longest or 1.0) for chord in chords]  # their fourth powers are finite in any unit of length
     if not all(np.all(np.vecdot(chord, chord)) for chord in chords):
         return pairs
     _check_alike(link, points, chords)

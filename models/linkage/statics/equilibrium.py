@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ...newton_euler import NewtonEuler, Transmitted
 from ..continuation.driven import free_motions
 from ..description.joints import COMPONENTS
@@ -35,10 +36,12 @@ class Equilibrium(NewtonEuler):
     Raises
     ------
     FrameError
-        If masses, beams, loads, springs or gravity do not broadcast with the motion.
+        If there are no links, or masses, beams, loads, springs or gravity do not broadcast with the motion.
     """
 
     def __init__(self, motion: Kinematics) -> None:
+        if not motion.linkage.links:
+            raise FrameError("the linkage has no links that could be in equilibrium: describe them with link()")
         whole_shape(motion)
         self.motion, linkage = motion, motion.linkage
         self.names = {
