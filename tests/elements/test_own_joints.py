@@ -121,6 +121,8 @@ def test_a_joint_is_replaced_like_any_dataclass() -> None:
     other = replace(loose, clearance=[1e-3, 2e-3])
     assert (other.clearance_directions, other.shape, float(other.pitch)) == ((0, 1), (2,), 0.2)
     assert replace(Hardening((1.0,) * 6, cubic=2.0), cubic=3.0).cubic == 3.0
+    assert Hardening((1.0,) * 6, None, 2.0).cubic == 2.0
+    assert Hardening((1.0,) * 5 + (0.0,), clearance=1e-3).clearance_directions == (0, 1)
     tight = Joint((1e9,) * 5 + (0.0,))
     assert replace(tight, pitch=0.1).clearance_directions == ()
     with pytest.raises(FrameError, match=r"clearance, but in no direction; name components, .* or None"):
