@@ -28,6 +28,8 @@ _NARROWINGS = 4
 # Restarts that are enough for that where the frame is large.
 _CRUDE = 2
 _NOISE = 1e-6
+# Roundings of the greatest eigenvalue of a large frame below which others are nothing else.
+_LOST = 16
 # Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
 _APART = 1e4
 
@@ -170,6 +172,11 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
             squared = 1.0 / SparsePencil(solver, shift).greatest(solver.mass, count + 6, _CRUDE)[0] - shift
             shift = min([shift, *squared[squared > _NOISE * shift]])
     values, vectors = SparsePencil(solver, shift).greatest(solver.mass, count)
+    if np.any(values <= _LOST * np.finfo(float).eps * values[0]):
+        raise FrameError(
+            f"modes({count}): the frame has fewer modes with mass, or modes so far apart that rounding hides the "
+            "highest: ask for fewer"
+        )
     return _elastic(1.0 / values - shift, np.asarray(shift)), vectors / np.sqrt(values)
 
 

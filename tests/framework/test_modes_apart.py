@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -76,3 +78,20 @@ def test_what_has_no_mass_is_no_mode(held: bool) -> None:
     for count in (4, 5, 6):
         with pytest.raises(FrameError, match="fewer modes with mass"):
             frame.modes(count)
+
+
+def test_one_mass_on_many_bars_without_mass() -> None:
+    """Seventy bars, which go the sparse way: it moves by what unit forces on it move."""
+    frame, mass = Frame(), 2.0
+    bar = Beam(Circle(diameter=0.01), Material(E=2e11, nu=0.3))
+    nodes = frame.add_nodes(71, [(0.1 * k, 0.02 * (k % 2), 0.0) for k in range(71)])
+    frame.add_many(bar, list(pairwise(nodes)))
+    frame.add("mass", PointMass(mass), nodes[-1])
+    frame.fix(nodes[0])
+    frequencies = frame.modes(3).frequencies
+    with pytest.raises(FrameError, match="fewer modes with mass"):
+        frame.modes(5)
+    unit = np.eye(3)
+    frame.load(nodes[-1], fx=unit[0], fy=unit[1], fz=unit[2])
+    moved = np.linalg.eigvalsh(frame.solve().displacement(nodes[-1])[:, :3])[::-1]
+    np.testing.assert_allclose(frequencies, 1.0 / np.sqrt(mass * moved) / (2.0 * np.pi), rtol=1e-7)
