@@ -61,4 +61,4 @@ def checked_directions(springs: Array, names: str | Sequence[str | int] | None) 
 
 def _index(name: str | int) -> int:
     known = not isinstance(name, str) and name in range(len(DISPLACEMENTS))
-    return int(name) if known else component(name)
+    return int(name) if known else component(name)  # type: ignore[arg-type]
