@@ -103,7 +103,7 @@ class BeamSectionLaw(LineElement):
         if self.end is None:
             return super().rule_between(lower, upper)
         first, last = (self.section.between(self.end, np.clip(place, 0.0, 1.0)) for place in (lower, upper))
-        return spread_points(first, last, max(np.ndim(lower), np.ndim(upper)))
+        return spread_points(first, last)
 
     def part(self, index: int, count: int) -> Self:
         """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.

@@ -38,9 +38,10 @@ def checked_directions(springs: Array, names: str | Sequence[str | int] | None) 
     found = radial(springs) if names is None else tuple(sorted({_index(name) for name in names}))
     text = " ".join(DISPLACEMENTS[k] for k in found)
     if not found:
+        why = "no translation is constrained" if names is None else "in no direction"
         raise FrameError(
-            "Joint: clearance, but no translation is constrained; name components, such as "
-            "clearance_directions=('ux', 'uy')"
+            f"Joint: clearance, but {why}; name components, such as clearance_directions=('ux', 'uy'), or None for "
+            "those of a bearing"
         )
     if not (set(found) <= set(TRANSLATIONS) or set(found) <= set(ROTATIONS)):
         raise FrameError(f"Joint: clearance in {text} mixes lengths and angles; give translations or rotations")
@@ -59,4 +60,5 @@ def checked_directions(springs: Array, names: str | Sequence[str | int] | None) 
 
 
 def _index(name: str | int) -> int:
-    return component(name) if isinstance(name, str) else range(len(DISPLACEMENTS))[name]
+    known = not isinstance(name, str) and name in range(len(DISPLACEMENTS))
+    return int(name) if known else component(name)  # type: ignore[arg-type]

@@ -113,7 +113,9 @@ class Joint(JointElement):
         shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         names = self.clearance_directions
-        directions = checked_directions(springs, names) if gap.any() or names not in (None, ()) else ()
+        # one without clearance has none, which are given again where it is replaced
+        none = names is None or (isinstance(names, tuple) and not names)
+        directions = () if none and not gap.any() else checked_directions(springs, names)
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )

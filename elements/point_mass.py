@@ -11,6 +11,9 @@ from ..framework.errors import FrameError
 from ..framework.protocol import Array, PointElement, proven
 from .parameters import Real, array_of, common_shape, not_negative, require
 
+# Share of the largest entry of a tensor that is rounding, as where a principal tensor was turned.
+_ROUNDING = 1e-12
+
 
 @proven
 @dataclass(frozen=True, eq=False, init=False)
@@ -106,9 +109,11 @@ def _tensor(inertia: Array) -> Array:
     if inertia.shape[-2:] != (3, 3):
         require("PointMass", "inertia", inertia, inertia >= 0.0, "zero or above; give its magnitude")
         return array_of("PointMass", "inertia", inertia[..., :, None] * np.eye(3))
-    if not np.array_equal(inertia, np.swapaxes(inertia, -1, -2)):
+    rounding = _ROUNDING * np.max(np.abs(inertia), axis=(-2, -1))
+    other = np.swapaxes(inertia, -1, -2)
+    if np.any(np.abs(inertia - other) > rounding[..., None, None]):
         raise FrameError("PointMass: inertia is not symmetric; give the tensor with Ixy = Iyx, Ixz = Izx, Iyz = Izy")
+    inertia = array_of("PointMass", "inertia", 0.5 * inertia + 0.5 * other)
     least: Array = np.asarray(np.linalg.eigvalsh(inertia)[..., 0], dtype=np.float64)
-    scale = np.max(np.abs(inertia), axis=(-2, -1))
-    require("PointMass", "inertia (least principal moment)", least, least >= -1e-12 * scale, "zero or above")
+    require("PointMass", "inertia (least principal moment)", least, least >= -rounding, "zero or above")
     return inertia

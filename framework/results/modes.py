@@ -28,6 +28,8 @@ _NARROWINGS = 4
 # Restarts that are enough for that where the frame is large.
 _CRUDE = 2
 _NOISE = 1e-6
+# Roundings of the greatest eigenvalue of a large frame below which others are nothing else.
+_LOST = 16
 # Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
 _APART = 1e4
 
@@ -100,8 +102,7 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     shift = _shift(stiffness, mass, singular)
     half, root = _halves(plan, stiffness, mass, shift)
     values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
-    if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
-        raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
+    values = _above_rounding(values)
     squared = _elastic(1.0 / values - shift[..., None], shift[..., None])
     vectors = vectors / np.sqrt(values)[..., None, :]
     if singular.any():
@@ -130,10 +131,27 @@ def _found_anew(stiffness: Array, mass: Array, least: Array, squared: Array, vec
     """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own."""
     while (far := np.asarray(squared > _APART * least[..., None])).any():
         least = np.where(far.any(axis=-1), np.where(far, squared, np.inf).min(axis=-1), least)
+        if np.any(least > _highest(stiffness, mass)):
+            count = squared.shape[-1]
+            raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
         values, shapes = inverse_pencil(*_shifted(stiffness, mass, least), mass, squared.shape[-1])
+        values = _above_rounding(values)
         squared = np.where(far, 1.0 / values - least[..., None], squared)
         vectors = np.where(far[..., None, :], shapes / np.sqrt(values)[..., None, :], vectors)
     return squared, vectors
+
+
+def _above_rounding(values: Array) -> Array:
+    """Eigenvalues, the greatest first, none below its rounding: that tells how high the mode lies at least."""
+    return np.maximum(values, np.finfo(float).eps * np.abs(values[..., :1]))
+
+
+def _highest(stiffness: Array, mass: Array) -> Array:
+    """A bound of all squared frequencies of modes with mass, (...): the greatest stiffness over the least mass."""
+    heavy, root = dense.scaled(mass)
+    own = np.diagonal(stiffness, axis1=-2, axis2=-1) * root**2
+    massive = np.diagonal(heavy, axis1=-2, axis2=-1) > 0.0
+    return np.asarray(np.sum(own, axis=-1, where=massive) / zero_eigenvalue(heavy.shape[-1]))
 
 
 def _unstable(where: NDArray[np.bool_]) -> str:
@@ -154,6 +172,11 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
             squared = 1.0 / SparsePencil(solver, shift).greatest(solver.mass, count + 6, _CRUDE)[0] - shift
             shift = min([shift, *squared[squared > _NOISE * shift]])
     values, vectors = SparsePencil(solver, shift).greatest(solver.mass, count)
+    if np.any(values <= _LOST * np.finfo(float).eps * values[0]):
+        raise FrameError(
+            f"modes({count}): the frame has fewer modes with mass, or modes so far apart that rounding hides the "
+            "highest: ask for fewer"
+        )
     return _elastic(1.0 / values - shift, np.asarray(shift)), vectors / np.sqrt(values)
 
 

@@ -23,6 +23,8 @@ _MORE = 4
 _DEPTH = 8
 _RESTARTS = 40
 _SETTLED = 1e-11
+# Products of columns of a basis up to which it counts as orthonormal.
+_ORTHONORMAL = 1e-8
 
 
 class SparsePencil:
@@ -125,4 +127,6 @@ def _orthonormal(basis: Array, more: Array) -> Array:
         size = np.linalg.norm(more, axis=0)
         more = more / np.where(size > 0.0, size, 1.0)
         more = np.linalg.qr(more - basis @ (basis.T @ more))[0]
-    return np.hstack([basis, more])
+    both = np.hstack([basis, more])
+    # what has no new direction, as where few nodes have mass, comes out of that along the basis
+    return both if np.abs(basis.T @ more).max() <= _ORTHONORMAL else np.linalg.qr(both)[0]

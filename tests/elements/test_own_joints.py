@@ -121,6 +121,24 @@ def test_a_joint_is_replaced_like_any_dataclass() -> None:
     other = replace(loose, clearance=[1e-3, 2e-3])
     assert (other.clearance_directions, other.shape, float(other.pitch)) == ((0, 1), (2,), 0.2)
     assert replace(Hardening((1.0,) * 6, cubic=2.0), cubic=3.0).cubic == 3.0
+    assert Hardening((1.0,) * 6, None, 2.0).cubic == 2.0
+    assert Hardening((1.0,) * 5 + (0.0,), clearance=1e-3).clearance_directions == (0, 1)
+    tight = Joint((1e9,) * 5 + (0.0,))
+    assert replace(tight, pitch=0.1).clearance_directions == ()
+    with pytest.raises(FrameError, match=r"clearance, but in no direction; name components, .* or None"):
+        replace(tight, clearance=1e-3)
+    assert replace(tight, clearance=1e-3, clearance_directions=None).clearance_directions == (0, 1)
+
+
+@pytest.mark.parametrize("names", [np.array(["ux", "uy"]), np.array(["uy"]), (1, 0), np.array([1, 0])])
+def test_names_and_numbers_of_directions_may_be_arrays(names: Any) -> None:
+    assert Joint((1e9,) * 6, clearance_directions=names).clearance_directions == (0, 1)[-len(names) :]
+
+
+@pytest.mark.parametrize("name", [6, -1, 1.5, "x"])
+def test_a_direction_that_is_none_is_named(name: Any) -> None:
+    with pytest.raises(FrameError, match=f"component {name!r} is unknown"):
+        Joint((1e9,) * 6, clearance_directions=(name,))
 
 
 def test_a_parameter_beyond_the_shape_of_a_joint_is_named() -> None:

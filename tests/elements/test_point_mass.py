@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from linkframe.elements import PointMass
 from linkframe.framework.errors import FrameError
 from numpy.testing import assert_allclose
+from scipy.spatial.transform import Rotation
 
 vectors = st.tuples(*[st.floats(-3.0, 3.0)] * 3).map(np.array)
 
@@ -40,6 +41,20 @@ def test_shapes() -> None:
     assert batch.mass_matrix().shape == (4, 5, 6, 6)
     assert_allclose(batch.mass_matrix()[3, 2], PointMass(3.0, inertia=(1, 1, 1), offset=(1, 0, 0)).mass_matrix())
     assert PointMass(1.0, inertia=np.eye(3)).shape == ()
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e150, 1e-150])
+def test_a_tensor_that_was_turned_is_symmetric_to_rounding(scale: float) -> None:
+    rng = np.random.default_rng(0)
+    turn = Rotation.from_rotvec(rng.normal(size=(50, 3))).as_matrix()
+    inertia = turn @ np.diag([1.0, 2e-3, 3e-9]) @ np.swapaxes(turn, -1, -2) * scale
+    assert (inertia != np.swapaxes(inertia, -1, -2)).any()
+    M = PointMass(scale, inertia=inertia).mass_matrix()
+    assert np.array_equal(M, np.swapaxes(M, -1, -2))
+    assert_allclose(M[:, 3:, 3:], inertia, rtol=0.0, atol=1e-15 * scale)
+    inertia[7, 0, 1] += 1e-9 * scale
+    with pytest.raises(FrameError, match="not symmetric"):
+        PointMass(scale, inertia=inertia)
 
 
 @pytest.mark.parametrize(

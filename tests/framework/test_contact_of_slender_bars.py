@@ -33,6 +33,30 @@ def test_a_moment_alone_presses_no_joint_of_a_cantilever(
     assert set(np.ravel(frame.solve().contact("joint").state)) == {"free"}
 
 
+@pytest.mark.parametrize("angle", [0.3, 1.1, 2.0])
+@pytest.mark.parametrize("moment", [MOMENTS, 1.0])
+def test_nor_beside_a_joint_that_stiffness_resists(angle: float, moment: float | np.ndarray) -> None:
+    """In the same frame a bar between two walls is pulled off its bearing, against its own stiffness alone."""
+    frame, way, length = Frame(), np.array([np.cos(angle), np.sin(angle), 0.0]), 1e4
+    for name, share in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 1.7}.items():
+        frame.node(name, share * length * way)
+    for name, x in {"P": 0.0, "Q": 0.0, "R": 1.0, "S": 2.0}.items():
+        frame.node(name, (x, 5.0, 0.0))
+    bar = Beam(Circle(diameter=THICKNESS), Material(E=E, nu=0.3))
+    rigid = Joint((np.inf,) * 6, clearance=GAP, clearance_directions=("ux", "uy"))
+    frame.add("joint", rigid, "B", "C")
+    frame.add("wall", Joint((np.inf,) * 6, clearance=GAP, clearance_directions="ux"), "P", "Q")
+    for pair in ("AB", "CD", "QR", "RS"):
+        frame.add(pair, bar, *pair)
+    for name in "APS":
+        frame.fix(name)
+    frame.load("D", mz=moment)
+    frame.load("R", fx=1e5)
+    solution, stiffness = frame.solve(), E * np.pi / 4.0 * THICKNESS**2
+    assert set(np.ravel(solution.contact("joint").state)) == {"free"}
+    np.testing.assert_allclose(solution.contact("wall").force, (1e5 - stiffness * GAP) / 2.0, rtol=1e-9)
+
+
 @pytest.mark.parametrize("moment", [0.3, MOMENTS])
 def test_forces_of_a_clamped_triangle_of_long_bars(moment: float | np.ndarray) -> None:
     """Next to nothing resists offsets: joints are pressed along the force that 60 digits find without clearance."""

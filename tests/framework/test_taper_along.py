@@ -11,6 +11,7 @@ import pytest
 from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.shape_rules import gauss_legendre
+from skfem import LinearForm
 
 STEEL = Material(E=200e9, nu=0.3, density=7850.0)
 LENGTH, THICK, THIN, WIDTH, GRAVITY = 0.5, 0.02, 0.01, 0.01, 9.81
@@ -107,23 +108,16 @@ def test_rules_of_many_points_are_exact(count: int) -> None:
     np.testing.assert_allclose(weights @ nodes ** (2 * count - 2), 2.0 / (2 * count - 1), rtol=1e-9)
 
 
-@pytest.mark.parametrize("thin", [1e-3, 1e-5])
-@pytest.mark.parametrize("span", [None, (0.1, 0.4)])
-def test_a_line_load_on_a_steep_taper_to_rounding(thin: float, span: tuple[float, float] | None) -> None:
-    """Deflection and rotation of its thin end, ``int M (L - s) / EI ds`` by the logarithm of the diameter."""
-    frame = Frame()
-    frame.node("A", (0.0, 0.0, 0.0))
-    frame.node("B", (LENGTH, 0.0, 0.0))
-    last = thin * THICK
-    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=last)), "A", "B")
-    frame.fix("A")
-    frame.line_load("AB", fy=-5.0, span=span)
-    found = frame.solve().displacement("B")[[1, 5]]
+def slopes(thin: float, begin: float, end: float, upto: float) -> list[float]:
+    """Deflection and rotation at a place of a cantilever that tapers, under 5 N/m between two others.
+
+    ``int M (x - s) / EI ds`` by the logarithm of the diameter.
+    """
     with mp.workdps(30):
-        first, length = mp.mpf(THICK), mp.mpf(LENGTH)
-        begin, end = (mp.mpf(each) for each in span or (0.0, LENGTH))
-        slope = (mp.mpf(last) - first) / length
-        logarithms = [mp.log(first + slope * place) for place in (0, begin, end, length)]
+        first, length, upto = mp.mpf(THICK), mp.mpf(LENGTH), mp.mpf(upto)
+        begin, end = mp.mpf(begin), mp.mpf(end)
+        slope = (mp.mpf(thin * THICK) - first) / length
+        logarithms = [mp.log(first + slope * min(place, upto)) for place in (0, begin, end, length)]
 
         def curved(log: Any) -> tuple[Any, Any]:
             size = mp.exp(log)
@@ -134,8 +128,56 @@ def test_a_line_load_on_a_steep_taper_to_rounding(thin: float, span: tuple[float
 
         marks = sorted(set(logarithms), reverse=True)
         turned = mp.quad(lambda log: curved(log)[1], marks)
-        moved = mp.quad(lambda log: (length - curved(log)[0]) * curved(log)[1], marks)
-    np.testing.assert_allclose(found, [float(moved), float(turned)], rtol=1e-12 if thin == 1e-3 else 1e-10)
+        moved = mp.quad(lambda log: (upto - curved(log)[0]) * curved(log)[1], marks)
+        return [float(moved), float(turned)]
+
+
+def steep(thin: float, **given: Any) -> Frame:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    frame.add("AB", Beam(Circle(diameter=THICK), STEEL, end=Circle(diameter=thin * THICK), **given), "A", "B")
+    frame.fix("A")
+    return frame
+
+
+@LinearForm
+def nothing(v: Any, w: Any) -> Any:
+    return w.force * v.grad[0]
+
+
+@pytest.mark.parametrize(
+    ("thin", "span", "segments", "form"),
+    [
+        (1e-3, None, 1, False),
+        (1e-5, None, 1, False),
+        (1e-3, (0.1, 0.4), 1, False),
+        (1e-5, (0.1, 0.4), 1, False),
+        (1e-5, None, 2, False),
+        (1e-5, None, 1, True),
+    ],
+)
+def test_a_line_load_on_a_steep_taper_to_rounding(
+    thin: float, span: tuple[float, float] | None, segments: int, form: bool
+) -> None:
+    """Deflection and rotation of its thin end; of a taper in pieces, and of one with a form added, too."""
+    frame = steep(thin, segments=segments)
+    if form:
+        frame.add_form(nothing, on="AB", force=0.0)
+    frame.line_load("AB", fy=-5.0, span=span)
+    found = frame.solve().displacement("B")[[1, 5]]
+    exact = slopes(thin, *(span or (0.0, LENGTH)), LENGTH)
+    np.testing.assert_allclose(found, exact, rtol=1e-12 if thin == 1e-3 else 1e-10)
+
+
+@pytest.mark.parametrize("segments", [1, 2])
+def test_along_a_steep_taper_to_rounding(segments: int) -> None:
+    frame = steep(1e-5, segments=segments)
+    frame.line_load("AB", fy=-5.0)
+    places = [0.3, 0.45, 0.49]
+    found = frame.solve().displacement_along("AB", places)[:, [1, 5]]
+    exact = [slopes(1e-5, 0.0, LENGTH, place) for place in places]
+    np.testing.assert_allclose(found, exact, rtol=1e-9)
 
 
 def test_a_member_that_comes_to_a_point_asks_for_no_rule_without_end() -> None:
@@ -143,3 +185,5 @@ def test_a_member_that_comes_to_a_point_asks_for_no_rule_without_end() -> None:
     rules = [Beam(Circle(THICK), STEEL, end=Circle(thin * THICK)).rule_between(*ends) for thin in (0.5, 1e-6, 1e-12)]
     assert all(len(points) < 100 for points, _ in rules)
     np.testing.assert_allclose([weights.sum() for _, weights in rules], 1.0, rtol=1e-13)
+    beyond = Beam(Circle(THICK), STEEL, end=Circle(1e-16 * THICK)).rule_between(ends[0], ends[1] + 1e-15)
+    np.testing.assert_allclose(beyond[1].sum(), 1.0, rtol=1e-12)

@@ -133,3 +133,17 @@ def test_shares_of_tolerances_that_are_wider_to_one_side() -> None:
     assert_allclose(worst.contributors().reach.sum(axis=-1), worst.greatest, rtol=1e-9)
     fitted = motion.allocate("P", 1e-3, diameters={"A": 0.01}, lengths={"arm": (0.0, 2e-4)})
     assert_allclose(fitted.shares()["length arm"], 2e-4 / fitted.greatest.max(), rtol=1e-9)
+
+
+def test_each_clearance_of_a_batch_opens_redundant_constraints_by_itself() -> None:
+    """Three parallel cranks: the worst case goes with the clearances, however large those beside them are."""
+    linkage = Linkage(A=(0, 0), B=(0.1, 0.2), C=(0.3, 0), D=(0.4, 0.2), E=(0.6, 0), F=(0.7, 0.2), P=(0.5, 0.35))
+    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDFP"}.items():
+        linkage.link(name, *on)
+    linkage.revolute("A", "ground", "one", drive=True)
+    for pin in ("B one coupler", "C ground two", "D two coupler", "E ground three", "F three coupler"):
+        linkage.revolute(*pin.split())
+    motion, sizes = linkage.move(A=[0.0, 0.3]), np.array([[1e-4], [1e-9], [1e-16]])
+    alone = motion.worst_case("P", clearances=dict.fromkeys("BDF", 1.0)).greatest
+    together = motion.worst_case("P", clearances=dict.fromkeys("BDF", sizes)).greatest
+    assert_allclose(together / sizes, np.broadcast_to(alone, (3, 2)), rtol=1e-4)
