@@ -5,6 +5,8 @@ Both round each step of an entry as if that were alone; from one to the other, r
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +23,31 @@ from ..structure.topology import Index
 _NARROW, _MANY = 80, 2**13
 # Share of LAPACK's time that machine code takes for an entry.
 _ABREAST = 0.45
+
+
+class Room:
+    """Memory for what is kept of a batch: it lies together, so that the memory of all else serves again.
+
+    Parameters
+    ----------
+    numbers
+        How many there is room for; arrays beyond these lie anywhere.
+    """
+
+    def __init__(self, numbers: int) -> None:
+        self._left = np.zeros(numbers)
+
+    def zeros(self, shape: tuple[int, ...]) -> Array:
+        """The next array, of zeros."""
+        size = math.prod(shape)
+        if size > len(self._left):
+            return np.zeros(shape)
+        taken, self._left = self._left[:size], self._left[size + -size % WIDTH :]
+        return taken.reshape(shape)
+
+
+# Makes an array of zeros of a shape.
+Zeros = Callable[[tuple[int, ...]], Array]
 
 
 class BandFactors(Protocol):
@@ -69,11 +96,13 @@ class OneByOne:
         Where this lies in a band, column by column.
     size, width
         Columns, and diagonals on and below the main one.
+    zeros
+        Makes the array that the factors lie in.
     """
 
-    def __init__(self, values: Array, position: Index, size: int, width: int) -> None:
+    def __init__(self, values: Array, position: Index, size: int, width: int, zeros: Zeros = np.zeros) -> None:
         self._shape = size, width
-        self._bands = np.zeros((values.shape[1], size * width))
+        self._bands = zeros((values.shape[1], size * width))
         self._bands[:, position] = values.T
         # a view of each, made once: LAPACK takes no longer for a short band than to make one
         self._each: list[Array] = list(self._bands.reshape(-1, size, width).transpose(0, 2, 1))
@@ -99,10 +128,10 @@ class OneByOne:
 class SideBySide:
     """Factors by machine code, see `OneByOne`."""
 
-    def __init__(self, values: Array, position: Index, size: int, width: int) -> None:
+    def __init__(self, values: Array, position: Index, size: int, width: int, zeros: Zeros = np.zeros) -> None:
         self._size, self._width, self._count = size, width, values.shape[1]
         groups = -(-self._count // WIDTH)
-        self._bands = np.zeros((groups, size + width, width, WIDTH))
+        self._bands = zeros((groups, size + width, width, WIDTH))
         for group, whole in enumerate(self._bands.reshape(groups, -1, WIDTH)):
             some = values[:, group * WIDTH : (group + 1) * WIDTH]
             whole[position, : some.shape[1]] = some

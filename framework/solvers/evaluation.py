@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -51,6 +52,13 @@ class Picked:
             found = np.moveaxis(stiffness, -1, 0)
             self._springs[block.first] = found.reshape(block.count, -1)
         return self._springs[block.first]
+
+    def moved(self, zeros: Callable[[tuple[int, ...]], Array]) -> None:
+        """Put what was evaluated into arrays that `zeros` makes."""
+        for first, numbers in self._springs.items():
+            place = zeros(numbers.shape)
+            place[...] = numbers
+            self._springs[first] = place
 
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:

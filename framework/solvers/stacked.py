@@ -23,7 +23,7 @@ from ..error_bounds.kinematics import FrameKinematics
 from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
-from .band_factors import in_lanes
+from .band_factors import Room, in_lanes
 from .coupling import Together
 from .deformation_table import Deformations
 from .evaluation import Picked, Sums
@@ -240,13 +240,16 @@ class StackedSolver:
         step = max(1, _ROOM // (8 * numbers))
         step = in_lanes(step) if bands.side_by_side else step
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
+        room: Room | None = None
         for start in range(0, self.count, step):
             matrices = np.arange(start, min(start + step, self.count))
             key = self.coupling.mask, bands.where.tobytes(), start
             if key not in self._factors or self._factors[key].count != len(matrices):
                 with timed(self.plan.times, "factorisation"):
+                    if room is None and hold and step < self.count:
+                        room = bands.room(self.count)
                     shape, mask = self.plan.frame.shape, self.coupling.mask
-                    factor = bands.factorised(Picked.of(shape, mask, matrices))
+                    factor = bands.factorised(Picked.of(shape, mask, matrices), room)
                 if not hold:
                     yield matrices, factor
                     continue

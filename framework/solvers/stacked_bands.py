@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..lazily import cached_property
 from ..structure.topology import Index
-from .band_factors import BandFactors, OneByOne, SideBySide, in_pairs, side_by_side
+from .band_factors import BandFactors, OneByOne, Room, SideBySide, Zeros, in_lanes, in_pairs, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, Factor, probe
@@ -97,18 +97,26 @@ class Bands:
             return None
         return self._deformed(self.place)
 
-    def factorised(self, picked: Picked) -> StackedFactor:
-        """The factors at some entries."""
+    def room(self, entries: int) -> Room:
+        """Memory for the factors at so many entries and what they keep."""
+        springs = sum(block.count for block in self.sums.coupling.blocks if block.rows is not None)
+        return Room(in_lanes(entries) * ((self.size + self.width) * self.width + self.size + springs))
+
+    def factorised(self, picked: Picked, room: Room | None = None) -> StackedFactor:
+        """The factors at some entries, and what they keep, in a `room` or wherever there is memory."""
+        zeros = np.zeros if room is None else room.zeros
         values = self.sums.at(picked)
+        if room is not None:
+            picked.moved(zeros)
         diagonal = np.zeros((self.size, values.shape[1]))
         diagonal[self.column[self._diagonal]] = values[self._diagonal]
-        root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+        root = np.divide(1.0, np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), out=zeros(diagonal.shape))
         step = max(1, _AT_ONCE // values.shape[1])  # few at a time, so that what they are multiplied by is in the cache
         for start in range(0, len(values), step):
             some = slice(start, start + step)
             values[some] *= root[self.row[some]]
             values[some] *= root[self.column[some]]
-        return StackedFactor(self, picked, values, root)
+        return StackedFactor(self, picked, values, root, zeros)
 
 
 class StackedFactor:
@@ -124,6 +132,8 @@ class StackedFactor:
         Their scaled entries (entries, m).
     root
         The scale (size, m).
+    zeros
+        Makes the array that the factors lie in.
 
     Attributes
     ----------
@@ -131,10 +141,10 @@ class StackedFactor:
         How many there are, m.
     """
 
-    def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array) -> None:
+    def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array, zeros: Zeros = np.zeros) -> None:
         self.bands, self.picked, self.root, self.count = bands, picked, root, root.shape[1]
         kind = SideBySide if bands.side_by_side else OneByOne
-        self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width)
+        self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width, zeros)
         # a pivot that is not positive: whether rounding or a mechanism, LU tells
         self._pivot = self._factors.least
         failed = np.flatnonzero(~(self._pivot > 0.0)).tolist()

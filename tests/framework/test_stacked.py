@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Section
 from linkframe.framework import Frame
-from linkframe.framework.solvers import stacked
+from linkframe.framework.solvers import band_factors, stacked
 from linkframe.framework.solvers.stacked import StackedSolver
 
 E, G, A, IY, IZ, J = 2e11, 8e10, 1e-4, 1e-9, 2e-9, 2e-9
@@ -178,6 +179,32 @@ def test_other_loads_and_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     fresh = frame.copy().solve()
     found = [fresh.displacement(name) for name in ("0.4", "3.2")]
     np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("available", [True, False])
+def test_what_is_kept_lies_together(available: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Factors, scales and springs of all parts of a batch are in one memory, whether or not they are side by side."""
+    monkeypatch.setattr(band_factors, "_MANY", 1)
+    if not available:
+        monkeypatch.setattr(band_factors, "available", lambda: False)
+    monkeypatch.setattr(stacked, "_ROOM", 2**17)
+    solution = portal(3, 4, E * np.linspace(0.9, 1.1, 42)).solve("banded")
+    solution.displacement("0.4")
+    factors = list(solution.solver._factors.values())
+    kept = [array for each in factors for array in (each.root, each._factors._bands, *each.picked._springs.values())]
+    assert len(factors) > 2
+    assert len({id(array.base) for array in kept}) == 1
+    assert not any(np.shares_memory(one, other) for one, other in combinations(kept, 2))
+
+
+def test_room_that_is_used_up() -> None:
+    """What a room does not hold lies elsewhere; all begin as zeros."""
+    room = band_factors.Room(30)
+    arrays = [room.zeros(shape) for shape in ((3, 5), (2, 2), (7,), (2,))]
+    assert [array.base is arrays[0].base for array in arrays] == [True, True, False, True]
+    for k, array in enumerate(arrays):
+        np.testing.assert_array_equal(array, 0.0)
+        array += k + 1.0
 
 
 # -- one matrix, many load cases ------------------------------------------------------------------------------------
