@@ -17,6 +17,8 @@ Index = NDArray[np.int64]
 
 # Samples that are looked at together.
 TOGETHER = 2000
+# Standard errors below which a difference of probabilities tells nothing.
+TOLD = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +107,11 @@ def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
         Their poses, (n,), the nearest of each first.
     rng
         Source of the samples.
+
+    Returns
+    -------
+    float
+        The probability; 0 where the median fails and what fails is less than the samples tell from nothing.
     """
     beta = edges.beta
     safe: list[Edges] = []
@@ -117,7 +124,7 @@ def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
             fails[here] = True
             safe.append(edges[here].turned)
     if not safe:
-        return union(edges, rng)
+        return union(edges, rng)[0]
     others = edges[~fails & ~np.isin(pose, pose[fails])]
     first = min(range(len(safe)), key=lambda k: float(safe[k].probability.sum()))
 
@@ -130,13 +137,14 @@ def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
         return np.asarray(out)
 
     alone = len(safe) == 1 and not len(others.beta)
-    return 1.0 - union(safe[first], rng, None if alone else elsewhere)
+    probability, error = union(safe[first], rng, None if alone else elsewhere)
+    return 1.0 - probability if 1.0 - probability > TOLD * error else 0.0
 
 
 def union(
     edges: Edges, rng: np.random.Generator, counts: Callable[[Array], Mask] | None = None, samples: int = 20_000
-) -> float:
-    """Probability of being beyond at least one of several surfaces.
+) -> tuple[float, float]:
+    """Probability of being beyond at least one of several surfaces, and its standard error.
 
     Each sample lies beyond one surface, chosen by its probability, and counts for one over the number of surfaces that
     it lies beyond (A. B. Owen, Y. Maximov & M. Chertkov, Electronic J. of Statistics 13, 2019, doi:10.1214/18-EJS1507).
@@ -156,14 +164,17 @@ def union(
     single = edges.probability
     whole = float(single.sum())
     if whole == 0.0 or (len(single) == 1 and counts is None):
-        return whole
+        return whole, 0.0
     chosen = rng.choice(len(single), size=samples, p=single / whole)
     scores, weight = edges.draw(rng, chosen)
     share = 1.0 / np.maximum(edges.beyond(scores).sum(axis=1), 1)
     if counts is not None:
         share = share * counts(scores)
     if weight is None:
-        return min(1.0, whole * float(np.mean(share)))
+        weight = np.ones(samples)
     total = np.bincount(chosen, weight, len(single))
-    counted = np.bincount(chosen, weight * share, len(single))
-    return min(1.0, float(np.sum(single * counted / np.where(total > 0.0, total, 1.0))))
+    total[total == 0.0] = 1.0
+    mean = np.bincount(chosen, weight * share, len(single)) / total
+    deviation = np.bincount(chosen, (weight * (share - mean[chosen])) ** 2, len(single))
+    error = np.sqrt(np.sum(single**2 * deviation / total**2))
+    return min(1.0, float(single @ mean)), float(error)
