@@ -127,6 +127,9 @@ class BeamSectionLaw(LineElement):
         section, end = (self.section.between(self.end, k / count) for k in (index, index + 1))
         return replace(self, section=section, end=end, segments=1, release=release)
 
+    def unreleased(self) -> Self:
+        return replace(self, release=())
+
     def check(self, chord: Array) -> None:
         if self.up is not None:
             self.axes(chord)

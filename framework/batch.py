@@ -50,6 +50,10 @@ def _short(value: object) -> str:
 
 def finite(value: ArrayLike, what: str) -> Array:
     """`numbers`, refused where one of them is not finite."""
+    if type(value) is float and math.isfinite(value):  # as most often; there is no more to look at
+        array = np.array(value)
+        array.setflags(write=False)
+        return array
     array = numbers(value, what)
     # of a few numbers Python knows in a third of the time
     if not (all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()):
@@ -67,14 +71,14 @@ def unvaried(value: ArrayLike, shape: Shape = ()) -> Array | None:
     return array if array.shape == shape else None
 
 
-def vector(value: ArrayLike, what: str, size: int = 3, *, flat: bool = False) -> Array:
-    """`value` as a finite array (..., size); a `flat` one may be (..., 2), in the plane z = 0."""
+def vector(value: ArrayLike, what: str, *, flat: bool = False) -> Array:
+    """`value` as a finite array (..., 3); a `flat` one may be (..., 2), in the plane z = 0."""
     array = finite(value, what)
     if flat and array.shape[-1:] == (2,):
         array = np.concatenate([array, np.zeros((*array.shape[:-1], 1))], axis=-1)
         array.setflags(write=False)
-    if array.ndim == 0 or array.shape[-1] != size:
-        raise FrameError(f"{what} has shape {array.shape}: its last axis must hold {size} components")
+    if array.ndim == 0 or array.shape[-1] != 3:
+        raise FrameError(f"{what} has shape {array.shape}: its last axis must hold 3 components")
     return array
 
 
@@ -146,6 +150,16 @@ def block_diagonal(parts: Sequence[Array]) -> Array:
     for k, part in enumerate(parts):
         out[..., 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = part
     return out
+
+
+def any_of(numbers: NDArray[Any]) -> bool:
+    """Whether one of some numbers is not zero: `numbers.any()`, in a tenth of the time where they are few."""
+    return bool(np.count_nonzero(numbers) > 0)
+
+
+def all_of(numbers: NDArray[Any]) -> bool:
+    """Whether none of some numbers is zero, see `any_of`."""
+    return bool(np.count_nonzero(numbers) == numbers.size)
 
 
 def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:

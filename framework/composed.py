@@ -112,6 +112,10 @@ class Composed(OfAnother):
     def part(self, index: int, count: int) -> LineElement:
         return self.made_of(self.own.part(index, count))
 
+    def unreleased(self) -> LineElement | None:
+        own = self.own.unreleased()
+        return None if own is None else self.made_of(own)
+
     def cut(self, change: Change) -> Self:
         return replace(self, own=self.own.cut(change) if self.own.shape else self.own)
 

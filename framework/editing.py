@@ -95,8 +95,8 @@ class Editable(Description):
         loads, before = self.loads, self.loads.get(node, [])
         self.loads = {**loads, node: list(given.items())} if given else {k: v for k, v in loads.items() if k != node}
         try:
-            shapes = {f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items()}
-            self._rejoin([value.shape for _, value in before], shapes)
+            shapes = {f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items() if value.ndim}
+            self._rejoin([value.shape for _, value in before if value.ndim], shapes)
         except FrameError:
             self.loads = loads
             raise
@@ -183,7 +183,7 @@ class Editable(Description):
                 raise FrameError(f"{what} have shape {places.shape}: give {wanted}")
             each = [places[..., k, :] for k in range(len(nodes))]
         before, size = {node: self.nodes[node] for node in nodes}, self.size
-        whole, known, reached = self._shape, self._shapes, self._reach(nodes)
+        whole, known, reached = self.shape, self._shapes, self._reach(nodes)
         formed = {name: part for name, part in self.members.items() if type(part.element) is FormedElement}
         try:
             for node, place in zip(nodes, each, strict=True):
@@ -198,7 +198,7 @@ class Editable(Description):
         except FrameError:
             self.nodes.update(before)
             self.members.update(formed)
-            self.size, self._shape, self._shapes = size, whole, known
+            self.size, self.shape, self._shapes = size, whole, known
             raise
 
     def _reach(self, names: Iterable[str]) -> float:
@@ -230,12 +230,12 @@ class Editable(Description):
         if not any(shape and shape not in given.values() for shape in before):
             self._join(given)
             return
-        whole, known = self._shape, self._shapes
-        self._shape, self._shapes = (), {}
+        whole, known = self.shape, self._shapes
+        self.shape, self._shapes = (), {}
         try:
             self._join({name: shape for name, shape in self._shapes_given() if shape})
         except FrameError:
-            self._shape, self._shapes = whole, known
+            self.shape, self._shapes = whole, known
             raise
 
     def _shapes_given(self) -> Iterator[tuple[str, Shape]]:

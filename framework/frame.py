@@ -30,6 +30,8 @@ class Frame(InBulk):
 
     Attributes
     ----------
+    shape
+        Batch shape: the broadcast of all that has been described.
     bodies, nodes, members, joints, masses
         The description by name, in the order in which it was given.
     aliases
@@ -42,6 +44,8 @@ class Frame(InBulk):
         By node: prescribed displacement, (...), by index of the component.
     offsets
         By joint: imposed relative displacement, (...), by index of the component in the joint's axes.
+    idle
+        By joint: a rotation that it constrains as long as nothing else resists it and no load works on it.
     loads
         By node: index of the component and value, (...), of each load.
     member_loads

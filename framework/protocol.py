@@ -162,6 +162,16 @@ class LineElement(SectionLaw):
         """
         return self
 
+    def unreleased(self) -> LineElement | None:
+        """The same element without `releases`, which large displacement follows; None where it has none such.
+
+        Returns
+        -------
+        LineElement or None
+            By default itself where it has no releases.
+        """
+        return None if self.releases else self
+
     def cut(self, change: Change) -> Self:
         """The element at some entries of its batch: with every parameter that is an array changed.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .batched.idle import released
 from .clearances.clearance import Clearances, joints_with_clearance
 from .description import Description
 from .explain import explain
@@ -73,6 +74,8 @@ class Solution(ResultsWithBounds):
         """
         described = frame.copy()
         plan, factors = planned(frame, described, checked(method))
+        if described.idle and (free := released(described, plan.topology)) is not described:
+            return cls.of(free, method, clearance=clearance)
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance

@@ -28,7 +28,8 @@ class SolutionState(State):
     * ``STATICALLY_CONSISTENT_MECHANISM``: the frame can move, but the load does no work on its free motion; forces
       hold, displacements along that motion are NaN.
     * ``FREE``: joints can move within their clearances without any force; the results are one choice of many.
-    * ``UNRESOLVED``: rounding hides a contact.
+    * ``UNRESOLVED``: rounding hides a contact; or results are NaN, where ideal joints close a loop of rigid links in
+      which no offset within the clearances fits.
     * ``MECHANISM``: the frame is kinematically unstable, loads move it without resistance; results are NaN.
     * ``ABSENT``: the entry was left out; results are NaN.
     * ``STABLE``, ``STABLE_BEYOND_A_SADDLE``, ``UNSTABLE``, ``NOT_CONVERGED``: of equilibria at large displacement.

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 from ..framework.lazily import loaded_later
 
 if TYPE_CHECKING:
-    from .distributions import Interval, tolerance
+    from .distributions import Interval
     from .failure import OpenTURNSProblem, PystraProblem, Reliability, reliability, to_openturns, to_pystra
     from .fits import Allocation, Fit, LimitsOfSize, allocate, fit, limits_of_size, relative_cost, tolerance_grade
     from .four_bar import Accuracy, FourBar, FourBarMotion, Kinetostatics, Link, Study, accuracy, monte_carlo
     from .fuzzy import FuzzyNumber, FuzzyResult, propagate_fuzzy
+    from .given_distributions import tolerance
     from .histograms import plot_histogram
     from .intervals import ConfidenceInterval
     from .linkage import (
@@ -199,7 +200,7 @@ _LATER = {
     "taylor_moments": ".propagation",
     "to_openturns": ".failure",
     "to_pystra": ".failure",
-    "tolerance": ".distributions",
+    "tolerance": ".given_distributions",
     "tolerance_grade": ".fits",
     "write_linkage": ".linkage",
 }

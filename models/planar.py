@@ -12,7 +12,9 @@ Complex = NDArray[np.complex128]
 def vector(point: Complex) -> Array:
     """Points x + i y, (...), as vectors (..., 3) in the plane z = 0."""
     point = np.asarray(point, dtype=np.complex128)
-    return np.stack([point.real, point.imag, np.zeros(point.shape)], axis=-1)
+    found = np.zeros((*point.shape, 3))
+    found[..., 0], found[..., 1] = point.real, point.imag
+    return found
 
 
 def cross(first: Complex, second: Complex) -> Array:

@@ -15,7 +15,8 @@ from ..framework.checked import whole_number
 from ..framework.errors import FrameError
 from .distributions import Distribution as Distribution  # taken from here, too
 from .distributions import Normal as Normal
-from .distributions import Uncertain, distributions_of
+from .distributions import Uncertain
+from .given_distributions import distributions_of
 from .quantiles import quantiles
 
 if TYPE_CHECKING:

@@ -17,7 +17,8 @@ from ..framework.errors import FrameError, SampleWarning
 from ..framework.graphics.shares import draw_shares, height_of_shares
 from ..framework.graphics.style import new_axes, set_title, styled
 from ..framework.listing import MOST, text_table
-from .distributions import Distribution, Uncertain, distributions_of
+from .distributions import Distribution, Uncertain
+from .given_distributions import distributions_of
 from .intervals import ConfidenceInterval, by_error
 from .sampling import LEAST, Seed, root_seed, samples_first, stream
 

@@ -17,8 +17,61 @@ from .moments import Moments, Statistics, checked_policy
 Array = NDArray[np.float64]
 
 
+class SampleStatistics(Statistics):
+    """Statistics over the last axis but one of `samples`, with what `nan_policy` does to those that are NaN."""
+
+    samples: Array
+    nan_policy: str
+
+    @cached_property
+    def moments(self) -> Moments:
+        """Count, mean and sums of powers of the deviations, (..., 3)."""
+        return Moments.of(np.moveaxis(self.samples, -2, 0), self.nan_policy)
+
+    @cached_property
+    def missing(self) -> NDArray[np.int64]:
+        """Number of samples that are NaN, (..., 3)."""
+        return np.asarray(np.count_nonzero(np.isnan(self.samples), axis=-2))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the components with n − 1 in the denominator, (..., 3, 3); of the samples that `std` is of."""
+        apart = self.samples - self.mean[..., None, :]
+        if self.nan_policy == "omit":
+            apart = np.where(np.isnan(self.samples), 0.0, apart)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            scaled = apart / np.sqrt(self.samples.shape[-2] - self.missing - 1)[..., None, :]
+        return np.asarray(scaled.mT @ scaled)
+
+    def quantile(self, p: ArrayLike) -> Array:
+        """Quantile of each component at one or more probabilities, interpolated linearly between samples.
+
+        Parameters
+        ----------
+        p
+            Probability or probabilities in [0, 1], (k...).
+
+        Returns
+        -------
+        ndarray
+            Quantiles, (k..., ..., 3).
+        """
+        return quantiles(self.samples, p, axis=-2, nan_policy=self.nan_policy)
+
+    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        return quantile_interval(np.moveaxis(self.samples, -2, 0), p, level, self.nan_policy)
+
+    @cached_property
+    def envelope(self) -> tuple[Array, Array]:
+        """Least and greatest sample of each component, (..., 3) each."""
+        if self.nan_policy != "omit":
+            return self.samples.min(axis=-2), self.samples.max(axis=-2)
+        # NaN counts where every sample is NaN only.
+        return np.fmin.reduce(self.samples, axis=-2), np.fmax.reduce(self.samples, axis=-2)
+
+
 @dataclass(frozen=True, eq=False)
-class Spread(Statistics):
+class Spread(SampleStatistics):
     """Statistics of samples over their last axis but one.
 
     Parameters
@@ -53,56 +106,10 @@ class Spread(Statistics):
                 f"{some.max()} of {self.n} samples are NaN: find why, or choose the nan_policy 'omit' or 'propagate'"
             )
 
-    @cached_property
-    def moments(self) -> Moments:
-        """Count, mean and sums of powers of the deviations, (..., 3)."""
-        return Moments.of(np.moveaxis(self.samples, -2, 0), self.nan_policy)
-
-    @cached_property
-    def missing(self) -> NDArray[np.int64]:
-        """Number of samples that are NaN, (..., 3)."""
-        return np.asarray(np.count_nonzero(np.isnan(self.samples), axis=-2))
-
     @property
     def n(self) -> int:
         """Number of samples."""
         return int(self.samples.shape[-2])
-
-    @cached_property
-    def covariance(self) -> Array:
-        """Covariance of the components with n − 1 in the denominator, (..., 3, 3); of the samples that `std` is of."""
-        apart = self.samples - self.mean[..., None, :]
-        if self.nan_policy == "omit":
-            apart = np.where(np.isnan(self.samples), 0.0, apart)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            scaled = apart / np.sqrt(self.n - self.missing - 1)[..., None, :]
-        return np.asarray(scaled.mT @ scaled)
-
-    def quantile(self, p: ArrayLike) -> Array:
-        """Quantile of each component at one or more probabilities, interpolated linearly between samples.
-
-        Parameters
-        ----------
-        p
-            Probability or probabilities in [0, 1], (k...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (k..., ..., 3).
-        """
-        return quantiles(self.samples, p, axis=-2, nan_policy=self.nan_policy)
-
-    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
-        return quantile_interval(np.moveaxis(self.samples, -2, 0), p, level, self.nan_policy)
-
-    @cached_property
-    def envelope(self) -> tuple[Array, Array]:
-        """Least and greatest sample of each component, (..., 3) each."""
-        if self.nan_policy != "omit":
-            return self.samples.min(axis=-2), self.samples.max(axis=-2)
-        # NaN counts where every sample is NaN only.
-        return np.fmin.reduce(self.samples, axis=-2), np.fmax.reduce(self.samples, axis=-2)
 
 
 def quantiles(samples: Array, p: ArrayLike, axis: int, nan_policy: str = "propagate") -> Array:

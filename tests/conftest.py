@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import os
+import sys
 
 # before NumPy is loaded, which reads them
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -39,6 +40,8 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
-    """Nor through what the files before have left in the caches."""
+    """Nor through what the files before have left in the caches; figures that were drawn are closed."""
+    if (drawn := sys.modules.get("matplotlib.pyplot")) is not None:
+        drawn.close("all")
     if nextitem is not None and nextitem.path != item.path:
         spare_what_is_there()

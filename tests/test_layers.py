@@ -50,7 +50,7 @@ LAYERS = {
     "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
-    "bounds": "error_bounds/bounds error_bounds/result_unknowns error_bounds/sensitivity",
+    "bounds": "error_bounds/bounds error_bounds/sensitivity",
     "stability of linear solutions": "results/under_load results/stability results/validity",
     "large displacement": "large/*",
     "linear solution": "linear/* explain solution results/buckling",
@@ -63,8 +63,8 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar newton_euler intervals histograms convergence distributions quantiles moments normality "
-        "sampling spread propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
+        "clearance planar newton_euler intervals histograms convergence distributions given_distributions quantiles "
+        "moments normality sampling spread propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

@@ -48,6 +48,17 @@ print(type(FourBar().linkage(0.5)).__module__)
     assert module == "linkframe.models.linkage.linkage"
 
 
+def test_the_command_line_loads_nothing_that_solves() -> None:
+    """Help, and the refusal of a wrong option, come before what a job would need."""
+    script = """
+import sys
+import linkframe.models.command_line
+print(*(name for name in sys.modules if name.startswith(("linkframe.framework.batched", "linkframe.framework.sol"))))
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    assert not told.split()
+
+
 def test_a_job_without_figures_loads_nothing_that_draws(tmp_path: Path) -> None:
     """Nor what reads meshes, fits to measurements, keeps checkpoints, or shows a bar on a terminal."""
     script = """

@@ -4,7 +4,7 @@ A link may be described as many members with nodes between them that nothing els
 are joined two by two, all chains at once, and the node between them is eliminated: n members need log2 n such rounds,
 each a few operations of NumPy on stacks in extended precision (cyclic reduction: Golub & Van Loan, Matrix Computations,
 4th ed., 2013, sec. 4.5.4). Only what does not vary over the batch is treated so; for the rest the work is in the
-arrays, not in the number of steps.
+arrays, not in the number of steps. Why other eliminations stand by themselves is said in `framework.ldl`.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ def loaded(topology: Topology) -> set[int]:
     if frame.weight is not None:
         return set(range(len(topology.number)))
     pieces = [piece for member in frame.member_loads for piece in topology.pieces_of[member]]
-    pieces += [piece for group in topology.groups if group.strained for piece in group.pieces.tolist()]
+    if topology.strained:
+        pieces += [piece for group in topology.groups if group.strained for piece in group.pieces.tolist()]
     along = topology.ends[pieces].reshape(-1).tolist() if pieces else ()
     return {topology.number[name] for name in frame.loads}.union(along)
 

@@ -126,8 +126,6 @@ class EntryNumbers:
         Matrices of the members in the nodes' axes, (n, 12, 12) each.
     links
         Joints, ties, supports and bodies.
-    strained
-        Whether members strain without forces.
     key
         What stands where.
     former
@@ -141,7 +139,6 @@ class EntryNumbers:
         self.stacks = [_stack(group) for group in topology.groups] if stacks is None else stacks
         self.links = EntryLinks(topology) if links is None else links
         self.former: tuple[Any, Any, tuple[list[Any], Any]] | None = None
-        self.strained = topology.strained
         stacks_of = [
             (dofs.tobytes(), (stack != 0.0).tobytes())
             for dofs, stack in zip(topology.stack_dofs, self.stacks, strict=True)
@@ -160,8 +157,8 @@ class EntryLoads:
     ----------
     topology
         Its nodes and members, and the loads on them.
-    strained
-        Whether members strain without forces.
+    grid
+        The batch, of one entry.
 
     Attributes
     ----------
@@ -173,11 +170,10 @@ class EntryLoads:
         What stands where.
     """
 
-    def __init__(self, topology: Topology, *, strained: bool) -> None:
-        frame = topology.frame
-        self.nodal = [(node, k, float(value)) for node, k, value in component_loads(topology)]
-        self.nodal = [load for load in self.nodal if load[2] != 0.0]
-        found = member_and_mass_loads(topology, Grid(frame.shape), strained=strained)
+    def __init__(self, topology: Topology, grid: Grid) -> None:
+        loads = component_loads(topology)
+        self.nodal = [(node, k, push) for node, k, value in loads if (push := float(value)) != 0.0]
+        found = member_and_mass_loads(topology, grid)
         self.shares = [(dof, float(share)) for dof, share in found if not is_zero(share)]
         self.values = [value for _, _, value in self.nodal] + [value for _, value in self.shares]
         self.key = tuple([(node, k) for node, k, _ in self.nodal]), tuple([dof for dof, _ in self.shares])

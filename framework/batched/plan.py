@@ -14,7 +14,7 @@ from ..description import Description
 from ..lazily import cached_property
 from ..solvers.coupling import Coupling
 from ..solvers.graph import Graph
-from ..solvers.method import Method, choose
+from ..solvers.method import LARGE, Method, choose
 from ..structure.assembly import force_entries
 from ..structure.parts import Grid, Matrix, RightHandSideParameters, Value, unknowns
 from ..structure.topology import Index
@@ -114,7 +114,7 @@ class Plan:
         begin, numbers = perf_counter(), self.unloaded.entry
         if numbers is None:
             return None
-        found = solved(self, numbers, EntryLoads(self.topology, strained=numbers.strained))
+        found = solved(self, numbers, EntryLoads(self.topology, self.grid))
         if found is not None:
             self.times["solution"] = self.times.get("solution", 0.0) + perf_counter() - begin
         return found
@@ -155,7 +155,7 @@ class Plan:
     @property
     def large(self) -> bool:
         """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
-        return self.unloaded.large
+        return len(self.unknowns) > LARGE and self.constant
 
     @property
     def graph(self) -> Graph:
@@ -186,7 +186,7 @@ class Plan:
     @property
     def unknowns(self) -> list[int]:
         """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        return self.unloaded.unknowns
+        return self.unloaded.links.unknowns
 
     @property
     def connected_components(self) -> Index:

@@ -27,8 +27,9 @@ class Differences:
         if one.shape != other.shape:
             self._parts = set(_PARTS)
             return
-        before, after = vars(one), vars(other)
-        self._parts = {part for part in _PARTS if not alike(before[part], after[part])}
+        each = [(part, getattr(one, part), getattr(other, part)) for part in _PARTS]
+        # what is one object, and of what there is nothing, takes no look inside
+        self._parts = {part for part, a, b in each if a is not b and (a or b) and not alike(a, b)}
 
     @property
     def none(self) -> bool:

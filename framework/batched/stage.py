@@ -1,4 +1,7 @@
-"""One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape."""
+"""One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape.
+
+Why eliminations of other matrices stand by themselves is said in `framework.ldl`.
+"""
 
 from __future__ import annotations
 

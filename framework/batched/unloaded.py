@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
@@ -106,7 +107,7 @@ class Unloaded:
     @cached_property
     def constant(self) -> bool:
         """Whether the stiffness does not vary over the batch."""
-        if self.grid.sizes[-1] == 1:
+        if math.prod(self.grid.shape) == 1:
             return True
         tree = self.tree
         if not all(set(group.stiffness_shape) <= {1} for group in self.topology.groups):
@@ -116,11 +117,6 @@ class Unloaded:
         numbers += [spring.stiffness for spring in tree.springs]
         return all(isinstance(v, float) for v in numbers)
 
-    @property
-    def large(self) -> bool:
-        """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
-        return len(self.unknowns) > LARGE and self.constant
-
     @cached_property
     def graph(self) -> Graph:
         """Nodes and their coupling, for the sparse ways."""
@@ -129,8 +125,9 @@ class Unloaded:
     @cached_property
     def varying(self) -> Varying:
         """Members whose stiffness is left to the chunks."""
-        groups = [group for group in self.topology.groups if self.varies(group)]
-        return Varying.of(groups, self.grid, large_masks(self.grid))
+        large = large_masks(self.grid)
+        groups = self.topology.groups if any(large) else []
+        return Varying.of([each for each in groups if large[mask_of_shape(each.stiffness_shape)]], self.grid, large)
 
     @cached_property
     def links(self) -> Links:
@@ -153,11 +150,6 @@ class Unloaded:
     @property
     def _weight(self) -> int:
         return _NUMBERS * (len(self.topology.number) + len(self.topology.ends))
-
-    @property
-    def unknowns(self) -> list[int]:
-        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        return self.links.unknowns
 
     @property
     def connected_components(self) -> Index:
@@ -227,7 +219,7 @@ class Chained:
     @cached_property
     def component(self) -> dict[int, int]:
         """Connected component of every unknown, named by the first of its unknowns."""
-        tree, names = self.unloaded.tree, self.unloaded.unknowns
+        tree, names = self.unloaded.tree, self.unloaded.links.unknowns
         if len(names) <= _FEW:
             return self._joined_one_by_one()
         first = np.arange(6 * len(self.unloaded.topology.number))
@@ -263,7 +255,7 @@ class Chained:
             start, end = first.get(a, a), first.get(b, b)
             if start is not None and end is not None:
                 joined.append((start, end))
-        return least_of_sets(self.unloaded.unknowns, joined)
+        return least_of_sets(self.unloaded.links.unknowns, joined)
 
     @cached_property
     def members(self) -> dict[int, list[int]]:

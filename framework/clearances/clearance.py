@@ -14,6 +14,7 @@ the journals lie along them, ``o = ε f/|f|``: the extreme point of what the lin
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from functools import cached_property
 
@@ -25,11 +26,19 @@ from ..batched.plan import Plan
 from ..batched.unloaded import Former
 from ..description import Description
 from ..dofs import DISPLACEMENTS
+from ..errors import MechanismWarning
 from ..results.linear import LinearResults
 from ..structure.parts import collapsed
 from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
 from .contact_state import ClearanceComponents, ContactState, sizes
-from .determinate import DeterminateContact, determinate_contact, forces_by_work, strained, told_by_work
+from .determinate import (
+    DeterminateContact,
+    determinate_contact,
+    forces_by_work,
+    rounding_of_forces,
+    strained,
+    told_by_work,
+)
 from .unit_offsets import Solve, against_offsets
 
 
@@ -58,6 +67,8 @@ class Clearances:
         The joints with clearance.
     lost
         Entries without results of which that is plain: left out, or set in motion by the loads, (...).
+    unfit
+        Entries at which no offset fits a loop of rigid links, and which have no results, (...).
     determinate
         Contact in closed form where that may do; None elsewhere.
     """
@@ -73,6 +84,9 @@ class Clearances:
         self.determinate: DeterminateContact | None = None
         self.lost = without_clearance.lost
         self._resistance = against_offsets(frame, self._components, self._bearing, self.lost, solve)
+        self.unfit = np.broadcast_to(self._resistance.unfit, frame.shape)
+        if self.unfit.any():
+            self._warn_unfit()
         if self._resistance.motions is not None and not self._resistance.stiffness.any():
             radius, motions = [joint.clearance for joint in joints], self._resistance.motions
             self.determinate = determinate_contact(self._components, radius, without_clearance, motions)
@@ -86,7 +100,20 @@ class Clearances:
     def contact_state(self) -> ContactState:
         """Where the journals are in contact."""
         state = self._state(self._resistance.stiffness, self._resistance.members)
-        return state if self.determinate is not None else self._without_rounding(state)
+        if self.unfit.any():
+            state = replace(state, radius=np.where(self.unfit, 0.0, state.radius))
+        if self.determinate is not None:
+            return replace(state, rounding=self.determinate.rounding)
+        return self._without_rounding(state)
+
+    def _warn_unfit(self) -> None:
+        warnings.warn(
+            f"{self.unfit.sum()} of {self.unfit.size} batch entries are unresolved and their results are NaN: there "
+            f"ideal joints among {', '.join(self.names)} close a loop of rigid links in which no offset fits, as in a "
+            "line; give one of them a finite stiffness",
+            MechanismWarning,
+            stacklevel=5,
+        )
 
     def _state(self, stiffness: Array, members: Array) -> ContactState:
         frame = self.frame
@@ -103,7 +130,8 @@ class Clearances:
         if not resisted.any() and strained(motions):
             return state
         told = resisted | self._singular
-        return replace(state, found=np.where(told, state.found, forces_by_work(self._without_clearance, motions)))
+        found = np.where(told, state.found, forces_by_work(self._without_clearance, motions))
+        return replace(state, found=found, rounding=rounding_of_forces(state.components, motions, state.found.ndim - 1))
 
     @cached_property
     def _force(self) -> Array:
@@ -132,6 +160,7 @@ class Clearances:
         state = self.contact_state.state
         for lost, why in (
             # without any force in a joint none of its contacts is hidden
+            (self.unfit, UNRESOLVED),
             (self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0), UNRESOLVED),
             (self._singular, MECHANISM),
             (self.frame.absent, ABSENT),

@@ -27,7 +27,8 @@ class Contact:
         By batch entry, (...): ``closed`` in contact; ``open`` off it, in a place that the other members determine;
         ``free`` off it, and movable within the clearance without any force, so that displacements which hang on it
         are one choice of many; ``mechanism`` where the frame is one even without clearances; ``unresolved`` where the
-        load is so small beside the stiffness against closing the clearance that rounding hides the contact;
+        load is so small beside the stiffness against closing the clearance that rounding hides the contact, or no
+        offset fits, as between rigid links and ideal joints in a line;
         ``absent`` where the frame does not exist.
     normal
         Direction in which the second node rests from the first, and in which the joint pulls the first, unit vector

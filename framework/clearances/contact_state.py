@@ -85,6 +85,8 @@ class ContactState:
         Largest force and largest moment on a node, (2, ...).
     length_scale
         Length by which moments compare with forces, see `sizes`.
+    rounding
+        Share of the largest force below which one without clearance is rounding, that of joints, (joints, ...), or one.
     """
 
     components: ClearanceComponents
@@ -94,6 +96,7 @@ class ContactState:
     radius: Array
     load: Array
     length_scale: Array
+    rounding: Array | float = UNLOADED
 
     @cached_property
     def scale(self) -> Array:
@@ -115,7 +118,7 @@ class ContactState:
     @cached_property
     def without_clearance(self) -> Array:
         """Forces without clearance, (n, ...), those of rounding alone set to zero."""
-        loaded = self.components.length(self.found) > UNLOADED * self.scale
+        loaded = self.components.length(self.found) > self.rounding * self.scale
         return self.found if loaded.all() else np.where(loaded[self.components.own], self.found, 0.0)
 
     @property

@@ -35,6 +35,8 @@ _FEW, _LONGER = 2, 16
 _LEAST, _LARGEST = 1e-139, 1e139
 # Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
 _UNSTRAINED = 1e-9
+# Share of a motion that is its rounding.
+_ROUNDED = 1e-14
 # Share of the batch that motions may vary over, as they are held in memory, beyond so many of them.
 _SHARE, _SMALL = 4, 2**12
 
@@ -79,6 +81,11 @@ class DeterminateContact:
             self._compute(lambda take: [], [])
         assert self._pressed is not None
         return self._pressed
+
+    @cached_property
+    def rounding(self) -> Array:
+        """Share of the largest force below which one is rounding, by joint, (joints, ...)."""
+        return rounding_of_forces(self.components, self.motions, len(self._grid.shape))
 
     def displacement(self, node: str) -> Array | None:
         """Displacement of a node in global axes, (..., 6); None where a journal is not pressed against its bearing."""
@@ -133,8 +140,8 @@ class DeterminateContact:
         for value, (force, moment) in _load_bounds(self.without_clearance):
             scale = scale + abs(take(value)) * take(force + moment / size)
         found = take(_LARGEST) - scale - sum(lengths[1:], lengths[0])
-        for length, arm in zip(lengths, arms, strict=True):
-            found = np.minimum(found, length - scale * take(UNLOADED / arm) - take(_LEAST))
+        for length, arm, share in zip(lengths, arms, self.rounding, strict=True):
+            found = np.minimum(found, length - scale * take(self._value(share) / arm) - take(_LEAST))
         return found
 
     # -- carried out ------------------------------------------------------------------------------------------------
@@ -282,6 +289,24 @@ def strained(motions: LinearResults) -> bool:
                 rows.append({})
                 add_row(rows[-1], row, 1.0 if k < 3 else size)
     return bool(rows) and not bool(np.abs(_stacked(motions, rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
+
+
+def rounding_of_forces(components: ClearanceComponents, motions: LinearResults, ndim: int) -> Array:
+    """Share of the largest force below which one by the work on these motions is rounding, by joint, (joints, ...)
+    with `ndim` axes of the batch.
+
+    The nearer a loop of rigid links is to a dead point, the farther unit offsets move it, and with that grows the
+    rounding of what does not move at all. Where members or springs close the loop, pivots tell of such a pose.
+    """
+    eliminated, size = motions.plan.tree.elimination.rows, motions.frame.size
+    if not eliminated:
+        return np.full((len(components.names), *(1,) * ndim), UNLOADED)
+    lengths = [size if key % 6 >= 3 else 1.0 for key in eliminated]
+    moved = np.abs(_stacked(motions, list(eliminated.values()))) * lengths
+    largest = moved.max(axis=-1)
+    largest[components.is_rotation] /= size or 1.0
+    share = np.maximum(UNLOADED, _ROUNDED * np.maximum.reduceat(largest, components.starts, axis=0))
+    return np.stack([aligned(each, ndim) for each in share])
 
 
 def _stacked(motions: LinearResults, rows: Sequence[Row]) -> Array:

@@ -17,6 +17,7 @@ from ..dofs import DISPLACEMENTS
 from ..errors import FrameError
 from ..joint_protocol import JointElement
 from ..results.linear import LinearResults
+from ..structure.constraints import Contradiction
 from ..structure.parts import total
 from .contact_state import ClearanceComponents, sizes
 
@@ -46,6 +47,8 @@ class Resistance:
         The members' stiffness, (n, ...).
     unknown
         Where an offset moves a mechanism that the loads do not, and nothing can be said, (...).
+    unfit
+        Where ideal joints close a loop of rigid links in which no offset fits, as where these lie in a line, (...).
     motions
         The solution for a unit offset in each component, (n, ...); None where some of these move a mechanism.
     """
@@ -53,6 +56,7 @@ class Resistance:
     stiffness: Array
     members: Array
     unknown: NDArray[np.bool_]
+    unfit: NDArray[np.bool_]
     motions: LinearResults | None
 
 
@@ -80,7 +84,7 @@ def against_offsets(
     Raises
     ------
     FrameError
-        Where ideal joints close a loop of rigid links, in which no offset fits.
+        Where ideal joints close a loop of rigid links, in which no offset fits, at all entries.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
@@ -109,7 +113,7 @@ def _answer(
     out = _everywhere(lost, bare.shape)
     if out.any():
         bare.exclude(out)
-    found, motions = _falls(bare.copy(), components, np.ones(count, dtype=bool), solve)
+    found, motions, unfit = _fitting(bare, out, components, solve)
     found[..., out] = 0.0
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
     determinate = not unknown.any()
@@ -132,8 +136,28 @@ def _answer(
         stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
         members.reshape(count, *(1,) * (whole + 1 - members.ndim), *members.shape[1:]),
         unknown,
+        unfit,
         motions if determinate else None,
     )
+
+
+def _fitting(
+    bare: Description, out: NDArray[np.bool_], components: ClearanceComponents, solve: Solve
+) -> tuple[Array, LinearResults, NDArray[np.bool_]]:
+    """Falls for a unit offset in each component, with the solution, and entries at which none fits, (...), which the
+    bare frame is without from then on."""
+    every = np.ones(len(components.pairs), dtype=bool)
+    try:
+        return *_falls(bare.copy(), components, every, solve), np.zeros_like(out)
+    except Contradiction as error:
+        unfit = np.asarray(np.broadcast_to(error.entries, (len(every), *bare.shape)).any(axis=0))
+        if (unfit | out).all():
+            raise FrameError(
+                f"joints {', '.join(components.names)} have clearance, but ideal ones among them close a loop of rigid "
+                f"links, in which no offset fits ({error}): give one of them a finite stiffness"
+            ) from error
+    bare.exclude(unfit)
+    return *_falls(bare.copy(), components, every, solve), unfit
 
 
 def _of_loaded(
@@ -178,8 +202,7 @@ def _of_loaded(
 def _alike_within(bearing: NDArray[np.bool_], lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
     """Which components bear a force, (n, ...): of a batch of `shape` where that is the same at all entries (...) that
     have results and are one of these."""
-    extra = lost.ndim - len(shape)
-    axes = tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
+    axes = _shared_axes(lost, shape)
     along = tuple(axis + 1 for axis in axes)
     some = np.asarray((bearing & ~lost).any(axis=along, keepdims=True))
     every = np.asarray((bearing | lost).all(axis=along, keepdims=True))
@@ -189,10 +212,14 @@ def _alike_within(bearing: NDArray[np.bool_], lost: NDArray[np.bool_], shape: Sh
 
 def _everywhere(lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
     """Where all entries are `lost` that are one entry of a batch of that shape."""
+    found: NDArray[np.bool_] = np.asarray(lost.all(axis=_shared_axes(lost, shape), keepdims=True))
+    return found.reshape(found.shape[lost.ndim - len(shape) :])
+
+
+def _shared_axes(lost: NDArray[np.bool_], shape: Shape) -> tuple[int, ...]:
+    """Axes of entries (...) over which a batch of that shape does not vary."""
     extra = lost.ndim - len(shape)
-    axes = tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
-    found: NDArray[np.bool_] = np.asarray(lost.all(axis=axes, keepdims=True))
-    return found.reshape(found.shape[extra:])
+    return tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
 
 
 def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:
@@ -222,13 +249,7 @@ def _falls(
     for index in np.flatnonzero(asked):
         name, k = components.pairs[index]
         bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
-    try:
-        solution = solve(bare).silenced()
-    except FrameError as error:
-        raise FrameError(
-            f"joints {', '.join(components.names)} have clearance, but ideal ones among them close a loop of rigid "
-            f"links, in which no offset fits ({error}): give one of them a finite stiffness"
-        ) from error
+    solution = solve(bare).silenced()
     found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
     return found, solution
 

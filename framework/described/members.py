@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -74,25 +75,27 @@ class DescribedMembers(DescribedNodes):
         nodes = self._nodes(nodes, f"{name!r}")
         if wanted == 2 and nodes[0] == nodes[1]:
             raise FrameError(f"{name!r} begins and ends at node {nodes[0]!r}: give two different nodes")
+        kinds: dict[Hashable, str] = {}
+        parts: dict[str, Any]
+        part: Any
         if isinstance(element, LineElement):
-            chord = self._check_length(name, *nodes)
-            element.check(chord)
+            element.check(self._check_length(name, *nodes))
             kinds = self._examine(name, element, nodes)
-            self._join({f"member {name!r}": element.shape})
-            self.members[name] = Member(element, *nodes)
-            self._examined |= kinds
+            sort, parts, part = "member", self.members, Member(element, *nodes)
         elif isinstance(element, JointElement):
             self._check_coincident(name, *nodes)
             if not is_proven(element):
                 examine_joint(name, element)
             check_ideal(f"joint {name!r}", element.stiffness)
-            self._join({f"joint {name!r}": element.shape})
-            self.joints[name] = JointLink(element, *nodes)
+            sort, parts, part = "joint", self.joints, JointLink(element, *nodes)
         else:
             if not is_proven(element):
                 examine_mass(name, element)
-            self._join({f"mass {name!r}": element.shape})
-            self.masses[name] = MassPoint(element, *nodes)
+            sort, parts, part = "mass", self.masses, MassPoint(element, *nodes)
+        if shape := element.shape:
+            self._join({f"{sort} {name!r}": shape})
+        parts[name] = part
+        self._examined |= kinds
 
     def add_form(
         self,
@@ -171,7 +174,7 @@ class DescribedMembers(DescribedNodes):
             if made[-1] is not member.element and kind not in examined:
                 examine_member(names[k], made[-1], self._chord(member.start, member.end))
                 examined.add(kind)
-        self._shape, self._shapes = widened
+        self.shape, self._shapes = widened
         for name, member, number in zip(names, members, which.tolist(), strict=True):
             self.members[name] = member._replace(element=made[number])
             if added.pushes:

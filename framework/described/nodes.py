@@ -14,11 +14,13 @@ from ..errors import FrameError
 from ..loads import MemberLoad
 from ..names import found, new
 from ..provenance import GivenStatus, HasStatus
-from .parts import Body, JointLink, MassPoint, Member, Node, Tie
+from .parts import Body, IdleRotation, JointLink, MassPoint, Member, Node, Tie
 
 # Dimensions of results beside the batch axes.
 TAKEN = ("node", "component", "support", "force", "joint", "status")
 
+# What holds parts by name or one after the other; it is a copy's own.
+_HELD = (dict, list)
 # What is kept by name and may grow under that name; other values are replaced as a whole, so that copies share them.
 _GROWING = ("loads", "member_loads")
 
@@ -41,13 +43,14 @@ class DescribedNodes:
     ties: list[Tie] = field(default_factory=list)
     supports: dict[str, Mapping[int, Array]] = field(default_factory=dict)
     offsets: dict[str, Mapping[int, Array]] = field(default_factory=dict)
+    idle: dict[str, IdleRotation] = field(default_factory=dict)
     loads: dict[str, list[tuple[int, Array]]] = field(default_factory=dict)
     member_loads: dict[str, list[MemberLoad]] = field(default_factory=dict)
     weight: Array | None = None
     absent: NDArray[np.bool_] | None = None
     made_from: HasStatus | None = field(default=None, repr=False, compare=False)
+    shape: Shape = field(default=(), init=False)
     _shapes: dict[Shape, str] = field(default_factory=dict, repr=False)  # and what was given in it first
-    _shape: Shape = ()
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
     tolerance: float = 0.0
@@ -66,11 +69,6 @@ class DescribedNodes:
                 why = "is that of another dimension of results" if name in TAKEN else "stands twice"
                 raise FrameError(f"axes is {given!r}, in which {name!r} {why}: give each batch axis a name of its own")
 
-    @property
-    def shape(self) -> Shape:
-        """Batch shape: the broadcast of all that has been described."""
-        return self._shape
-
     def copy(self) -> Self:
         """Independent copy.
 
@@ -81,10 +79,7 @@ class DescribedNodes:
         """
         clone = object.__new__(type(self))
         parts = clone.__dict__
-        parts.update(vars(self))
-        for name, value in vars(self).items():
-            if isinstance(value, (dict, list)):
-                parts[name] = value.copy()
+        parts.update({name: value.copy() if isinstance(value, _HELD) else value for name, value in vars(self).items()})
         for name in _GROWING:
             if parts[name]:
                 parts[name] = {key: each.copy() for key, each in parts[name].items()}
@@ -168,7 +163,7 @@ class DescribedNodes:
         (3,)
         """
         name = new("node", name, self.nodes, self.aliases)
-        if body is not None:
+        if body is not None and not (type(body) is str and body in self.bodies):
             body = found(f"node {name!r}: body", body, self.bodies)
         place = vector(coordinates, f"coordinates of node {name!r}")
         self._join({f"node {name!r}": place.shape[:-1]})
@@ -290,15 +285,17 @@ class DescribedNodes:
         return tuple(self._node(name, of) for name in names)
 
     def _member(self, name: str, of: str = "") -> str:
+        if type(name) is str and name in self.members:
+            return name
         return found(f"{of} member".strip(), name, self.members)
 
     def _join(self, given: Mapping[str, Shape]) -> None:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
-        self._shape, self._shapes = self._widened(given)
+        self.shape, self._shapes = self._widened(given)
 
     def _widened(self, given: Mapping[str, Shape]) -> tuple[Shape, dict[Shape, str]]:
         """The batch, and what was given in each shape, with the shapes of what one call gives."""
-        whole, known = self._shape, self._shapes
+        whole, known = self.shape, self._shapes
         if not any(given.values()):
             return whole, known
         for name, shape in given.items():

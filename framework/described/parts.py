@@ -51,6 +51,32 @@ class JointLink(NamedTuple):
     second: str
 
 
+class IdleRotation(NamedTuple):
+    """A rotation of a body about a joint's z, constrained there for as long as nothing resists it and no load works on
+    it.
+
+    Attributes
+    ----------
+    body
+        Name of the body.
+    joints
+        Names of the joints that connect it.
+    constrained, free
+        The joint's element with that rotation constrained and free; None for no joint at all.
+    """
+
+    body: str
+    joints: tuple[str, ...]
+    constrained: JointElement
+    free: JointElement | None
+
+    @property
+    def axis(self) -> Array:
+        """Direction of the joint's z, global, (..., 3)."""
+        assert self.constrained.axes is not None
+        return self.constrained.axes[..., 2]
+
+
 class MassPoint(NamedTuple):
     """Inertia at a node."""
 

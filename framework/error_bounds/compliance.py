@@ -290,7 +290,10 @@ def _product(one: Real, other: Real) -> Real:
 
 
 def _inverse(matrix: Real) -> Real:
-    """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan."""
+    """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan.
+
+    Why not by `framework.ldl` is said there.
+    """
     if matrix.dtype == np.float64:
         inverse: Real = np.linalg.inv(matrix)
         return inverse

@@ -24,15 +24,11 @@ _SIX = range(6)
 Dependents: TypeAlias = dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
 
-def exchanged_links(
-    tree: JointTree, count: int, links: Iterable[KinematicEdge]
-) -> tuple[list[KinematicEdge], list[KinematicEdge]]:
+def exchanged_links(count: int, links: Iterable[KinematicEdge]) -> tuple[list[KinematicEdge], list[KinematicEdge]]:
     """Links of the tree to ends of their own, the numbers of which follow on those of the nodes, and their closures.
 
     Parameters
     ----------
-    tree
-        The tree of the batch.
     count
         Number of nodes.
     links

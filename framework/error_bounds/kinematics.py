@@ -85,7 +85,7 @@ class FrameKinematics:
         link = partial(_link, plan, entries)
         links = [link(branch.edge, branch.sign) for branch in tree.branches]
         links = _parents_first([*links, *determinate]) if determinate else links
-        exchanged, closures = exchanged_links(tree, len(topology.number), [link(e, 1.0) for e in tree.exchanged])
+        exchanged, closures = exchanged_links(len(topology.number), [link(e, 1.0) for e in tree.exchanged])
         links += exchanged
         links += [link(edge, 0.0) for edge, _ in tree.closing if edge not in tree.exchanged]
         links += closures

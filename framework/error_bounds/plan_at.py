@@ -58,7 +58,7 @@ def frame_at(frame: Description, change: Change, shape: Shape) -> Description:
     leaders, which = distinct(own)
     cut = [own[k].cut(at) if own[k].shape else own[k] for k in leaders]
     clone = copy.copy(frame)
-    clone._shape = shape
+    clone.shape = shape
     clone.bodies = {
         name: replace(body, origin=at(body.origin, 1), axes=at(body.axes, 2)) for name, body in frame.bodies.items()
     }

@@ -324,23 +324,25 @@ def grouped(mask: NDArray[np.bool_], shape: Shape, most: int = _CHUNK) -> Iterat
             yield None, None, np.zeros(1, dtype=np.int64)
         return
     index = np.nonzero(mask)
-    own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
-    number = np.ravel_multi_index(own, shape)
-    order = np.argsort(number, kind="stable")
+    order = np.argsort(_numbered(index, shape), kind="stable")
     for k in range(0, len(order), most):
         part = tuple(each[order[k : k + most]] for each in index)
-        _, first, which = np.unique(number[order[k : k + most]], return_index=True, return_inverse=True)
-        yield part, tuple(each[first] for each in part), which
+        yield part, *distinct(part, shape)
 
 
 def distinct(index: tuple[Index, ...], shape: Shape) -> tuple[tuple[Index, ...], Index]:
     """Of entries at these indices one for each that differs in what varies over a batch of `shape`; and which of these
     each is like."""
-    own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
-    if not own:
+    if not index:
         return (), np.zeros(1, dtype=np.int64)
-    _, first, which = np.unique(np.ravel_multi_index(own, shape), return_index=True, return_inverse=True)
+    _, first, which = np.unique(_numbered(index, shape), return_index=True, return_inverse=True)
     return tuple(each[first] for each in index), which
+
+
+def _numbered(index: tuple[Index, ...], shape: Shape) -> Index:
+    """Numbers of entries, (m,), the same for those among which nothing varies over a batch of `shape`."""
+    own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
+    return np.ravel_multi_index(own, shape)
 
 
 def alike(statics: Statics) -> bool:

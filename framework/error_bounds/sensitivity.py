@@ -19,11 +19,12 @@ from ..batch import Array, aligned, rotated
 from ..composed import OfAnother
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
-from .adjoint import Adjoint
+from .adjoint import Adjoint, unit_forces
 from .bounds import BoundedResults
+from .equilibrium import EquilibriumResidual
+from .kinematic_edge import extended
 from .member_shapes import MemberWork, by_coordinates, by_rotations, by_sizes
-from .requested import checked
-from .result_unknowns import unknowns_of_result
+from .requested import checked, requested
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
     # By loads and offsets a result has derivatives even where all of them are zero, and nothing was solved for.
-    solution = solution.reaching(unknowns_of_result(solution, name, kind, index))
+    solution = solution.reaching(_unknowns_of_result(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
     work = MemberWork.empty(solution.bounds.statics, solution.shape)
@@ -260,3 +261,17 @@ def _derivatives(
         yield ("joints", edge.name), np.where(elastic, (own - relative_displacement) * stretch, 0.0)
         imposed = np.where(elastic, stiffness * (relative_displacement - own), constrained[k])
         yield ("offsets", edge.name), imposed
+
+
+def _unknowns_of_result(solution: BoundedResults, name: str, kind: str, index: int) -> list[int]:
+    """Unknowns on which the force acts that does work equal to one component of a result."""
+    unknowns = solution.plan.unknowns
+    if not unknowns:
+        return []
+    found = np.zeros(len(unknowns), dtype=bool)
+    none = extended(np.zeros((*(1,) * len(solution.shape), len(unknowns))))
+    for cut in solution.bounds.cuts():
+        state = EquilibriumResidual(solution.bounds.statics, cut, unknowns, none)
+        forces = unit_forces(state, requested(state, name, kind).only((index,)))
+        found |= (forces != 0.0).reshape(-1, len(unknowns)).any(axis=0)
+    return [unknown for unknown, acting in zip(unknowns, found.tolist(), strict=True) if acting]

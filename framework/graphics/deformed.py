@@ -14,7 +14,7 @@ from ..paraview.scene import beams, solved, taken
 from ..results.base import Results
 from .diagrams import DIAGRAMS, add_diagrams, along_members, untold
 from .free_modes import free_modes, told_modes
-from .scene import JointSymbol, Label, LoadArrow, Scene, Stroke, Support
+from .scene import FLAT, JointSymbol, Label, LoadArrow, Scene, Stroke, Support, beside
 from .units import quantity, scaled, stress_unit
 
 STATIONS = 24
@@ -22,7 +22,6 @@ STATIONS = 24
 SHOWN = 0.07
 # What can be drawn, and what it is called.
 KINDS = {"deformed": "displacement", "von_mises": "von Mises stress", **DIAGRAMS}
-FLAT = 1e-9
 # Share of the frame's size by which nodes of a joint must be displaced apart for a name each.
 APART = 0.02
 # Displacement in a free motion below this share of the greatest is none.
@@ -148,8 +147,7 @@ def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
     extent, most = np.ptp(places, axis=0), np.abs(ways).max(axis=0, initial=0.0)
     for across in (2, 1, 0):
         if extent[across] <= FLAT * extent.max() and most[across] <= 1e-6 * most.max(initial=0.0):
-            first, second = (axis for axis in range(3) if axis != across)
-            return first, second
+            return beside(across)
     return None
 
 

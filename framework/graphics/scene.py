@@ -11,6 +11,14 @@ import numpy as np
 
 from ..batch import Array
 
+# What leaves a plane by less than this share of the size lies in it.
+FLAT = 1e-9
+
+
+def beside(across: int) -> tuple[int, int]:
+    """The two other axes of three, in order."""
+    return (1 if across == 0 else 0), (1 if across == 2 else 2)
+
 
 @dataclass(frozen=True, eq=False)
 class Stroke:

@@ -56,7 +56,7 @@ def scaled(greatest: float, unit: str) -> tuple[float, str]:
     return 10.0**-power, PREFIXES[power] + unit
 
 
-def quantity(value: float, unit: str, digits: int = 4) -> str:
+def quantity(value: float, unit: str) -> str:
     """A number with its unit, such as ``50 kN``."""
     factor, text = scaled(abs(value), unit)
-    return f"{value * factor:.{digits}g} {text}".replace("-", "−")
+    return f"{value * factor:.4g} {text}".replace("-", "−")

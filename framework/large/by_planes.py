@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array
+from ..batched.idle import released_at_rest
 from ..checked import whole_number
 from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
@@ -39,7 +40,7 @@ def solved(frame: Description, method: str | None, clearance: bool, steps: int) 
             "clearance=False, "
             "or give it a clearance of 0"
         )
-    whole = LargeSolution(frame.copy(), int(steps), clearance)
+    whole = LargeSolution(released_at_rest(frame, "large displacement").copy(), int(steps), clearance)
     parts = whole.model.planes.split()
     if len(parts) < 2:
         return whole

@@ -1,4 +1,7 @@
-"""LDL^T of many small sparse matrices of one pattern, entry by entry for the whole batch at once."""
+"""LDL^T of many small sparse matrices of one pattern, entry by entry for the whole batch at once.
+
+Why eliminations of other matrices stand by themselves is said in `framework.ldl`.
+"""
 
 from __future__ import annotations
 

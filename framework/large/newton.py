@@ -23,10 +23,9 @@ from .newton_program import NewtonProgram
 from .numbers import Where
 from .planar import PlanarEquations
 from .planar_model import PlanarModel
-from .planar_state import PlanarState
 from .protocols import Balance, FoundEquilibria, Index, Linearisation, Mask, Place
 from .rounding import ForceRounding
-from .state import DisplacedState
+from .state import DisplacedState, PlanarState
 
 # Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
 _ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array, Shape
+from ..batched.idle import released_at_rest
 from ..batched.plan import Plan
 from ..checked import whole_number
 from ..continuation import Index, PathBatch, turning_values
@@ -31,6 +32,7 @@ from .model import Model
 from .newton import Newton, bordered
 from .numbers import Where
 from .protocols import Linearisation, Mask, Place
+from .released import with_hinges
 from .search import Search
 from .start import start
 from .state import DisplacedState
@@ -121,6 +123,7 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
     if isinstance(first, bool) or not 0.0 < first < np.inf:
         raise FrameError(f"path of {node!r} with first = {first!r}: give a load factor above zero, such as 0.05")
     goal = node, component(name), to
+    frame = released_at_rest(frame, f"path of {node!r}")
     model = _model(frame, node)
     parts = model.planes.split()
     if len(parts) < 2:
@@ -137,7 +140,7 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
 
 def _model(frame: Description, node: str) -> Model:
     """The frame compiled, where it has a path."""
-    model = Model(Plan(frame.copy(), cut=True))
+    model = Model(Plan(with_hinges(frame.copy()), cut=True))
     if not model.size:
         raise FrameError(f"path of {node!r}: nothing in the frame can move; free or prescribe a displacement")
     for number in model.contacts:

@@ -6,6 +6,7 @@ In the plane rotations add up, and a piece is two directions, an elongation and 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,7 +22,19 @@ from .model import Model
 from .numbers import Where, summed
 from .planar_links import PlanarJoint, PlanarLink
 from .planar_model import PlanarModel
-from .planar_state import PlanarLinearisation, PlanarState
+from .state import PlanarState
+
+
+@dataclass(frozen=True)
+class PlanarLinearisation:
+    """What one iteration knows; see `equations.Linear`."""
+
+    forces: Array
+    values: Array
+    changes: list[tuple[Array, Array, Array]]
+    stresses: list[Array]
+    transfers: list[Array]
+    energy: Array
 
 
 class PlanarEquations(LoadedEntries):

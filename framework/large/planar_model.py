@@ -13,8 +13,7 @@ from .model import CONSTRAINED, Model, chained
 from .numbers import Numbers
 from .planar_links import PlanarJoint
 from .planar_pieces import AXES, ENDS, TERMS, PlanarStack
-from .planar_state import PlanarState
-from .state import DisplacedState
+from .state import DisplacedState, PlanarState
 
 
 class PlanarModel:

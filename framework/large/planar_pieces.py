@@ -12,7 +12,7 @@ from ..batch import Array
 from ..elementwise import added, angle, is_recorded, rounded, square_root
 from .loading import Stack
 from .numbers import Numbers
-from .planar_state import PlanarState
+from .state import PlanarState
 
 # Elongation of the axis, its bow included, and the bow's derivatives by the end angles.
 Bow = tuple[Array, Array, Array]

@@ -136,6 +136,10 @@ class FoundEquilibria:
         """Entries that need no more."""
         return self.converged & self.stable
 
+    def improve(self, where: Index, other: FoundEquilibria) -> None:
+        """As `take`, of what is stable, or an equilibrium where there was none."""
+        self.take(where, other, other.good | (other.converged & ~self.converged[where]))
+
     def take(self, where: Index, other: FoundEquilibria, which: Mask | None = None) -> None:
         """Replace some of the entries by what was found later, those of it that `which` tells; iterations add up."""
         self.iterations[where] += other.iterations

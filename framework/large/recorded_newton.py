@@ -21,9 +21,8 @@ from .elimination import SymbolicFactorisation
 from .limits import CLEAR, CLOSE, ITERATIONS, LONGEST, NOTHING
 from .model import CONSTRAINED, Model
 from .planar import PlanarEquations
-from .planar_state import PlanarState
 from .recorded_numbers import GivenNumbers
-from .state import DisplacedState
+from .state import DisplacedState, PlanarState
 
 State = PlanarState | DisplacedState
 # Share of what a constraint resists alone that is left where others resist the same.

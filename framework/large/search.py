@@ -48,12 +48,12 @@ class Search:
             bad = np.flatnonzero(~found.good & regular)
             if len(bad):
                 again = self._stepped(_part(where, bad), begin.taken(bad), low, high, cuts)
-                found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+                found.improve(bad, again)
         self._leave(where, found, high)
         bad = np.flatnonzero(self._worth(found) & regular)
         if len(bad):
             again = self._halved(_part(where, bad), begin.taken(bad), low, high, _HALVINGS)
-            found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+            found.improve(bad, again)
         if not self.newton.multiplier_count:  # the energy is no guide where constraints have multipliers
             self._descend(where, begin, high, found)
         return found
@@ -98,7 +98,7 @@ class Search:
         bad = np.flatnonzero(self._worth(found) & regular)
         if depth and len(bad):
             again = self._halved(_part(where, bad), begin.taken(bad), low, high, depth - 1)
-            found.take(bad, again, again.good | (again.converged & ~found.converged[bad]))
+            found.improve(bad, again)
         return found
 
     def _descend(self, where: Where, begin: Place, factor: float, found: FoundEquilibria) -> None:

@@ -24,6 +24,7 @@ from .load_stepping import History, LoadStepping
 from .model import Model
 from .numbers import batch_first
 from .protocols import FoundEquilibria
+from .released import with_hinges
 from .stability import definite_in_space
 from .state import DisplacedState, SpatialLinearisation
 from .stations import Stations
@@ -43,6 +44,10 @@ class LargeSolution(TurnedDirections, SavedResults):
     Journals whose contact stiffness is inf lie on their circles to rounding; screws advance through any number of
     turns.
 
+    What is released at an end of a member is free in the section there, however far that turns: an ideal joint, the
+    member's end its first node, its axes the member's, with these components free. Ends of a member of one segment
+    that are released about the same axis are not: it stays a straight bar across that axis, and does not buckle.
+
     Rotations are rotation vectors (axis times angle, up to pi).
 
     Attributes
@@ -57,7 +62,7 @@ class LargeSolution(TurnedDirections, SavedResults):
 
     def __init__(self, frame: Description, steps: int, clearance: bool = True) -> None:
         self.frame = frame
-        self.model = Model(Plan(frame, cut=True), clearance=clearance)
+        self.model = Model(Plan(with_hinges(frame), cut=True), clearance=clearance)
         self._steps = steps
 
     # -- displacements ----------------------------------------------------------------------------------------------

@@ -42,6 +42,11 @@ class StateOfEntries:
 
 
 @dataclass
+class PlanarState(StateOfEntries):
+    """Displacements (2, nodes, m), angles (nodes, m), own displacements and angles of links (3, links, m), contacts."""
+
+
+@dataclass
 class DisplacedState(StateOfEntries):
     """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
     tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""

@@ -36,7 +36,7 @@ class NamedResults(FrameStates):
         if self.determinate is not None:
             return self  # loads reach no other part
         number = self.plan.topology.number.get(node or "")
-        if number is None or self.plan.entry is not None or self.solver.parts < 2:
+        if number is None or self.plan.entry is not None or self.primary.solver.parts < 2:
             return self
         connected_component = int(self.plan.connected_components[number])
         if connected_component not in self._parts:

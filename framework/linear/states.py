@@ -36,8 +36,9 @@ class FrameStates(SolvedFrame):
         load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
         (a `MechanismWarning` tells so), while what no load reaches is not displaced; ``free`` where joints can move
         within their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding
-        hides a contact; ``absent`` where it was left out. Where the frame was made from a motion, entries at which that
-        is not regular carry its words, such as ``near dead point``.
+        hides a contact, or no offset fits between rigid links, as in a line, and results are NaN; ``absent`` where it
+        was left out. Where the frame was made from a motion, entries at which that is not regular carry its words, such
+        as ``near dead point``.
         """
         return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
 
@@ -181,6 +182,9 @@ class FrameStates(SolvedFrame):
 
     def _masked(self, array: Array, mask: float = np.nan) -> Array:
         array = self._present(array, mask)
+        if self.clearances is not None and self.clearances.unfit.any():
+            array = _own(array)
+            array[self.clearances.unfit] = mask
         if self.clearances is None and (self.plan.entry is not None or self.primary.sound):
             return array  # which is regular
         singular = self._singular
@@ -240,7 +244,7 @@ class FrameStates(SolvedFrame):
 
     def _settled(self, rows: Sequence[Row]) -> Array:
         """Six displacements, NaN where they have a part in the free motion of a statically consistent mechanism."""
-        found = self.stacked(rows)
+        found = self.primary.stacked(rows)
         return (
             found
             if self.consistent_mechanisms is None

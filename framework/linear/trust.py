@@ -250,15 +250,18 @@ class ResultsWithBounds(NamedResults):
         return self._read("condition", lambda: usual(self.plan))
 
     def scaled_condition_number(self) -> Array:
-        """2-norm condition number of K in joint-relative coordinates after scaling its diagonal to one, (...).
+        """2-norm condition number of K in joint-relative coordinates, scaled node by node, (...).
+
+        One unit of length for the displacements of a node and one of angle for its rotations are such that the mean of
+        their stiffness is one; in a joint, of what springs of the same stiffness resist. So it is the same in whatever
+        axes the frame, its bodies or a joint of equal springs are described.
 
         Returns
         -------
         ndarray
             Greatest over least singular value, (...): about as many of 16 digits are at risk as it has; inf where
             nothing resists. The coordinates of a loop are those of the entry alone, and may be others where the joints
-            of the loop are described in another order. Scaling goes by components along the axes of bodies and joints,
-            so that a linkage drawn in another reference configuration has another at the same pose.
+            of the loop are described in another order, or ideal ones that close it in other axes.
         """
         return self._read("scaled", lambda: scaled(self.plan))
 

@@ -104,7 +104,7 @@ class _Text(LoopText):
         self._loop("0", "%size", column)
 
     def _divide(self, base: str, at: str, by: str) -> None:
-        self._store(base, at, self._vector(f"fdiv {_V} {self._load(base, at)}, {by}"))
+        self._store(base, at, self._two("fdiv", self._load(base, at), by))
 
     def _subtract(self, band: str, first: str, i: str) -> None:
         """What column `first` takes from the column i behind it."""
@@ -112,9 +112,9 @@ class _Text(LoopText):
         other = self._int("sub", self._int("add", first, self._int("mul", i, "%width")), i)
 
         def row(k: str) -> None:
-            taken = self._vector(f"fmul {_V} {self._load(band, self._int('add', first, k))}, {factor}")
+            taken = self._two("fmul", self._load(band, self._int("add", first, k)), factor)
             at = self._int("add", other, k)
-            self._store(band, at, self._vector(f"fsub {_V} {self._load(band, at)}, {taken}"))
+            self._store(band, at, self._two("fsub", self._load(band, at), taken))
 
         self._loop(i, "%width", row)
 
@@ -131,9 +131,9 @@ class _Text(LoopText):
             found = self._load(loads, at(j))
 
             def row(i: str) -> None:
-                taken = self._vector(f"fmul {_V} {self._load(band, self._int('add', first, i))}, {found}")
+                taken = self._two("fmul", self._load(band, self._int("add", first, i)), found)
                 below = at(self._int("add", j, i))
-                self._store(loads, below, self._vector(f"fsub {_V} {self._load(loads, below)}, {taken}"))
+                self._store(loads, below, self._two("fsub", self._load(loads, below), taken))
 
             self._loop("1", "%width", row)
 
@@ -143,8 +143,8 @@ class _Text(LoopText):
 
             def row(i: str, left: list[str]) -> list[str]:
                 known, share = self._load(loads, at(self._int("add", j, i))), self._int("add", first, i)
-                taken = self._vector(f"fmul {_V} {self._load(band, share)}, {known}")
-                return [self._vector(f"fsub {_V} {left[0]}, {taken}")]
+                taken = self._two("fmul", self._load(band, share), known)
+                return [self._two("fsub", left[0], taken)]
 
             self._store(loads, at(j), self._carried("1", "%width", [self._load(loads, at(j))], row)[0])
             self._divide(loads, at(j), self._load(band, first))

@@ -30,6 +30,10 @@ class LoopText:
     def _vector(self, line: str) -> str:
         return self._value("v", line)
 
+    def _two(self, operation: str, a: str, b: str) -> str:
+        """What an operation makes of two vectors."""
+        return self._vector(f"{operation} {VECTOR} {a}, {b}")
+
     def _pointer(self, at: str) -> str:
         """The pointer that the table has at a place."""
         return self._value("p", f"load ptr, ptr {self._value('p', f'getelementptr i64, ptr %table, i64 {at}')}")

@@ -169,9 +169,6 @@ class _EntryLoops(LoopText, ABC):
 
     # -- how it is written --------------------------------------------------------------------------------------------
 
-    def _two(self, operation: str, a: str, b: str) -> str:
-        return self._vector(f"{operation} {_V} {a}, {b}")
-
     def _fused(self, a: str, b: str, c: str) -> str:
         return self._vector(f"call {_V} @llvm.fma.v{WIDTH}f64({_V} {a}, {_V} {b}, {_V} {c})")
 

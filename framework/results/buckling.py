@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..batched.idle import released
 from ..batched.plan import Plan
 from ..description import Description
 from ..errors import FrameError, MechanismWarning
@@ -67,7 +68,7 @@ def buckling(frame: Description, count: int) -> Buckling:
     FrameError
         Where the frame is a mechanism, or `count` is not from 1 to the number of its unknowns.
     """
-    described = frame.copy()
+    described = released(frame).copy()
     solution = Solution(described, Plan(described, cut=True))
     plan = solution.plan
     size = len(plan.unknowns)

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy
 
-from ..batch import Array, aligned, block_diagonal
+from ..batch import Array, Shape, aligned, block_diagonal
 from ..batched.plan import Plan
 from ..errors import FrameError
 from ..solvers.node_blocks import summed
 from ..solvers.sparse import SparseSolver
 from ..structure.own_unknowns import own_unknowns
+from ..structure.parts import Value
 from ..structure.topology import Index
+from ..structure.tree import JointTree
 from . import dense
 from .spectrum import DENSE, extremes
 
@@ -46,15 +50,54 @@ def usual(plan: Plan) -> Array:
 
 
 def scaled(plan: Plan) -> Array:
-    """2-norm condition number of K in joint-relative coordinates with unit diagonal, (...)."""
+    """2-norm condition number of K in joint-relative coordinates, these in the units of `_units`, (...)."""
     if _sparse(plan):
-        matrix = SparseSolver(plan).stiffness
-        root = scipy.sparse.diags(1.0 / np.sqrt(matrix.diagonal()))
-        return _spread(plan, extremes(scipy.sparse.csr_matrix(root @ matrix @ root)))
-    stiffness, own = dense.resisting(plan, pushed=True), own_unknowns(plan.tree.elimination, plan.unknowns)
+        solver = SparseSolver(plan)
+        units = scipy.sparse.diags(_units(plan, solver.unknown, solver.stiffness.diagonal()))
+        return _spread(plan, extremes(scipy.sparse.csr_matrix(units @ solver.stiffness @ units)))
+    stiffness, (own, unknowns) = dense.resisting(plan, pushed=True), own_unknowns(plan.tree.elimination, plan.unknowns)
     if own is not None:
         stiffness = np.swapaxes(own, -1, -2) @ stiffness @ own
-    return _ratio(plan, dense.scaled(stiffness)[0])
+    root = _units(plan, unknowns, np.diagonal(stiffness, axis1=-2, axis2=-1))
+    return _ratio(plan, stiffness * root[..., :, None] * root[..., None, :])
+
+
+def _units(plan: Plan, unknowns: Index, diagonal: Array) -> Array:
+    """Displacements and rotations that count as one, (..., n): inverse roots of the mean stiffness of those alike.
+
+    The three displacements of a node have one unit, and its three rotations: a mean of the diagonal is the same in any
+    axes. In a joint, whose axes are its own, those are alike that springs of the same stiffness resist. `unknowns` are
+    their numbers, (..., n), -1 for what stands for nothing.
+    """
+    springs, count = _joint_springs(plan.tree), 6 * len(plan.topology.number) + 3
+    varying = (value.shape for value in springs.values() if isinstance(value, np.ndarray))
+    spring = np.zeros((*np.broadcast_shapes(*varying), count))
+    for number, stiffness in springs.items():
+        spring[..., number] = stiffness
+    at: tuple[Any, ...] = (..., unknowns)
+    each_has: Shape = ()
+    if unknowns.ndim > 1:
+        each_has = np.broadcast_shapes(unknowns.shape[:-1], diagonal.shape[:-1], spring.shape[:-1])
+        own = np.broadcast_to(unknowns, (*each_has, unknowns.shape[-1]))
+        at = *np.indices(own.shape, sparse=True)[:-1], own
+    there, size = np.zeros((*each_has, count)), np.zeros((*(each_has or diagonal.shape[:-1]), count))
+    there[at], size[at] = 1.0, diagonal
+    spring, there, size = (each.reshape(*each.shape[:-1], count // 3, 3) for each in (spring, there, size))
+    alike = there[..., None, :] * (spring[..., :, None] == spring[..., None, :])
+    mean = np.vecdot(alike, size[..., None, :]) / np.maximum(alike.sum(axis=-1), 1.0)
+    found = mean.reshape(*mean.shape[:-2], count)[at]
+    return np.asarray(1.0 / np.sqrt(np.where(found > 0.0, found, 1.0)))
+
+
+def _joint_springs(tree: JointTree) -> dict[int, Value]:
+    """Stiffness of the springs on the coordinates of joints, by the number of the unknown."""
+    found = {6 * each.child + k: spring for each in tree.branches for k, spring in enumerate(each.edge.stiffness)}
+    for edge, exchanged in tree.exchanged.items():  # at some entries another joint has these coordinates
+        for row, spring in zip(exchanged.rows, edge.stiffness, strict=True):
+            for number, share in row.items():
+                taken = np.asarray(exchanged.where) * (np.abs(np.asarray(share)) == 1.0)
+                found[number] = np.where(taken > 0.0, spring, found.get(number, 0.0))
+    return found
 
 
 def _same(count: int, pairs: list[tuple[int, int]]) -> Index:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..error_bounds.compliance import by_unknowns
 from ..error_bounds.equilibrium import EquilibriumResidual, Solver, Statics
-from ..error_bounds.kinematic_edge import Real, extended
+from ..error_bounds.kinematic_edge import Real, extended, norm
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import rest
 from ..error_bounds.sparse_compliance import Factored
@@ -92,12 +92,12 @@ def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolutio
     names = solver.unknown[solver.excited]
     kept = np.flatnonzero(~freedom.constrained)
     state, own = rest(statics, names[kept].tolist()), Factored(freedom.factor)
-    whole = _size(state.balance * own.root)
+    whole = norm(state.balance * own.root)
     for _ in range(2 * _STEPS):
         state = state.corrected(own)
     shape = (freedom.motions.shape[1], *state.values.shape[:-1], len(names))
     motions = freedom.motions.T.reshape(shape[0], *(1,) * (len(shape) - 2), len(names))
-    balanced = _size(state.balance * own.root) <= _BALANCED * whole
+    balanced = norm(state.balance * own.root) <= _BALANCED * whole
     yield _constrained((...,), state, names.tolist(), kept, own, np.broadcast_to(motions, shape), balanced)
 
 
@@ -227,8 +227,3 @@ def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
         if node in determinate:
             out[..., index] = moved[..., node, component]
     return out
-
-
-def _size(array: Real) -> Real:
-    size: Real = np.sqrt(np.sum(array * array, axis=-1))
-    return size

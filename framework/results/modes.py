@@ -9,16 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..batched.idle import released_masses
 from ..batched.plan import Plan
 from ..description import Description
 from ..errors import FrameError, MechanismWarning
 from ..joint_examination import require_springs
-from ..solvers.rounding import zero_eigenvalue
 from ..solvers.sparse import SparseSolver
 from . import dense
 from .shapes import Shapes, check_count_of
 from .sparse_spectrum import SparsePencil
-from .spectrum import DENSE, inverse_pencil, stiffness_halves, surely_stiff
+from .spectrum import (
+    DENSE,
+    above_rounding,
+    found_anew,
+    inverse_pencil,
+    shifted,
+    stiffness_halves,
+    surely_stiff,
+)
 
 # Scaled eigenvalues below this are those of rigid-body motions and mechanisms, unless deformations tell otherwise.
 _REGULAR = 1e-12
@@ -30,8 +38,6 @@ _CRUDE = 2
 _NOISE = 1e-6
 # Roundings of the greatest eigenvalue of a large frame below which others are nothing else.
 _LOST = 16
-# Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
-_APART = 1e4
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +82,7 @@ def modes(frame: Description, count: int) -> Modes:
         Where the frame has no mass, or fewer modes than asked for.
     """
     require_springs({name: joint.element for name, joint in frame.joints.items()})
-    plan = Plan(frame.copy(), cut=True)
+    plan = Plan(released_masses(frame).copy(), cut=True)
     check_count_of("modes", count, plan)
     squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
     frequencies = np.sqrt(squared) / (2.0 * np.pi)
@@ -102,14 +108,16 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
     shift = _shift(stiffness, mass, singular)
     half, root = _halves(plan, stiffness, mass, shift)
     values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
-    values = _above_rounding(values)
+    values = above_rounding(values)
     squared = _elastic(1.0 / values - shift[..., None], shift[..., None])
     vectors = vectors / np.sqrt(values)[..., None, :]
     if singular.any():
         own = (np.diagonal(stiffness, axis1=-2, axis2=-1) > 0.0).all(axis=-1)
         soft = (squared == 0.0) & (singular & own & surely_stiff(plan))[..., None]
         squared, vectors = _soft(plan, mass, soft, squared, vectors)
-    squared, vectors = _found_anew(stiffness, mass, np.maximum(shift, squared[..., 0]), squared, vectors)
+    squared, vectors = found_anew(
+        stiffness, mass, np.maximum(shift, squared[..., 0]), squared, vectors, f"modes({count}): the frame"
+    )
     squared[np.broadcast_to(unstable, squared.shape[:-1])] = np.nan
     return squared, vectors
 
@@ -125,33 +133,6 @@ def _soft(plan: Plan, mass: Array, soft: NDArray[np.bool_], squared: Array, vect
     values = np.where(soft, values, 1.0)
     shapes = shapes / np.sqrt(values)[..., None, :]
     return np.where(soft, 1.0 / values, squared), np.where(soft[..., None, :], shapes, vectors)
-
-
-def _found_anew(stiffness: Array, mass: Array, least: Array, squared: Array, vectors: Array) -> tuple[Array, Array]:
-    """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own."""
-    while (far := np.asarray(squared > _APART * least[..., None])).any():
-        least = np.where(far.any(axis=-1), np.where(far, squared, np.inf).min(axis=-1), least)
-        if np.any(least > _highest(stiffness, mass)):
-            count = squared.shape[-1]
-            raise FrameError(f"modes({count}): the frame has fewer modes with mass: ask for fewer")
-        values, shapes = inverse_pencil(*_shifted(stiffness, mass, least), mass, squared.shape[-1])
-        values = _above_rounding(values)
-        squared = np.where(far, 1.0 / values - least[..., None], squared)
-        vectors = np.where(far[..., None, :], shapes / np.sqrt(values)[..., None, :], vectors)
-    return squared, vectors
-
-
-def _above_rounding(values: Array) -> Array:
-    """Eigenvalues, the greatest first, none below its rounding: that tells how high the mode lies at least."""
-    return np.maximum(values, np.finfo(float).eps * np.abs(values[..., :1]))
-
-
-def _highest(stiffness: Array, mass: Array) -> Array:
-    """A bound of all squared frequencies of modes with mass, (...): the greatest stiffness over the least mass."""
-    heavy, root = dense.scaled(mass)
-    own = np.diagonal(stiffness, axis1=-2, axis2=-1) * root**2
-    massive = np.diagonal(heavy, axis1=-2, axis2=-1) > 0.0
-    return np.asarray(np.sum(own, axis=-1, where=massive) / zero_eigenvalue(heavy.shape[-1]))
 
 
 def _unstable(where: NDArray[np.bool_]) -> str:
@@ -197,21 +178,12 @@ def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Ar
     """
     if not shift.any():
         return stiffness_halves(plan)
-    moved, moved_root = _shifted(stiffness, mass, shift)
+    moved, moved_root = shifted(stiffness, mass, shift)
     if shift.all():
         return moved, moved_root
     half, root = stiffness_halves(plan)
     at = shift[..., None] > 0.0
     return np.where(at[..., None], moved, half), np.where(at, moved_root, root)
-
-
-def _shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
-    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; motions that meet neither stiffness nor mass, and are
-    no modes, are given a stiffness of one."""
-    scaled, root = dense.scaled(stiffness + shift[..., None, None] * mass)
-    values, vectors = np.linalg.eigh(scaled)
-    zero = values <= zero_eigenvalue(values.shape[-1])
-    return vectors * np.sqrt(np.where(zero, 1.0, values))[..., None, :], root
 
 
 def _shift(stiffness: Array, mass: Array, singular: NDArray[np.bool_]) -> Array:
@@ -227,7 +199,7 @@ def _shift(stiffness: Array, mass: Array, singular: NDArray[np.bool_]) -> Array:
     shift = np.array(np.broadcast_to(shift, shape))
     for _ in range(_NARROWINGS):
         size = stiffness.shape[-1]
-        values, _ = inverse_pencil(*_shifted(stiffness, mass, shift), mass, size)
+        values, _ = inverse_pencil(*shifted(stiffness, mass, shift), mass, size)
         with np.errstate(divide="ignore"):
             squared = np.where(values > 0.0, 1.0 / np.where(values > 0.0, values, 1.0), np.inf) - shift[..., None]
         elastic = np.where(squared > _NOISE * shift[..., None], squared, np.inf).min(axis=-1)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape
+from ..batch import Array, Shape, any_of
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..description import Description
@@ -27,6 +28,8 @@ Solver = BroadcastSolver | StackedSolver | SparseSolver
 # Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
 # many that are small all take less time together.
 PARTS = 16
+# Numbers of a result up to which it lies anywhere in memory, but where machine code writes it.
+_PLAIN = 2**12
 
 
 class Primary:
@@ -112,7 +115,7 @@ class Primary:
     def sound(self) -> bool:
         """Whether no pivot raises the suspicion that something can move, so that nothing is to be looked at again."""
         solver = self.solver
-        return solver.surely_regular if isinstance(solver, SparseSolver) else not solver.suspects().any()
+        return solver.surely_regular if isinstance(solver, SparseSolver) else not any_of(solver.suspects())
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
@@ -208,9 +211,10 @@ class Primary:
             (..., n).
         """
         # Row by row in memory, as they are computed: nothing is copied, and what is zero is never touched.
-        whole = zeros(len(rows), self.shape)
-        places = [whole[k, ...] for k in range(len(rows))]
         solver = self.solver
+        plain = math.prod(self.shape) <= _PLAIN and not isinstance(solver, BroadcastSolver)
+        whole = np.zeros((len(rows), *self.shape)) if plain else zeros(len(rows), self.shape)
+        places = [whole[k, ...] for k in range(len(rows))]
         found = solver.values(rows, places) if isinstance(solver, BroadcastSolver) else solver.values(rows)
         for place, value in zip(places, found, strict=True):
             if value is not place and (isinstance(value, np.ndarray) or value != 0.0):

@@ -10,9 +10,14 @@ from ..batch import Array
 from ..batched.plan import Plan
 from ..error_bounds.compliance import DenseCompliance
 from ..error_bounds.equilibrium import Statics, rounded
+from ..errors import FrameError
+from ..solvers.rounding import zero_eigenvalue
+from . import dense
 
 # Above this many unknowns a single frame goes the sparse way.
 DENSE = 400
+# Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
+_APART = 1e4
 
 
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
@@ -69,6 +74,69 @@ def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[
     values = np.take_along_axis(values, chosen, axis=-1)
     vectors = np.take_along_axis(vectors, chosen[..., None, :], axis=-1)
     return values, root[..., :, None] * np.linalg.solve(np.swapaxes(half, -1, -2), vectors)
+
+
+def found_anew(
+    stiffness: Array, mass: Array, least: Array, squared: Array, vectors: Array, asked: str
+) -> tuple[Array, Array]:
+    """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own.
+
+    Parameters
+    ----------
+    stiffness, mass
+        Symmetric (..., n, n).
+    least
+        A shift as large as the least squared frequency, with which the stiffness is positive definite, (...).
+    squared, vectors
+        Squared frequencies (..., count), in order, and modes (..., n, count), as rounding leaves them.
+    asked
+        What was asked for, and of what, to begin an error.
+
+    Returns
+    -------
+    tuple of ndarray
+        Squared frequencies and modes of unit modal mass.
+
+    Raises
+    ------
+    FrameError
+        Where fewer modes have mass.
+    """
+    fewer = f"{asked} has fewer modes with mass: ask for fewer"
+    while (far := np.asarray(squared > _APART * least[..., None])).any():
+        least = np.where(far.any(axis=-1), np.where(far, squared, np.inf).min(axis=-1), least)
+        if np.any(least > _highest(stiffness, mass)):
+            raise FrameError(fewer)
+        values, shapes = inverse_pencil(*shifted(stiffness, mass, least), mass, squared.shape[-1])
+        values = above_rounding(values)
+        squared = np.where(far, 1.0 / values - least[..., None], squared)
+        vectors = np.where(far[..., None, :], shapes / np.sqrt(values)[..., None, :], vectors)
+    size = np.abs(vectors)
+    if np.any(zero_eigenvalue(mass.shape[-1]) * np.sum(size * (np.abs(mass) @ size), axis=-2) > 1.0):
+        raise FrameError(fewer)  # the modal mass, which is one, is rounding of what it is made of
+    return squared, vectors
+
+
+def above_rounding(values: Array) -> Array:
+    """Eigenvalues, the greatest first, none below its rounding: that tells how high the mode lies at least."""
+    return np.maximum(values, np.finfo(float).eps * np.abs(values[..., :1]))
+
+
+def _highest(stiffness: Array, mass: Array) -> Array:
+    """A bound of all squared frequencies of modes with mass, (...): the greatest stiffness over the least mass."""
+    heavy, root = dense.scaled(mass)
+    own = np.diagonal(stiffness, axis1=-2, axis2=-1) * root**2
+    massive = np.diagonal(heavy, axis1=-2, axis2=-1) > 0.0
+    return np.asarray(np.sum(own, axis=-1, where=massive) / zero_eigenvalue(heavy.shape[-1]))
+
+
+def shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
+    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; motions that meet neither stiffness nor mass, and are
+    no modes, are given a stiffness of one."""
+    scaled, root = dense.scaled(stiffness + shift[..., None, None] * mass)
+    values, vectors = np.linalg.eigh(scaled)
+    zero = values <= zero_eigenvalue(values.shape[-1])
+    return vectors * np.sqrt(np.where(zero, 1.0, values))[..., None, :], root
 
 
 def extremes(matrix: scipy.sparse.csr_matrix) -> tuple[Array, Array]:

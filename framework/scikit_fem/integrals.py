@@ -40,7 +40,7 @@ def _integrated(member: Shaped, length: Real, matrices: Callable[[Basis], COODat
     return np.zeros((*shape, 12, 12)) if 0 in shape else _stack(matrices(detached(member, length, shape)), shape)
 
 
-def detached(member: Shaped, length: Real, shape: Shape, start: Real = 0.0) -> Basis:
+def detached(member: Shaped, length: Real, shape: Shape) -> Basis:
     """Basis over one member of each batch entry, in its own axes.
 
     Parameters
@@ -51,12 +51,10 @@ def detached(member: Shaped, length: Real, shape: Shape, start: Real = 0.0) -> B
         Its length, (...).
     shape
         The batch; its entries, in C order, are the elements of the mesh.
-    start
-        Where it begins along x, (...).
     """
-    lengths, starts = (np.broadcast_to(part, shape).ravel() for part in (length, start))
+    lengths = np.broadcast_to(length, shape).ravel()
     points = np.zeros((3, 2 * lengths.size))
-    points[0, ::2], points[0, 1::2] = starts, starts + lengths
+    points[0, 1::2] = lengths
     mesh = MeshLine1(points, np.ascontiguousarray(np.arange(2 * lengths.size).reshape(-1, 2).T))
     mapping = ArcLengthMapping(mesh)
     mapping.length = np.array(lengths, dtype=np.float64)

@@ -85,6 +85,18 @@ def in_lanes(entries: int) -> int:
     return WIDTH * -(-entries // WIDTH)
 
 
+def _least(lanes: Array) -> Array:
+    """Least numbers (groups, WIDTH) of some (groups, n, WIDTH), or one; NaN where one is.
+
+    Halves are held against each other, as NumPy otherwise takes every few lanes by themselves.
+    """
+    while (count := lanes.shape[1]) > WIDTH:
+        half = (count + 1) // 2  # of an odd number the middle one is held against itself
+        lanes = np.minimum(lanes[:, :half], lanes[:, count - half :])
+    found: Array = lanes.min(axis=1, initial=1.0)
+    return found
+
+
 class OneByOne:
     """Factors by LAPACK.
 
@@ -141,8 +153,7 @@ class SideBySide:
     @property
     def least(self) -> Array:
         """Least number on the diagonal of L, or one, (m,); not above zero, or NaN, where there is no such factor."""
-        found: Array = self._bands[:, : self._size, 0].min(axis=1, initial=1.0)
-        return found.reshape(-1)[: self._count]
+        return _least(self._bands[:, : self._size, 0]).reshape(-1)[: self._count]
 
     def solve(self, entries: Index, loads: Array) -> None:
         """Replace the loads (n, entries, k) on some entries by solutions."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..batch import Array
+from ..batch import Array, all_of
 from ..structure.topology import Index
 from .factor import Factor
 from .lu import LUFactor
@@ -56,8 +56,10 @@ class BandedFactor(Factor):
     @property
     def surely_definite(self) -> bool:
         """Whether pivots alone tell that it is not singular; what is left of a solution may be little all the same."""
+        if self.instead is not None:
+            return False
         least = self.factor[0].min(keepdims=True, initial=1.0) ** 2
-        return self.instead is None and bool(surely_positive(least, len(self.order)).all())
+        return all_of(surely_positive(least, len(self.order)))
 
     def unscaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""

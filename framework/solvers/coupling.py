@@ -52,13 +52,17 @@ class Together:
         How many there are.
     parts
         Their places (k,) and an array (k, ...); each by itself where a second copy would take much room.
+    plain
+        The numbers (count,) where none of them varies; None else.
     """
 
     def __init__(self, values: Sequence[Value]) -> None:
         self.count = len(values)
+        self.plain: NDArray[np.float64] | None = None
         self.parts: list[tuple[Index, NDArray[np.float64]]]
         if self.count and {*map(type, values)} == {float}:  # as often
-            self.parts = [(np.arange(self.count), np.array(values))]
+            self.plain = np.array(values)
+            self.parts = [(np.arange(self.count), self.plain)]
             return
         shapes = [value.shape if isinstance(value, np.ndarray) else () for value in values]
         apart = 8 * sum(map(math.prod, shapes)) > _STACKED
@@ -71,7 +75,7 @@ class Together:
         ]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class EvaluatedBlock:
     """Numbers that are evaluated together: the stiffness of a stack of members, the springs, or the loads.
 

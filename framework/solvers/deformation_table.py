@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, any_of
 from ..batched.plan import Plan
 from ..batched.unloaded import Unloaded
 from ..cache import TERMS
@@ -87,9 +87,10 @@ class _Table:
         return np.repeat(np.arange(len(self.acting)), np.diff(self.by_unknowns.indptr))
 
     @cached_property
-    def product(self) -> ProductPattern | None:
-        """Pattern of the stiffness; None of many numbers."""
-        return product_pattern(self.back, self.rounded)
+    def product(self) -> tuple[ProductPattern, scipy.sparse.csr_matrix] | None:
+        """Pattern of the stiffness, and what each spring adds to its numbers; None of many numbers."""
+        pattern = product_pattern(self.back, self.rounded)
+        return None if pattern is None else (pattern, pattern.shares(self.back.data, self.rounded.data))
 
     @cached_property
     def split(self) -> Rows:
@@ -178,11 +179,13 @@ class Deformations:
     def springs(self) -> Array:
         """Stiffness of these springs at the first entry of the batch, (springs,)."""
         assert self._plan is not None  # of members alone, between places that others have, too
-        stiffness = []
+        stiffness, first = [], _first(self._plan)
         for group, length in zip(self._plan.topology.groups, self._table.lengths, strict=True):
-            found = _first(self._plan).of_element(group).spring_stiffness(length)
+            found = first.of_element(group).spring_stiffness(length)
             found = found.reshape(-1, found.shape[-1])
-            stiffness.append(np.broadcast_to(found, (len(length), found.shape[-1])).T.reshape(-1))
+            if len(found) != len(length):
+                found = np.broadcast_to(found, (len(length), found.shape[-1]))
+            stiffness.append(found.T.reshape(-1))
         whole = stiffness[0] if len(stiffness) == 1 else np.concatenate([np.zeros(0), *stiffness])
         springs: Array = whole[self.acting]
         return springs
@@ -206,12 +209,13 @@ class Deformations:
 
         In double precision it serves for a factor, with which solutions are refined.
         """
-        if (self.springs < 0.0).any():
+        if any_of(self.springs < 0.0):
             return None
-        root, table, pattern = np.sqrt(self.springs), self._table.rounded, self._table.product
+        if (product := self._table.product) is not None:
+            pattern, shares = product
+            return pattern.of(shares, self.springs)
+        root, table = np.sqrt(self.springs), self._table.rounded
         weighted, own = self.back.data * root[self.back.indices], table.data * root[self._table.row]
-        if pattern is not None:
-            return pattern.of(weighted, own)
         return scipy.sparse.csr_matrix(filled(self.back, weighted) @ filled(table, own))
 
 
@@ -223,7 +227,7 @@ def _weight(table: _Table) -> int:
 
 def _first(plan: Plan | Unloaded) -> Picked:
     """The first entry of a batch."""
-    return Picked.of(plan.frame.shape, 0, np.zeros(1, dtype=np.int64))
+    return Picked.first(plan.frame.shape)
 
 
 def _found(plan: Plan | Unloaded, rows: Transformation, place: Index) -> tuple[_Table, Array]:

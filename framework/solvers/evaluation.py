@@ -21,9 +21,12 @@ from .terms import Ordered, SumPattern
 
 # No numbers of terms.
 _NONE: Index = np.zeros(0, dtype=np.int64)
+# The first entry, which nobody may change.
+_FIRST: Index = np.zeros(1, dtype=np.int64)
+_FIRST.flags.writeable = False
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Picked:
     """Some entries of a batch, as one axis (m,).
 
@@ -49,7 +52,7 @@ class Picked:
                 stiffness = group.element.spring_stiffness(group.length)
             else:
                 stiffness = self.of_array(block.group.spring_stiffness, 1, leading=1)
-            found = np.moveaxis(stiffness, -1, 0)
+            found = stiffness.transpose(-1, *range(stiffness.ndim - 1))
             self._springs[block.first] = found.reshape(block.count, -1)
         return self._springs[block.first]
 
@@ -68,13 +71,21 @@ class Picked:
         sizes = [n if mask >> axis & 1 else 1 for axis, n in enumerate(shape)]
         return cls(shape, tuple(np.array(k, dtype=np.int64) for k in np.unravel_index(numbers, sizes or (1,))))
 
+    @classmethod
+    def first(cls, shape: Shape) -> Picked:
+        """The first entry of a batch."""
+        return cls(shape, (_FIRST,) * max(1, len(shape)))
+
     def of_array(self, array: Array, trailing: int, leading: int = 0) -> Array:
         """An array (leading..., batch..., trailing...) there, (leading..., m or 1, trailing...)."""
         return picked(array, self.index, trailing, leading)
 
     def of_values(self, values: Together) -> Array:
         """Numbers, each at its own batch shape, there, (numbers, m)."""
-        out = np.empty((values.count, len(self.index[0]) if self.index else 1))
+        count = len(self.index[0]) if self.index else 1
+        if values.plain is not None:
+            return np.repeat(values.plain[:, None], count, axis=1)
+        out = np.empty((values.count, count))
         for places, part in values.parts:
             out[places] = self.of_array(part, 0, leading=1)
         return out
@@ -101,7 +112,7 @@ class Picked:
         return replace(group, element=self.of_element(group), chord=chord, counts=counts, axes=(start, end), body=body)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class _Sum:
     """Of one block, what goes to each target: at once where no factor varies, or term by term.
 
@@ -157,12 +168,11 @@ class Sums:
     @cached_property
     def constant(self) -> Array:
         """What does not vary over the batch, (targets,)."""
-        out = np.zeros(self.count)
-        picked = Picked.of(self.coupling.grid.shape, 0, np.zeros(1, dtype=np.int64))
+        out, picked = None, Picked.first(self.coupling.grid.shape)
         for part in self._fixed:
             assert part.whole is not None
-            out += times(part.whole, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0]))
-        return out
+            out = _more(out, times(part.whole, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0])))
+        return np.zeros(self.count) if out is None else out
 
     @cached_property
     def _factors(self) -> Together | None:

@@ -10,7 +10,7 @@ import scipy
 
 from ..batch import Array
 from ..lazily import cached_property
-from .patterns import filled, kept, rows_of
+from .patterns import diagonal_of, filled, kept, rows_of
 from .rounding import SUSPECT, zero_eigenvalue
 
 # Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
@@ -40,7 +40,7 @@ class Factor(ABC):
     precise = False
 
     def __init__(self, matrix: scipy.sparse.csr_matrix) -> None:
-        diagonal = matrix.diagonal()
+        diagonal = diagonal_of(matrix)
         self.root: Array = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         data = self.root[rows_of(matrix)] * matrix.data * self.root[matrix.indices]
         self.scaled = filled(matrix, data)

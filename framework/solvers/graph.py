@@ -33,24 +33,27 @@ class Links:
         What the displacements of nodes are made of.
     key
         What all this follows from, where frames share it.
+
+    Attributes
+    ----------
+    free
+        Nodes whose six displacements are unknowns of their own, (nodes,).
+    unknown, unknowns
+        Numbers of all unknowns, (n,), and as a list: displacements of free nodes, joint-relative coordinates of others.
     """
 
     def __init__(
         self, count: int, ends: Index, connections: Connections, key: tuple[object, ...] | None = None
     ) -> None:
         self.count, self.ends, self.connections, self.key = count, ends, connections, key
+        self.free = np.ones(count, dtype=bool)
+        self.free[list(connections.rows)] = False
+        self.unknown = self._numbers()
+        self.unknowns: list[int] = self.unknown.tolist()
         self._transformations: dict[int, Transformation] = {}
         self._orders: dict[bytes, Index] = {}
 
-    @cached_property
-    def unknowns(self) -> list[int]:
-        """All unknowns: displacements of free nodes, joint-relative coordinates of the others."""
-        found: list[int] = self.unknown.tolist()
-        return found
-
-    @cached_property
-    def unknown(self) -> Index:
-        """The same as an array, (n,)."""
+    def _numbers(self) -> Index:
         rows = self.connections.rows
         own: Index = (6 * np.flatnonzero(self.free)[:, None] + np.arange(6)).reshape(-1)
         on_edges = {k for six in rows.values() for row in six for k in row if k >= 0}
@@ -94,13 +97,6 @@ class Links:
                 self._transformations.clear()
             self._transformations[parameters] = found
         return found
-
-    @cached_property
-    def free(self) -> NDArray[np.bool_]:
-        """Nodes whose six displacements are unknowns of their own, (nodes,)."""
-        out = np.ones(self.count, dtype=bool)
-        out[list(self.connections.rows)] = False
-        return out
 
     @cached_property
     def pairs(self) -> Index:

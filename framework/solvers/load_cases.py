@@ -102,7 +102,7 @@ def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content,
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)
         return found
 
-    clone._shape = one.shape
+    clone.shape = one.shape
     clone.loads = {node: [(k, load(value)) for k, value in loads] for node, loads in frame.loads.items()}
     clone.member_loads = {
         member: [changed(load, alone) for load in loads] for member, loads in frame.member_loads.items()

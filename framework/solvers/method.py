@@ -8,7 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from ..batch import Same
 from ..errors import FrameError
+from ..structure.parts import mask_of
 from ..structure.topology import Topology
 from .coupling import Coupling
 from .estimate import banded, broadcast, extended, few, one, recorded
@@ -64,11 +66,6 @@ class Compiled(Loaded, Protocol):
     @property
     def constant(self) -> bool:
         """Whether the stiffness does not vary over the batch."""
-        ...
-
-    @property
-    def large(self) -> bool:
-        """Whether this is one large frame."""
         ...
 
     @property
@@ -136,12 +133,13 @@ def choose(plan: Compiled, asked: str | None) -> Method:
         return Method(asked, f"{asked}, as asked for")
     if not plan.constant:
         return _fastest_batch(plan)
-    return _fastest(plan) if plan.large else _fastest_of_few(plan)
+    unknowns = len(plan.unknowns)
+    return _fastest(plan, unknowns) if unknowns > LARGE else _fastest_of_few(plan, unknowns)
 
 
-def _fastest_of_few(plan: Compiled) -> Method:
+def _fastest_of_few(plan: Compiled, unknowns: int) -> Method:
     """The way of a frame of few unknowns that does not vary over the batch."""
-    unknowns, pieces = len(plan.unknowns), len(plan.topology.ends)
+    pieces = len(plan.topology.ends)
     why = f"as {unknowns} unknowns are no more than {LARGE}"
     shared = few(pieces - sum(len(inside) for _, inside in plan.chains))
     in_bands = one(pieces, unknowns, 1, 0.0)
@@ -176,8 +174,19 @@ def _fastest_batch(plan: Compiled) -> Method:
     if left <= (_FEWEST if still else FEW) and not fine:
         return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
     coupling, graph = plan.rough_coupling, plan.graph
-    apart = banded(coupling, graph)
-    shared = broadcast(coupling, graph, condensed, apart)
+
+    def estimates() -> tuple[float, float]:
+        apart = banded(coupling, graph)
+        return apart, broadcast(coupling, graph, condensed, apart)
+
+    if graph.links.key is None:  # no other frame has these links: what is kept would but take the place of something
+        apart, shared = estimates()
+    else:
+        # what these depend on, beside the terms
+        blocks = tuple([(block.mask, block.rows is None) for block in coupling.blocks])
+        factors = tuple(map(mask_of, coupling.factors))
+        key = "estimates", Same(graph.links), plan.grid.sizes, blocks, factors, tuple(condensed)
+        apart, shared = coupling.pattern.known(key, estimates)
     text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
     # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
     patience = min(max(left / max(1, graph.width - 6) / _SLENDER, 1.0), _PATIENCE)
@@ -186,8 +195,9 @@ def _fastest_batch(plan: Compiled) -> Method:
     return Method(BANDED, f"banded Cholesky of each entry, {text}", apart)
 
 
-def _fastest(plan: Compiled) -> Method:
-    graph, size, pieces, cases = plan.graph, len(plan.unknowns), len(plan.topology.ends), count(plan)
+def _fastest(plan: Compiled, size: int) -> Method:
+    """The way of one large frame: a sparse one."""
+    graph, pieces, cases = plan.graph, len(plan.topology.ends), count(plan)
     in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
     if size * graph.width**2 <= (_LIGHT if graph.width <= _NARROW else _SMALL):
         what = "slender" if size > _SLENDER * graph.width else "small"

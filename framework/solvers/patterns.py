@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
+from ..batch import all_of
 from ..cache import PATTERNS
 
 Index = NDArray[np.int64]
@@ -67,6 +68,16 @@ def kept_of(
 def rows_of(matrix: scipy.sparse.csr_matrix) -> Index:
     """Row of each entry of a matrix."""
     return kept_of("rows", matrix, (), lambda: np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)))
+
+
+def diagonal_of(matrix: scipy.sparse.csr_matrix) -> NDArray[Any]:
+    """The diagonal (n,) of a matrix (n, n) in which no entry stands twice."""
+    places = kept_of("diagonal", matrix, (), lambda: np.flatnonzero(rows_of(matrix) == matrix.indices))
+    if len(places) == matrix.shape[0]:
+        return matrix.data[places]
+    out = np.zeros(matrix.shape[0], matrix.dtype)
+    out[matrix.indices[places]] = matrix.data[places]
+    return out
 
 
 def connected(first: Index, second: Index, count: int) -> Index:
@@ -127,7 +138,8 @@ def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.spa
 
 
 class ProductPattern:
-    """Which products of the numbers of two matrices add up to which number of ``A B``; sums follow the rows of A.
+    """Which products of the numbers of two matrices add up to which number of ``A D B``, D diagonal; sums follow the
+    rows of A.
 
     Parameters
     ----------
@@ -142,15 +154,18 @@ class ProductPattern:
         one = np.repeat(np.arange(len(times)), times)
         other = second.indptr[first.indices[one]] + np.arange(len(one)) - np.repeat(np.cumsum(times) - times, times)
         places, target = np.unique(row[one] * shape[1] + second.indices[other], return_inverse=True)
-        order, self._sums = pattern_by_rows(target, np.arange(len(one)), (len(places), len(one)))
-        self._sums.indices = np.arange(len(one), dtype=np.int32)
+        order, self._sums = pattern_by_rows(target, first.indices[one].astype(np.int64), (len(places), first.shape[1]))
         self._one, self._other = one[order], other[order]
         self._whole = _sorted(np.ones(len(places)), *np.divmod(places, shape[1]), shape)
 
-    def of(self, first: NDArray[Any], second: NDArray[Any]) -> scipy.sparse.csr_matrix:
-        """The product of matrices of these numbers, without what is exactly zero."""
-        data = times(self._sums, first[self._one] * second[self._other])
-        return filled(self._whole, data) if data.all() else without_zeros(self._whole, data)
+    def shares(self, first: NDArray[Any], second: NDArray[Any]) -> scipy.sparse.csr_matrix:
+        """What each number of D adds to each of the product, by the numbers of A and B."""
+        return filled(self._sums, first[self._one] * second[self._other])
+
+    def of(self, shares: scipy.sparse.csr_matrix, diagonal: NDArray[Any]) -> scipy.sparse.csr_matrix:
+        """The product by its `shares` and the numbers of D, without what is exactly zero."""
+        data = times(shares, diagonal)
+        return filled(self._whole, data) if all_of(data) else without_zeros(self._whole, data)
 
 
 def product_pattern(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> ProductPattern | None:
@@ -178,8 +193,7 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
 def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
     """A matrix of the pattern of another one, whose numbers of places it shares."""
     out = scipy.sparse.csr_matrix.__new__(scipy.sparse.csr_matrix)
-    vars(out).update(vars(pattern))
-    out.data = data
+    vars(out).update(vars(pattern), data=data)
     return out
 
 
@@ -192,6 +206,8 @@ def times(matrix: scipy.sparse.csr_matrix, values: NDArray[Any]) -> NDArray[Any]
     if kernels is None:
         return np.asarray(matrix @ values)
     (rows, columns), pattern = matrix.shape, (matrix.indptr, matrix.indices, matrix.data)
+    if len(values) != columns:  # the kernels would read beyond
+        raise ValueError(f"values have the shape {values.shape}: give ({columns},) or ({columns}, m)")
     out = np.zeros((rows, *values.shape[1:]), values.dtype)
     if values.size == columns:
         kernels.csr_matvec(rows, columns, *pattern, values.ravel(), out.ravel())

@@ -11,12 +11,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, all_of, any_of
 from ..entries import Stretch
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..structure.topology import Index
 from .band_factors import in_pairs
-from .refined_values import InLong, InPairs, Refined
+from .refined_values import InLong, InPairs, Refined, greatest
 from .spring_residual import SpringResidual
 
 # Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
@@ -45,33 +45,36 @@ def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[
     tuple
         The better values (n, load cases), and whether steps came to an end, so that hardly an error is left.
     """
-    out, ended = np.empty_like(values), True
     pairs = in_pairs(values.shape[1], len(values)) and not residual.summed_finely
     step = max(1, _ROOM // max(1, len(values)))
+    if values.shape[1] <= step:
+        return _refined(residual, values, solve, pairs=pairs)
+    out, ended = np.empty_like(values), True
     for start in range(0, values.shape[1], step):
         part = slice(start, start + step)
-        some, left = values[:, part], residual.of(part)
-        found: Refined = InPairs(left.left_by_pairs, some) if pairs else InLong(left.left, some)
-        out[:, part], each = _refined(found, some, solve)
+        out[:, part], each = _refined(residual.of(part), values[:, part], solve, pairs=pairs)
         ended &= each
     return out, ended
 
 
-def _refined(found: Refined, values: Array, solve: Callable[[Array], Array]) -> tuple[Array, bool]:
-    sizes = np.abs(values).max(axis=0, initial=0.0)
+def _refined(
+    residual: SpringResidual, values: Array, solve: Callable[[Array], Array], *, pairs: bool
+) -> tuple[Array, bool]:
+    found: Refined = InPairs(residual.left_by_pairs, values) if pairs else InLong(residual.left, values)
+    sizes = greatest(values)
     going, before = sizes > 0.0, sizes
     for _ in range(_STEPS):
         change = solve(found.left())
-        change[~np.isfinite(change)] = 0.0
-        if not going.all():
-            change[:, ~going] = 0.0
+        finite = np.isfinite(change)
+        if not (all_of(finite) and all_of(going)):
+            change[~(finite & going)] = 0.0
         moved = found.add(change)
         # a step multiplies the error by what it was of the step before, the first by what it was of the solution
         going &= moved**2 > _FINE * sizes * before
         before = moved
-        if not going.any():
+        if not any_of(going):
             break
-    return found.rounded, not going.any()
+    return found.rounded, not any_of(going)
 
 
 def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[Array], Array]) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array, rotated
+from ..batch import Array, any_of, rotated
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.equilibrium import Statics
@@ -78,20 +78,23 @@ class SparseSolver:
             units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
             return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
-        size = len(self.unknown)
-        out: list[Value] = []
-        for row in rows:
-            if len(row) == 1 and (alone := next(iter(row.items())))[0] >= 0:
-                # as most are: a displacement of a node that is an unknown
-                number = self.unknowns[self.unknown.searchsorted(alone[0])]
-                factor = float(alone[1])
-                out.append(factor * float(number[0]) if number.size == 1 else (factor * number).reshape(shape))
-                continue
-            keys = np.array(list(row), dtype=np.int64)
-            index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), size - 1 - keys)
-            factors = np.array([float(factor) for factor in row.values()])
-            out.append(self.plan.grid.value((factors @ self._numbers[index]).reshape(shape)))
-        return out
+        # as most are: a displacement of a node that is an unknown
+        alone = [len(row) == 1 and next(iter(row)) >= 0 for row in rows]
+        each = [pair for row, own in zip(rows, alone, strict=True) if own for pair in row.items()]
+        keys, factors = np.array([key for key, _ in each], np.int64), np.array([float(factor) for _, factor in each])
+        found = factors[:, None] * self.unknowns[self.unknown.searchsorted(keys)]
+        numbers = iter(found[:, 0].tolist() if self._cases == 1 else found.reshape(len(each), *shape))
+        return [
+            next(numbers) if own else self.plan.grid.value(self._value(row).reshape(shape))
+            for row, own in zip(rows, alone, strict=True)
+        ]
+
+    def _value(self, row: Row) -> Array:
+        """Value of a row, (load cases,)."""
+        keys = np.array(list(row), dtype=np.int64)
+        index = np.where(keys >= 0, np.searchsorted(self.unknown, keys), len(self.unknown) - 1 - keys)
+        found: Array = np.array([float(factor) for factor in row.values()]) @ self._numbers[index]
+        return found
 
     def nodal(self, unknowns: Array) -> Array:
         """Displacements of all nodes in their axes, (load cases, nodes, 6), from the unknowns (n, load cases)."""
@@ -112,7 +115,7 @@ class SparseSolver:
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
         if self.plan.graph.links.count_of_components < 2:
-            return int(self.excited.any())
+            return int(any_of(self.excited))
         return len(np.unique(self.plan.connected_components[self.unknown[self.excited] // 6]))
 
     def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:
@@ -134,8 +137,8 @@ class SparseSolver:
 
     def _singular(self, *, excited: bool) -> bool:
         where = self.excited if excited else ~self.excited
-        if not where.any() or self.unsupported_motions(where).size:
-            return bool(where.any())
+        if not any_of(where) or self._unsupported(where):
+            return any_of(where)
         if excited:
             regular = self._solver._surely_regular is not None
         else:
@@ -146,7 +149,7 @@ class SparseSolver:
     def surely_regular(self) -> bool:
         """Whether pivots tell that what the loads reach is determined, so that nothing is to be looked at again."""
         where = self.excited
-        if self.unsupported_motions(where).size or not where.any():
+        if self._unsupported(where) or not any_of(where):
             return False
         return self._solver._surely_regular is not None
 
@@ -154,6 +157,11 @@ class SparseSolver:
     def _solver(self) -> SparseSolver:
         """What solves for the loads, or for a unit of each."""
         return self if self.units is None else self.units[0]
+
+    def _unsupported(self, where: NDArray[np.bool_]) -> bool:
+        """Whether among the unknowns `where` (n,) there are some of a part that nothing supports."""
+        motions = self.matrix.unsupported_motions
+        return motions.size > 0 and any_of(motions[where])
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
         """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
@@ -171,7 +179,7 @@ class SparseSolver:
             return solver.unknowns @ sizes
         out = np.zeros_like(self.load)
         where = self.excited
-        if where.any() and not self.unsupported_motions(where).size:
+        if any_of(where) and not self._unsupported(where):
             known = self._surely_regular
             out[where] = self._solved(where) if known is None else known
         return out
@@ -268,7 +276,7 @@ class SparseSolver:
             nodal = self._nodal_load()
             if self.plan.tree.rows:
                 shifts = self._shifts()
-                if shifts.any():
+                if any_of(shifts):
                     nodal -= self.matrices.members @ shifts
             out: Array = self.matrices.gathered(nodal)
             springs = self.plan.tree.springs
@@ -352,7 +360,7 @@ class SparseSolver:
             return self._reached
         label = self.matrix.label
         load = self.load if self.units is None else self.units[0].load
-        return labelled(label, label[(load != 0.0).any(axis=1)])
+        return labelled(label, label[load.any(axis=1)])
 
     def _factor(self, where: NDArray[np.bool_]) -> Factor:
         return self.matrix.factor(where, self.plan.times)

@@ -7,7 +7,6 @@ entries that share a factor. Each load case is refined as often as it takes unti
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from typing import TypeVar
@@ -16,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, any_of
 from ..batched.plan import Plan
 from ..clock import timed
 from ..error_bounds.kinematics import FrameKinematics
@@ -90,7 +89,7 @@ class StackedSolver:
     def parts(self) -> int:
         """Number of parts of the frame that loads reach; supports do not connect."""
         if self.plan.graph.links.count_of_components < 2:
-            return int(self.loaded.any())
+            return int(any_of(self.loaded))
         return len(np.unique(self.plan.connected_components[self.unknown[self.loaded] // 6]))
 
     def _with(self, loaded: Mask) -> StackedSolver:
@@ -109,7 +108,7 @@ class StackedSolver:
         places = np.searchsorted(self.unknown, keys)
         reached = self.loaded[places]
         with np.errstate(all="ignore"):
-            found = self._solved.of(places[reached]) if reached.any() else []
+            found = self._solved.of(places[reached]) if any_of(reached) else []
         value = dict(zip(keys[reached].tolist(), map(self._value, found), strict=True))
 
         def number(key: int) -> Value:
@@ -210,7 +209,9 @@ class StackedSolver:
         with np.errstate(all="ignore"):
             # of a twin: what holds each other is freed by the collector alone, and late
             self.columns  # noqa: B018  # which is then the twin's as well
-            return _Solved(copy.copy(self))
+            twin = object.__new__(type(self))
+            vars(twin).update(vars(self))
+            return _Solved(twin)
 
     @cached_property
     def _unloaded(self) -> Mask:
@@ -289,7 +290,7 @@ class _Solved:
     def of(self, places: Index) -> list[Array]:
         """Some unknowns, (matrices, right-hand sides) each."""
         rows = self.bands.place[places]
-        if (self._at[rows] < 0).any():
+        if any_of(self._at[rows] < 0):
             # Asked a second time, all are kept for later while they take no more than so many bytes.
             again = len(self._found) and self._bytes_in_all < _KEEP
             wanted = np.concatenate([rows, np.flatnonzero(self._at >= 0)])
@@ -323,9 +324,11 @@ class _Solved:
             values = right * factor.root[..., None]
             factor.solve(np.arange(len(matrices)), values)
             values *= factor.root[..., None]
-            values[:, self.singular[matrices]] = np.nan
+            singular = self.singular[matrices]
+            if any_of(singular):
+                values[:, singular] = np.nan
         # pivots tell what is singular and not what is soft: a step of refinement does
-        hard = np.flatnonzero(~self.singular[matrices] & ~factor.precise)
+        hard = np.flatnonzero(~(singular | factor.precise))
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
                 self._refine(matrices, columns, hard, factor, right, values)
@@ -346,7 +349,8 @@ class _Solved:
         if solver.by_units:
             units = found[columns].transpose(1, 2, 0)
             return np.ascontiguousarray(np.broadcast_to(units, (size, len(matrices), len(columns))))
-        whole: Array = np.einsum("snm,sm->nm", found, picked.of_values(self._acting))
+        acting = picked.of_values(self._acting)
+        whole: Array = found[0] * acting[0] if len(acting) == 1 else np.einsum("snm,sm->nm", found, acting)
         return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
 
     @cached_property

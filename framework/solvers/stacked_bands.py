@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, all_of
 from ..lazily import cached_property
 from ..structure.topology import Index
 from .band_factors import BandFactors, OneByOne, Room, SideBySide, Zeros, in_lanes, in_pairs, side_by_side
@@ -108,8 +108,10 @@ class Bands:
         values = self.sums.at(picked)
         if room is not None:
             picked.moved(zeros)
-        diagonal = np.zeros((self.size, values.shape[1]))
-        diagonal[self.column[self._diagonal]] = values[self._diagonal]
+        diagonal = values[self._diagonal]
+        if len(diagonal) < self.size:
+            own, diagonal = diagonal, np.zeros((self.size, values.shape[1]))
+            diagonal[self.column[self._diagonal]] = own
         root = np.divide(1.0, np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0)), out=zeros(diagonal.shape))
         step = max(1, _AT_ONCE // values.shape[1])  # few at a time, so that what they are multiplied by is in the cache
         for start in range(0, len(values), step):
@@ -176,8 +178,9 @@ class StackedFactor:
         least = self._pivot**2
         growth: Array = np.sqrt(size) / least
         sure = surely_positive(least, size)
-        sure[list(self.instead)] = False
-        if not sure.all():
+        if self.instead:
+            sure[list(self.instead)] = False
+        if not all_of(sure):
             growth[~sure] = self.probed(np.flatnonzero(~sure))
         return growth
 
@@ -194,8 +197,9 @@ class StackedFactor:
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
         blocks, count = [block for block in self.bands.sums.coupling.blocks[:-1] if block.count], self.count
-        if len(blocks) == 1 and blocks[0].count == len(springs) and len(entries) == count:  # as they were evaluated
+        if len(blocks) == 1 and len(entries) == count:  # as they were evaluated
             found = numbers_of(blocks[0], self.picked)
+            found = found if blocks[0].count == len(springs) else found[springs - blocks[0].first]
             return found if found.shape[1] == count else np.repeat(found, count, axis=1)
         out = np.empty((len(springs), len(entries)))
         for block in blocks:
@@ -229,7 +233,8 @@ class StackedFactor:
     def precise(self) -> Mask:
         """Entries of which solutions are exact to rounding as they come, (m,)."""
         out = np.zeros(self.count, dtype=bool)
-        out[[entry for entry, factor in self.instead.items() if factor.precise]] = True
+        for entry, factor in self.instead.items():
+            out[entry] = factor.precise
         return out
 
     def _by_tensions(self, entry: int) -> Factor | None:

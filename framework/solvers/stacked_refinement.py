@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, all_of, any_of
 from ..batched.plan import Plan
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.kinematic_edge import Real
@@ -72,30 +72,31 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     whole = greatest(flat / root).reshape(count, cases)
     found = residual.refined(flat, root)
     contraction = factor.rough[entries][:, None]
-    error, going = np.full((count, cases), np.inf), np.ones((count, cases), dtype=bool)
+    error, going = whole, np.ones((count, cases), dtype=bool)
     lacking = np.zeros((count, cases), dtype=bool)
-    for _ in range(_STEPS):
+    for step in range(_STEPS):
         change = found.left().reshape(size, count, cases)
         _solve(factor, entries, change, going)
         moved = found.add(change.reshape(size, -1)).reshape(count, cases)
         lacking |= np.isnan(moved)
         moved = np.where(moved > 0.0, moved / whole, 0.0)  # where nothing is loaded nothing moves
-        contraction = np.where(np.isinf(error), np.maximum(contraction, moved), moved / error)
-        error = np.where(going, moved, error)
+        faster = np.maximum(contraction, moved)  # at first there is no error of the step before
+        contraction = np.where(np.isinf(error), faster, moved / error) if step else faster
+        error = np.where(going, moved, error) if step else moved
         going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
-        if not going.any():
+        if not any_of(going):
             break
     rounded = found.rounded.reshape(values.shape)
-    values[...] = np.where(lacking, values, rounded) if lacking.any() else rounded
+    values[...] = np.where(lacking, values, rounded) if any_of(lacking) else rounded
     lost: Mask = ~(error <= _LOST)
     return lost
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
     """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k); zero where they are not."""
-    if going.all() or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
+    if all_of(going) or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
         factor.solve(entries, loads)
-        if not going.all():
+        if not all_of(going):
             np.copyto(loads, 0.0, where=~going)
         return
     whole = going.all(axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..batch import Array
+from ..batch import Array, all_of, any_of
 from ..batched.unloaded import Unloaded
 from ..clock import timed
 from ..examined import Examined
@@ -73,7 +73,7 @@ class SparseStiffness:
 
     def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
         """Deformations by some of the unknowns, (n,)."""
-        if self.deformations is None or where.all():
+        if self.deformations is None or all_of(where):
             return self.deformations
         key = where.tobytes()
         if key not in self._some:
@@ -143,10 +143,10 @@ class SparseStiffness:
         return partial(_direct, self.method, self.unloaded.graph, self.label, where)
 
     def _matrix(self, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
-        return self.assembled if where.all() else part(self.assembled, where)
+        return self.assembled if all_of(where) else part(self.assembled, where)
 
     def _factorised(self, matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> Factor:
-        if not where.any():
+        if not any_of(where):
             return NoFactor(matrix)
         direct = self.direct(where)
         return direct(matrix) if self.method != ITERATIVE else self._iterated(matrix, where, direct)

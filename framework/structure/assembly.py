@@ -92,15 +92,10 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
     return forces
 
 
-def member_and_mass_loads(
-    topology: Topology, grid: Grid, *, strained: bool | None = None
-) -> Iterator[tuple[int, Value]]:
-    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero.
-
-    It may be known whether members are `strained` without forces.
-    """
+def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
+    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero."""
     frame = topology.frame
-    if frame.weight is None and not frame.member_loads and not (topology.strained if strained is None else strained):
+    if frame.weight is None and not frame.member_loads and not topology.strained:
         return
     for node, vector in mass_loads(topology):
         for c, share in enumerate(grid.components(_in_node(topology, node, vector))):

@@ -6,14 +6,24 @@ from dataclasses import dataclass, field
 from functools import reduce
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ..batch import Array
 from ..entries import WHOLE
 from ..errors import FrameError
 from .gauss_jordan import ROUNDING, Constraint, Reduced, reduced
 from .parts import RightHandSideParameters, Row, Value, add_row, combine, product
 from .turned import by_entry
 
-__all__ = ["Constraint", "Elimination", "eliminate"]
+__all__ = ["Constraint", "Contradiction", "Elimination", "eliminate"]
+
+
+class Contradiction(FrameError):
+    """What is imposed on loops of ideal joints fits no motion at some `entries`, (...)."""
+
+    def __init__(self, text: str, entries: NDArray[np.bool_]) -> None:
+        super().__init__(text)
+        self.entries = entries
 
 
 @dataclass
@@ -61,36 +71,43 @@ class Elimination:
         return new
 
 
-def eliminate(rhs_parameters: RightHandSideParameters, given: list[Constraint]) -> Elimination:
+def eliminate(
+    rhs_parameters: RightHandSideParameters, given: list[Constraint], absent: NDArray[np.bool_] | None
+) -> Elimination:
     """Solve constraints for unknowns, by one choice of these for all batch entries where one suits all.
 
     Raises
     ------
-    FrameError
-        Where a redundant constraint contradicts the others.
+    Contradiction
+        Where a redundant constraint contradicts the others, at entries that are not `absent`.
     """
     numbered = dict(enumerate(given))
     found, idle = reduced(numbered, WHOLE), dict[int, Value]()
     if not isinstance(found, Reduced):
         found, idle = by_entry(numbered)
-    for number, row in found.left.items():
-        _check_redundant(rhs_parameters, given[number], row)
+    gaps = {number: _gap(rhs_parameters, row) for number, row in found.left.items()}
+    wrong = {number: gap > 0.0 if absent is None else (gap > 0.0) & ~absent for number, gap in gaps.items()}
+    contradicting = [number for number, where in wrong.items() if where.any()]
+    if contradicting:
+        first, entries = contradicting[0], reduce(np.logical_or, wrong.values())
+        raise Contradiction(_contradiction(given[first], wrong[first], gaps[first]), entries)
     return Elimination(found.rows, found.sources, given, idle, found.self_stresses)
 
 
-def _check_redundant(rhs_parameters: RightHandSideParameters, constraint: Constraint, row: Row) -> None:
-    """Refuse a constraint that follows from the others but for what is imposed on it."""
-    known = [product(value, rhs_parameters.values[-1 - key]) for key, value in row.items() if key < 0]
+def _gap(rhs_parameters: RightHandSideParameters, row: Row) -> Array:
+    """What is imposed on a constraint beyond what follows from the others, (...); zero where that is rounding."""
+    known = [np.asarray(product(value, rhs_parameters.values[-1 - key])) for key, value in row.items() if key < 0]
     if not known:
-        return
+        return np.zeros(())
     gap = np.abs(combine((1.0, each) for each in known))
-    wrong = np.asarray(gap > ROUNDING * reduce(np.maximum, map(np.abs, known)))
-    if not wrong.any():
-        return
+    return np.where(gap > ROUNDING * reduce(np.maximum, map(np.abs, known)), gap, 0.0)
+
+
+def _contradiction(constraint: Constraint, wrong: NDArray[np.bool_], gap: Array) -> str:
     edge = constraint.edge
     what = f"{edge.kind} {edge.name!r}" if edge.name else edge.kind
     where = f" at batch entry {tuple(np.argwhere(wrong)[0].tolist())}" if wrong.size > 1 and not wrong.all() else ""
-    raise FrameError(
+    return (
         f"component {constraint.component} of {what} contradicts the other supports and ideal joints{where} "
         f"by {np.max(np.where(wrong, gap, 0.0)):.3g}: release one of them"
     )

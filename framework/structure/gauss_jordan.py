@@ -16,8 +16,9 @@ from .parts import Row, Value, add_row, product, unknowns
 # A coefficient smaller than this share of what such coefficients are made of is rounding.
 ROUNDING = 1e-11
 # A pivot may be this share of the largest coefficient of an entry: as much is lost of the digits there. First for one
-# choice for all entries, then for that of parts of them, and for the choice that an entry alone would make.
-SUITS, SUITS_WELL, ALONE = 1e-3, 0.3, 1.0
+# choice for all entries, then for that of parts of them. Of pivots that are one but for rounding the first is taken, so
+# that an entry alone makes the choice that it makes beside others.
+SUITS, SUITS_WELL, ALONE = 1e-3, 0.3, 1.0 - 1e-9
 
 Mask = NDArray[np.bool_]
 # A constraint, the unknown to solve it for, and entries that this suits.
@@ -125,8 +126,8 @@ class _Waiting:
     def look(self) -> None:
         """Find the largest coefficient."""
         least = {key: float(np.min(size)) for key, size in self.sizes.items()}
-        self.pivot = max(least, key=lambda key: least[key], default=None)
-        self.size = 0.0 if self.pivot is None else least[self.pivot]
+        self.size = max(least.values(), default=0.0)
+        self.pivot = min((key for key, size in least.items() if size >= ALONE * self.size), default=None)
 
     @property
     def sizes(self) -> Row:
@@ -141,8 +142,8 @@ def _at(row: Row, entries: Entries) -> Row:
 def _pivot(waiting: dict[int, _Waiting], share: float) -> tuple[int, int | None, Mask]:
     """Constraint to go next, the unknown to solve it for (None where all that is left is rounding), and entries that it
     suits."""
-    index = max(waiting, key=lambda index: waiting[index].size)
-    first = waiting[index]
+    most = max(each.size for each in waiting.values())
+    index, first = next((index, each) for index, each in waiting.items() if each.size >= ALONE * most)
     if first.pivot is not None and first.size >= share != ALONE:
         return index, first.pivot, _EVERYWHERE
     largest = np.zeros(())
@@ -153,7 +154,7 @@ def _pivot(waiting: dict[int, _Waiting], share: float) -> tuple[int, int | None,
         return index, None, _EVERYWHERE
     if first.pivot is not None and share != ALONE and _suited(first.sizes[first.pivot], largest, share).all():
         return index, first.pivot, _EVERYWHERE
-    left = ((number, key, size) for number, each in waiting.items() for key, size in each.sizes.items())
+    left = ((number, key, size) for number, each in waiting.items() for key, size in sorted(each.sizes.items()))
     choices = [(number, key, _suited(size, largest, max(share, SUITS_WELL))) for number, key, size in left]
     return max(_first(choices) if share == ALONE else choices, key=lambda choice: int(choice[2].sum()))
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, rotated
+from ..batch import ZERO, Array, rotated
 from ..entries import Stretch
 from ..examined import Examined
 from ..lazily import cached_property
@@ -103,7 +103,7 @@ class Group:
     def springs(self) -> tuple[Array, Array] | None:
         """Stiffness of the springs (n, ..., springs) and deformations (n, ..., springs, 12) by displacements in local
         axes, each at the batch shape that it varies over; None where that is too much to be kept."""
-        entries = math.prod(np.broadcast_shapes(self.chord.shape[1:-1], self.shape))
+        entries = math.prod(_widened(self.chord.shape[1:-1], self.shape))
         return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
@@ -111,7 +111,7 @@ class Group:
         """The first of `springs`, which does not take the second."""
         if "springs" in vars(self):
             return None if self.springs is None else self.springs[0]
-        entries = math.prod(np.broadcast_shapes(self.chord.shape[1:-1], self.shape))
+        entries = math.prod(_widened(self.chord.shape[1:-1], self.shape))
         return self.element.spring_stiffness(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
@@ -162,8 +162,8 @@ class Group:
     @cached_property
     def stiffness_shape(self) -> tuple[int, ...]:
         """Batch shape over which the stiffness of a piece varies."""
-        rotated = (axes.shape[:-2] for axes in self.axes if axes is not None)
-        return np.broadcast_shapes(self.chord.shape[1:-1], *rotated, self.shape)
+        rotated = [axes.shape[:-2] for axes in self.axes if axes is not None]
+        return _widened(self.chord.shape[1:-1], *rotated, self.shape)
 
     def in_node_axes(self, local: Array, end_axes: tuple[Array, Array] | None = None) -> Array:
         """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero.
@@ -209,7 +209,7 @@ class Group:
     @property
     def strained(self) -> bool:
         """Whether its pieces strain without forces, as by heat."""
-        return self.element.free_strain(np.zeros(())) is not None
+        return self.element.free_strain(ZERO) is not None
 
     def between(self, chord: Array, element: LineElement | None = None) -> Group:
         """The same pieces along other chords, and of another element where one is given."""
@@ -296,3 +296,13 @@ def _thrice(terms: Iterator[Array]) -> Array:
     for term in terms:
         out += term
     return out
+
+
+def _widened(whole: tuple[int, ...], *others: tuple[int, ...]) -> tuple[int, ...]:
+    """`np.broadcast_shapes`, which takes longer than the rest where next to nothing varies."""
+    wider = {*others} - {whole, (1,) * len(whole), ()}
+    if not wider:
+        return whole
+    if len(wider) == 1 and set(whole) == {1} and len(widest := next(iter(wider))) == len(whole):
+        return widest
+    return np.broadcast_shapes(whole, *wider)

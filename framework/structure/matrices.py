@@ -31,7 +31,11 @@ class Matrices:
     def __init__(self, plan: Plan | Unloaded, entry: tuple[int, ...] = ()) -> None:
         self.plan, self.entry = plan, entry
         self.unknown: Index = plan.graph.unknown
-        self._members: list[Stack] = [(group.nodes, group.stiffness) for group in plan.topology.groups]
+
+    @cached_property
+    def _members(self) -> list[Stack]:
+        """Members with what gives their matrices."""
+        return [(group.nodes, group.stiffness) for group in self.plan.topology.groups]
 
     @cached_property
     def stiffness(self) -> scipy.sparse.csr_matrix:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape, aligned, distinct
+from ..batch import ZERO, Array, Shape, aligned, distinct
 from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
@@ -235,16 +235,12 @@ class Topology(NumberedPieces):
         """By stack the DOF numbers of its pieces (n, 12)."""
         return [group.dofs for group in (self.groups if self.gathered is None else self.gathered.groups)]
 
-    @property
+    @cached_property
     def strained(self) -> bool:
         """Whether members strain without forces, as by heat; perhaps, where other elements have taken their place."""
-        if self.gathered is None:
-            return any(group.strained for group in self.groups)
-        groups, changed, _ = self.gathered
-        elements = [group.element for group in groups]
-        if changed:
-            elements += self._elements_of(changed)
-        return any(element.free_strain(np.zeros(())) is not None for element in elements)
+        groups, changed = (self.groups, ()) if self.gathered is None else self.gathered[:2]
+        elements = [group.element for group in groups] + (self._elements_of(changed) if changed else [])
+        return any(elements[k].free_strain(ZERO) is not None for k in distinct(elements)[0])
 
     @cached_property
     def geometry(self) -> tuple[object, ...] | None:
@@ -288,15 +284,17 @@ class Topology(NumberedPieces):
         whole = len(self.ends) == len(self.counts)
         alike = whole and len(self._distinct[0]) == 1
         chosen = [self._elements[k] for k in (numbers[:1] if alike else numbers).tolist()]
-        element, nodes = self._stacked(chosen), self.ends[numbers]
+        # numbers are in order, so that as many as there are pieces are all of them
+        every: slice | Index = slice(None) if len(numbers) == len(self.ends) else numbers
+        element, nodes = self._stacked(chosen), self.ends[every]
         if isinstance(chords, np.ndarray):
-            chord = chords[numbers].reshape(-1, *(1,) * ndim, 3)
+            chord = chords[every].reshape(-1, *(1,) * ndim, 3)
         else:
             chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
-        counts = self.counts[numbers if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
+        counts = self.counts[every if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
         first, second = (self.bodies[node] for node in nodes[0].tolist())
         shared = first == second
-        start = self.axes(int(nodes[0, 0]))
+        start = None if first is None else self.axes(int(nodes[0, 0]))
         ends = (None, None) if shared else (start, self.axes(int(nodes[0, 1])))
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
         return Group(element, numbers, dofs, chord, counts, ends, start if shared else None)

@@ -235,7 +235,7 @@ class JointTree:
         constrained = [Constraint(rows[k], edge, k, size) for edge, rows in elastic for k in edge.ideal]
         if not constrained:
             return
-        self.elimination = eliminate(self.rhs_parameters, constrained)
+        self.elimination = eliminate(self.rhs_parameters, constrained, self.topology.frame.absent)
         change = self.elimination.substituted
         self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
         self.springs = [TreeSpring(change(spring.row), spring.stiffness) for spring in self.springs]

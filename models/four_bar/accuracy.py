@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.batch import aligned, finite, joined
 from ...framework.errors import FrameError, MechanismWarning
 from ..clearance import offset, pressed
+from ..linkage.statics.condition_numbers import ConditionNumbers
+from ..linkage.statics.past import past
 from ..planar import Complex, cross
 from .clearance import clearance_displacement
 from .description import JOINTS
@@ -33,7 +35,7 @@ OPEN_LOOP = "clearance leaves the loop open"
 
 
 @dataclass(frozen=True, eq=False)
-class Accuracy:
+class Accuracy(ConditionNumbers):
     """Displacement of the coupler point P, each part apart; made by `accuracy`. Computed when read.
 
     Attributes
@@ -99,8 +101,7 @@ class Accuracy:
 
         The stable equilibrium to which load and clearance lead from the rigid position; NaN where none was found.
         """
-        found = np.where(self._large.converged[..., None], self._large.displacement("P")[..., :3], np.nan)
-        return np.broadcast_to(found, (*self.shape, 3))
+        return np.broadcast_to(self._large.displacement("P")[..., :3], (*self.shape, 3))
 
     @property
     def large_passes(self) -> NDArray[np.bool_]:
@@ -109,8 +110,8 @@ class Accuracy:
         False at singular poses, where both lie in line from the start.
         """
         coupler, rocker = (self._large_chord(*ends) for ends in (("B.coupler", "D.coupler"), ("D.rocker", "E.rocker")))
-        before, after = self.motion.closure.area, -cross(coupler, rocker)
-        return np.broadcast_to(~self.motion.singular & self._large.converged & (before * after < 0.0), self.shape)
+        there = ~self.motion.singular & self._large.converged
+        return np.broadcast_to(past([self.motion.closure.area], [-cross(coupler, rocker)], there), self.shape)
 
     def _large_chord(self, start: str, end: str) -> Complex:
         """Line between two nodes at large displacement, x + i y, (...)."""
@@ -154,38 +155,18 @@ class Accuracy:
         """Estimated relative error of `compliance` by its being linear, (...); inf where `status` is not regular."""
         return np.broadcast_to(self._under_load.nonlinearity(), self.shape)
 
-    def condition_number(self) -> Array:
-        """2-norm condition number of the stiffness matrix as the paper assembles it.
+    @property
+    def plane(self) -> tuple[int, int]:
+        """The plane of motion: x and y."""
+        return 0, 1
 
-        Returns
-        -------
-        ndarray
-            Greatest over least singular value, (...).
-        """
-        return np.broadcast_to(self._under_load.condition_number(), self.shape)
+    @property
+    def _loaded_frame(self) -> Frame:
+        return self._bare
 
-    def planar_condition_number(self) -> Array:
-        """2-norm condition number of the rows and columns in the plane alone, ``ux uy rz`` of every node.
-
-        Returns
-        -------
-        ndarray
-            Greatest over least singular value, (...).
-        """
-        frame = self._bare.copy()
-        for node in frame.nodes:
-            frame.fix(node, "uz", "rx", "ry")
-        return np.broadcast_to(frame.solve().condition_number(), self.shape)
-
-    def scaled_condition_number(self) -> Array:
-        """Condition number after diagonal scaling in joint-relative coordinates: what the solution feels.
-
-        Returns
-        -------
-        ndarray
-            Greatest over least singular value, (...).
-        """
-        return np.broadcast_to(self._under_load.scaled_condition_number(), self.shape)
+    @property
+    def _without_clearance(self) -> Solution:
+        return self._under_load
 
     # -- frames -----------------------------------------------------------------------------------------------------
 

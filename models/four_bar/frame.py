@@ -18,6 +18,8 @@ from .kinematics import FourBarKinematics
 JOINT_LINKS = {"B": ("crank", "coupler"), "D": ("coupler", "rocker"), "E": ("rocker", "ground")}
 # Nodes of each joint, along the chain crank, coupler, rocker, ground.
 JOINT_NODES = {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}
+# Nodes at the points of the coupler.
+COUPLER_NODES = {"B": "B.coupler", "P": "P", "D": "D.coupler"}
 
 
 def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
@@ -34,22 +36,21 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     """
     gaps = clearance or {}
     built, four_bar = Frame(), motion.four_bar
-    crank, coupler, rocker, ground = four_bar.lengths
+    crank, _, rocker, ground = four_bar.lengths
     for link in LINKS:
         built.body(link, origin=vector(motion.origin(link)), axes=rotation(motion.direction(link)))
     built.node("A", _local(0.0), body="crank")
     built.node("B.crank", _local(crank), body="crank")
-    built.node("B.coupler", _local(0.0), body="coupler")
-    built.node("P", _local(*four_bar.point), body="coupler")
-    built.node("D.coupler", _local(coupler), body="coupler")
+    places = _coupler_points(four_bar)
+    for point, node in COUPLER_NODES.items():
+        built.node(node, places[point], body="coupler")
     built.node("D.rocker", _local(rocker), body="rocker")
     built.node("E.rocker", _local(0.0), body="rocker")
     built.node("E", _local(ground))
     built.add("crank", four_bar.link_beam("crank"), "A", "B.crank")
-    nodes_at = {"B": "B.coupler", "P": "P", "D": "D.coupler"}
-    pieces = coupler_ends(four_bar)
+    pieces = _pieces(four_bar, places)
     for index, ends in enumerate(pieces, start=1):
-        built.add(f"coupler.{index}", four_bar.link_beam("coupler"), *(nodes_at[end] for end in ends))
+        built.add(f"coupler.{index}", four_bar.link_beam("coupler"), *(COUPLER_NODES[end] for end in ends))
     if len(pieces) == 1:
         built.rigid("D.coupler" if np.any(four_bar.point[0]) else "B.coupler", "P")
     built.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
@@ -63,10 +64,18 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
 
 def coupler_ends(four_bar: FourBarDescription) -> list[tuple[str, str]]:
     """Pairs of points between which the beams of the coupler run, as those of a link of any linkage, towards D."""
+    return _pieces(four_bar, _coupler_points(four_bar))
+
+
+def _coupler_points(four_bar: FourBarDescription) -> dict[str, NDArray[np.float64]]:
+    """Points of the coupler in its own axes."""
+    return {"B": _local(0.0), "P": _local(*four_bar.point), "D": _local(four_bar.lengths[1])}
+
+
+def _pieces(four_bar: FourBarDescription, places: Mapping[str, NDArray[np.float64]]) -> list[tuple[str, str]]:
     (x, y), length = four_bar.point, four_bar.lengths[1]
     if not np.any(y) and any(np.all(x == place) for place in (0.0, length)):
         return [("B", "D")]
-    places = {"B": _local(0.0), "P": _local(x, y), "D": _local(length)}
     ends = neighbours("coupler", list(places), places, None)
     return [(end, start) for start, end in reversed(ends)] if ends[0][0] == "D" else ends
 

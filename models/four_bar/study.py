@@ -11,11 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..intervals import ConfidenceInterval
 from ..job.parts import Parts, cuts
-from ..moments import Moments, Statistics, checked_policy
+from ..moments import checked_policy
 from ..sampling import Distribution, Sampler, Seed, draw
-from ..spread import Spread
+from ..spread import SampleStatistics, Spread
 from .accuracy import OPEN_LOOP, Accuracy, PerJoint, accuracy
 from .four_bar import FourBar
 from .tolerances import LENGTHS, LOADS, check_names, check_overwritten, per_joint, toleranced
@@ -24,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Study(Statistics):
+class Study(SampleStatistics):
     """Displacement of the coupler point P from its nominal position, sampled; made by `monte_carlo`.
 
     The statistics are those of `total`; each part of it has its own, as a `Spread` of samples (poses, n, 3). Poses
@@ -125,43 +124,10 @@ class Study(Statistics):
 
     # -- the statistics of the total --------------------------------------------------------------------------------
 
-    @property
-    def samples(self) -> Array:
+    @cached_property
+    def samples(self) -> Array:  # type: ignore[override]
         """Displacement of P from its nominal position, (poses, n, 3)."""
         return self.total.samples
-
-    @property
-    def moments(self) -> Moments:
-        """Count, mean and sums of powers of the deviations, (poses, 3)."""
-        return self.total.moments
-
-    @property
-    def missing(self) -> NDArray[np.int64]:
-        """Number of samples that are NaN, (poses, 3); `status` says why."""
-        return self.total.missing
-
-    @property
-    def envelope(self) -> tuple[Array, Array]:
-        """Least and greatest displacement, (poses, 3) each."""
-        return self.total.envelope
-
-    def quantile(self, p: ArrayLike) -> Array:
-        """Quantile of the displacement at one or more probabilities.
-
-        Parameters
-        ----------
-        p
-            Probability or probabilities in [0, 1], (k...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (k..., poses, 3).
-        """
-        return self.total.quantile(p)
-
-    def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
-        return self.total.confidence_interval(level, p)
 
     # -- how it stands ----------------------------------------------------------------------------------------------
 

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..distributions import Interval, distribution_of
+from ..distributions import Interval
+from ..given_distributions import distribution_of
 
 Array = NDArray[np.float64]
 

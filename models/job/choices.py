@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .outcome import Outcome
 from .tables import markdown, readable
@@ -41,6 +42,28 @@ def _cells(outcome: Outcome) -> Iterable[tuple[str, str]]:
         yield from deviations(outcome)
     yield "κ", readable(float(outcome.kappa[0]), ".3e")
     yield "κ scaled", readable(float(outcome.kappa_scaled[0]), ".3e")
+    yield from condition_ranges(outcome)
+
+
+def condition_ranges(outcome: Outcome) -> Iterable[tuple[str, str]]:
+    """Headings and cells of condition numbers in the plane, and of their ranges over the samples, at the first pose."""
+    whole, plane = (each[0] for each in outcome.sampled_kappa)
+    if outcome.count > 1:
+        yield "range of κ", _range(whole)
+    yield "κ in the plane", readable(float(outcome.planar_kappa[0]), ".3e")
+    if outcome.count > 1:
+        yield "its range", _range(plane)
+
+
+def _range(values: NDArray[np.float64]) -> str:
+    least, greatest = bounds(values)
+    return f"{readable(least, '.2e')} … {readable(greatest, '.2e')}"
+
+
+def bounds(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Least and greatest of the samples that have a value; NaN where none has."""
+    known = values[~np.isnan(values)]
+    return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
 def deviations(outcome: Outcome) -> Iterable[tuple[str, str]]:

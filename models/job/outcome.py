@@ -25,6 +25,8 @@ APART = 0.1
 SHARE = 0.02
 # Samples that are taken to large displacement, each of which takes as long as hundreds by linear mechanics.
 MOST = 2000
+# Samples whose condition numbers are told.
+SPECTRA = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +36,10 @@ class LargeSpread(Spread):
     Attributes
     ----------
     passed
-        Samples that passed a singular pose on the way, so that they stand near another branch, (poses, m); None where
-        that is not looked for.
+        Samples that passed a singular pose on the way, so that they stand near another branch, (poses, m).
     """
 
-    passed: Mask | None = field(default=None, kw_only=True)
+    passed: Mask = field(kw_only=True)
 
 
 def taken(samples: int) -> int:
@@ -61,6 +62,16 @@ class Outcome(ABC):
     @abstractmethod
     def heading(self) -> str:
         """What the poses are values of, such as ``"θ"``."""
+
+    @property
+    @abstractmethod
+    def point(self) -> str:
+        """Name of the point."""
+
+    @property
+    @abstractmethod
+    def singular_place(self) -> str:
+        """In words, where the linkage is singular and samples may pass to another branch."""
 
     @property
     @abstractmethod
@@ -126,6 +137,19 @@ class Outcome(ABC):
     @abstractmethod
     def kappa(self) -> Array:
         """Condition number of the stiffness matrix as usually assembled, at the mean inputs; NaN where it has none."""
+
+    @property
+    @abstractmethod
+    def planar_kappa(self) -> Array:
+        """Condition number of the same matrix's rows and columns in the plane, at the mean inputs."""
+
+    @property
+    @abstractmethod
+    def sampled_kappa(self) -> tuple[Array, Array]:
+        """Condition numbers of the first samples, of the whole matrix and in the plane, (poses, some).
+
+        Of the first alone, as spectra cost far more than solutions; of the regular poses, or of all with NaN.
+        """
 
     @property
     @abstractmethod

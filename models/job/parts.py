@@ -112,6 +112,10 @@ class Parts:
             pass
         return self._known[name]
 
+    def knows(self, name: str) -> bool:
+        """Whether a result is there."""
+        return name in self._known
+
     def taken(self, name: str) -> Array:
         """A result by its name, (..., poses, n, ...), which is not held any longer."""
         found = self[name]

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...framework.errors import MechanismWarning
 from .beside import Beside
+from .measured import FIGURE_FILE, TABLE_FILE, MeasuredOutcome
 from .output import results, terminal_width, written
 from .rendered import picture
 from .report import Report
@@ -61,6 +62,11 @@ class Job(ABC):
     @abstractmethod
     def compute(self, advance: Advance) -> None:
         """Compute all that can fail; `advance` is told how far it is."""
+
+    @property
+    @abstractmethod
+    def measured(self) -> MeasuredOutcome | None:
+        """What was measured beside what is predicted, with a table, a figure and words of its own; None for nothing."""
 
     @property
     @abstractmethod
@@ -160,6 +166,8 @@ def run(
         with stages("tables and samples"):
             for name, text in job.tables().items():
                 (stage / name).write_text(text, encoding="utf-8")
+            if job.measured is not None:
+                (stage / TABLE_FILE).write_text(job.measured.as_csv(), encoding="utf-8")
             samples: Mapping[str, Any] = job.samples()
             if samples:
                 np.savez_compressed(stage / "samples.npz", **samples)
@@ -167,6 +175,8 @@ def run(
             with stages("figures"):
                 for name, figure in job.figures():
                     _write(figure, stage / name, formats)
+                if job.measured is not None:
+                    _write(job.measured.draw(), stage / FIGURE_FILE, formats)
             with stages("page"):
                 job.page(stage / PAGE)
         with stages("ParaView files"):
@@ -183,7 +193,8 @@ def run(
         stages.close()
         files = written(stage)
     width = terminal_width()
-    print(folded("\n\n".join([job.summary(None if wide else width), *notes]), width))
+    measured = [] if job.measured is None else [job.measured.in_words()]
+    print(folded("\n\n".join([job.summary(None if wide else width), *measured, *notes]), width))
     listed = folded(f"Written to {out}: {', '.join(files)}", width)
     print(f"\n{listed}\n{folded(stages.spent, width)}")
 

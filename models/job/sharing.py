@@ -166,6 +166,10 @@ class _Collected:
 
     def add(self, piece: SamplePiece, found: Mapping[str, NDArray[Any]]) -> None:
         kind = self.kinds[piece.of]
+        if lacking := [name for name in kind.names if name not in found and not kind.parts.knows(name)]:
+            raise FrameError(
+                f"checkpoint {self.folder} is of another release, without {lacking[0]}: give another folder"
+            )
         kind.parts.put(piece.cut, found)
         self.advance(kind.what, kind.parts.size(piece.cut))
 

@@ -152,6 +152,11 @@ class LoadedMotion(FramedPoses):
         rigid, on the link's point nearest to its centre, the first of those that are equally near, and the beams weigh
         nothing.
 
+        A rod between two balls spins about itself: nothing resists that, and it has no part in any other result. As
+        long as no load works on the spin, it rotates about itself as its neighbour does at that of both balls whose
+        name comes first in the alphabet; a load that does, a moment about the rod, moves it without bound
+        (``mechanism``, NaN). Under `inertia` the spin accelerates as the loads make it.
+
         The frame is linear about the linkage without loads: its links, joints and springs resist with their stiffness
         alone, and what springs exert at rest is one of the loads. That forces turn with the links, joints and springs
         that carry them (geometric stiffness) is in `compliance_matrix`, `stiffness` and `frequencies` of the motion,
@@ -282,7 +287,8 @@ class LoadedMotion(FramedPoses):
         -------
         ndarray
             ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric. Length per force, and
-            radians per moment.
+            radians per moment. NaN in the rotations of a rod that spins between two balls, and by moments on it, as a
+            moment about it turns it without bound.
 
         Examples
         --------
@@ -344,7 +350,8 @@ class LoadedMotion(FramedPoses):
         Returns
         -------
         ndarray
-            Hz, (..., count); NaN where the pose is unstable.
+            Hz, (..., count); NaN where the pose is unstable. The zeros of rods that spin between two balls are left
+            out.
 
         Examples
         --------

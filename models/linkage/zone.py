@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.batch import Array
 from ...framework.error_bounds.sensitivity import weighed_sum
 from ...framework.errors import FrameError, MechanismWarning
-from ..distributions import Distribution, Uncertain, distributions_of
+from ..distributions import Distribution, Uncertain
 from ..failure.reliability import Reliability, reliability
+from ..given_distributions import distributions_of
 from ..quantiles import at_scores
 from .derivatives.built import DescribedBeside, DescribedNumbers, along_inputs
 from .derivatives.displacement_sensitivity import check
@@ -93,12 +94,17 @@ def reliability_of(
     return replace(found, along=values, along_label=label)
 
 
+def check_radius(point: str, limit: float) -> None:
+    """Refuse a zone that has no size."""
+    if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
+        raise FrameError(f"limit of point {point!r} is {limit!r}: give the radius of its zone, a length above zero")
+
+
 def check_zone(motion: FramedPoses, point: str, limit: float, compliance: bool) -> None:
     """Refuse a zone that has no size, or no middle at some pose."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
-    if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
-        raise FrameError(f"limit of point {point!r} is {limit!r}: give the radius of its zone, a length above zero")
+    check_radius(point, limit)
     lost = np.flatnonzero(np.isnan(np.atleast_2d(motion.position(point))).any(axis=-1))
     if lost.size:
         raise FrameError(

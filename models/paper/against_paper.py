@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from ..four_bar.clearance import clearance_map
 from ..four_bar.four_bar import FourBar
 from ..job import choices
+from ..job.outcome import SPECTRA
 from ..job.tables import markdown, readable
 from .compared_choices import ComparedChoices, compare_choices
 from .formulas import equation_6, mean_direction
 from .inputs import Inputs
 from .printed import ORIGIN, Printed, printed
 from .readings import readings
-from .result import SPECTRA
 
 if TYPE_CHECKING:
     from .result import Result

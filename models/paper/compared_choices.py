@@ -5,9 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..job import choices
 from ..job.tables import readable
 from .inputs import Inputs
@@ -47,17 +44,14 @@ def compare_choices(inputs: Inputs, angle: float) -> ComparedChoices:
     lines, ranges = [], []
     for name, change in _choices(inputs).items():
         other = compute(alone.but(**change), large=False)
-        whole, plane = (each[0] for each in other.sampled_kappa)
-        ranges.append((float(whole.min()), float(whole.max())))
+        ranges.append(choices.bounds(other.sampled_kappa[0][0]))
         lines.append(
             {
                 "choice": name,
                 "compliance, µm": choices.micrometres(other),
                 **dict(choices.deviations(other)),
                 "κ": readable(other.kappa[0], ".3e"),
-                "range of κ": _range(whole),
-                "κ in the plane": readable(other.planar_kappa[0], ".3e"),
-                "its range": _range(plane),
+                **dict(choices.condition_ranges(other)),
             }
         )
     return ComparedChoices(angle, lines, ranges[0])
@@ -79,7 +73,3 @@ def _choices(inputs: Inputs) -> Mapping[str, Mapping[str, object]]:
     if isinstance(inputs.contact, str) or not inputs.load:
         del found["contact along the joint's force"]
     return found
-
-
-def _range(values: NDArray[np.float64]) -> str:
-    return f"{readable(values.min(), '.2e')} … {readable(values.max(), '.2e')}"

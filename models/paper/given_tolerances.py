@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import called, continuous, distribution_of, tolerance
 from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.tolerances import COMPONENTS, NAMES
+from ..given_distributions import called, distribution_of, frozen, tolerance
 
 if TYPE_CHECKING:
     from ..sampling import Distribution
@@ -154,10 +154,4 @@ def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float 
         )
     if shares:
         values |= {"loc": nominal * (1.0 + shares.get("loc", 0.0)), "scale": abs(nominal) * shares.get("scale", 0.0)}
-    try:
-        found = continuous(name, values)
-    except (TypeError, ValueError) as error:
-        raise FrameError(f"{name} does not take {', '.join(values) or 'nothing'}: {error}") from error
-    if found is None:
-        raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
-    return distribution_of(option, found)
+    return distribution_of(option, frozen(name, values))

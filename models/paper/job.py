@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from ...framework.errors import FrameError
 from ..job import large_table
-from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
+from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE, MeasuredOutcome
+from ..job.passages import passages
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
 from . import reactions
 from .compared_choices import ComparedChoices, compare_choices
-from .passages import passages
 from .remarks import beforehand, remarks
 from .report import report
 from .result import Result, begin, finish
@@ -76,6 +76,11 @@ class FourBarJob(Job):
         finish(self.result, advance, shared=self.shared)
 
     @property
+    def measured(self) -> MeasuredOutcome | None:
+        """Measured positions of P beside those predicted."""
+        return self.result.measured
+
+    @property
     def solution(self) -> Solution:
         """The linkage at the mean inputs."""
         return self.result.solution
@@ -86,9 +91,8 @@ class FourBarJob(Job):
         return self.result.entry
 
     def tables(self) -> Mapping[str, str]:
-        """Table 1, the reactions, and where something was measured its residuals."""
-        found = {"table1.csv": as_csv(self.result), "reactions.csv": reactions.as_csv(self.result)}
-        return found if self.result.measured is None else found | {TABLE_FILE: self.result.measured.as_csv()}
+        """Table 1 and the reactions."""
+        return {"table1.csv": as_csv(self.result), "reactions.csv": reactions.as_csv(self.result)}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the inputs and of the displacement of P."""
@@ -105,7 +109,7 @@ class FourBarJob(Job):
         }
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
-        """The paper's Figures 5 to 7, the reactions, and where something was measured its residuals."""
+        """The paper's Figures 5 to 7, and the reactions."""
         from ..job.figures import draw_histograms, draw_trajectory  # with all that draws, which no table needs
         from .drawing import draw_linkage
 
@@ -116,9 +120,7 @@ class FourBarJob(Job):
         path = result.path, result.rigid, result.samples
         yield "figure6.png", draw_trajectory(*path, result.magnify, pose, where)
         yield "figure7.png", draw_histograms(result.samples[pose], where)
-        yield "reactions.png", reactions.draw_reactions(result.degrees, result.forces)
-        if result.measured is not None:
-            yield FIGURE_FILE, result.measured.draw()
+        yield "reactions.png", reactions.draw(result)
 
     def captions(self) -> Mapping[str, str]:
         """Captions by file."""
@@ -151,11 +153,10 @@ class FourBarJob(Job):
         return report(self.result, compared)
 
     def summary(self, width: int | None = None) -> str:
-        """Table 1, large displacement where it is needed, the greatest reactions, and what was measured."""
+        """Table 1, large displacement where it is needed, and the greatest reactions."""
         result = self.result
         paragraphs = [UNITS, as_text(result, width), about_errors(result)]
         if self.inputs.is_paper_linkage:
             paragraphs.append(PRINTED)
         paragraphs += large_table.passage(result, width)
-        measured = [] if result.measured is None else [result.measured.in_words()]
-        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result), *measured])
+        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])

@@ -38,7 +38,7 @@ def beside_measured(inputs: Inputs, study: Study) -> MeasuredOutcome | None:
         return None
     closes = study.nominal.motion.four_bar.assembles(np.radians(drive.values))
     place, covariance = np.full((len(closes), 3), np.nan), np.full((len(closes), 3, 3), np.nan)
-    place[closes], covariance[closes] = study.rigid + study.mean, study.total.covariance
+    place[closes], covariance[closes] = study.rigid + study.mean, study.covariance
     try:
         return MeasuredOutcome.of(given, {DRIVE: drive}, place, covariance)
     except FrameError as error:

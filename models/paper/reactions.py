@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...framework.graphics.curves import draw_curves, mark_turns
-from ...framework.graphics.style import figure, styled
 from ..four_bar.kinetostatics import REACTIONS
 from ..job.tables import markdown, readable, separated
 
@@ -72,32 +70,12 @@ def _angles(result: Result, poses: NDArray[np.intp]) -> str:
     return named + (" ..." if len(poses) > MOST_NAMED else "")
 
 
-@styled
-def draw_reactions(degrees: Array, forces: Array) -> Figure:
-    """Draw the size of every joint's force and the torque of the drive over the drive angle.
+def draw(result: Result) -> Figure:
+    """Size of every joint's force, and the torque of the drive, over the drive angle."""
+    from ..job.force_figures import Over, draw_reactions  # with all that draws, which no table needs
 
-    Parameters
-    ----------
-    degrees
-        Drive angles, (poses,).
-    forces
-        ``Ax Ay Bx By Dx Dy Ex Ey`` and the torque, (poses, 9); NaN where there are none.
-
-    Returns
-    -------
-    Figure
-        Forces on the left, the torque on the right. Joints with equal forces share a line.
-    """
-    drawn_on, (left, right) = figure(7.6, 3.2, ratios=(1.0, 1.0))
-    draw_curves(left, degrees, dict(zip(REACTIONS, _sizes(forces).T, strict=True)))
-    left.set(xlabel="θ [°]", ylabel="joint force [N]")
-    left.set_ylim(bottom=0.0)
-    left.legend(loc="best")
-    draw_curves(right, degrees, {"drive torque": forces[:, 8]})
-    right.set(xlabel="θ [°]", ylabel="drive torque [N m]")
-    for axes in (left, right):
-        mark_turns(axes, degrees)
-    return drawn_on
+    sizes = dict(zip(REACTIONS, _sizes(result.forces).T, strict=True))
+    return draw_reactions(Over(result.degrees, "θ [°]", True), sizes, {"A": ("N m", result.forces[:, 8])})
 
 
 def _sizes(forces: Array) -> Array:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..job import digits, large_table
+from ..job.passages import passages
 from ..job.report import Report
 from ..job.tables import drawn_by, markdown
 from . import against_paper, reactions
-from .passages import passages
 from .readings import run_std
 from .table import about_errors, as_markdown
 
@@ -34,7 +34,7 @@ UNITS = {
 TABLE = """\
 Position of P: `x`, `y` with rigid links and no clearance; mean `μ` and standard deviation `σ` over the samples, in
 metres. `κ` is the condition number (2-norm) of the stiffness matrix as the paper assembles it, `κ scaled` that of the
-matrix that is solved, with its diagonal scaled to ones. *Outside the linear range* marks poses whose displaced shape
+matrix that is solved, scaled node by node. *Outside the linear range* marks poses whose displaced shape
 is out of balance, or whose samples spread otherwise at large displacement by a tenth or more, so that the numbers of
 linear mechanics do not hold there. Printed values stand under the headings that fit them (see below), `μ_x` measured
 from A like all x. Full precision: `table1.csv`."""

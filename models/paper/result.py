@@ -18,7 +18,7 @@ from ..four_bar.kinetostatics import Kinetostatics, Link
 from ..four_bar.study import Study
 from ..job.measured import MEASURED_WAY, MeasuredOutcome
 from ..job.memory import check
-from ..job.outcome import LARGE_WAY, LINEAR_WAY, LargeSpread, Outcome, magnification
+from ..job.outcome import LARGE_WAY, LINEAR_WAY, SPECTRA, LargeSpread, Outcome, magnification
 from ..job.parts import Parts
 from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
@@ -38,8 +38,6 @@ EPS = float(np.finfo(np.float64).eps)
 CLOSED_FORM = 8.0
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
-# Samples whose condition numbers are told.
-SPECTRA = 200
 # Memory that a sample takes for its inputs, and at a pose: its results, and what statistics and figures make of them.
 BYTES_ALONE, BYTES = 8 * 40, 8 * 50
 
@@ -73,6 +71,16 @@ class Result(Outcome):
     def heading(self) -> str:
         """Name of the drive angle."""
         return "θ"
+
+    @property
+    def point(self) -> str:
+        """The coupler point."""
+        return "P"
+
+    @property
+    def singular_place(self) -> str:
+        """Where a four-bar is singular."""
+        return "the line of coupler and rocker"
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -180,7 +188,6 @@ class Result(Outcome):
         Of the first samples, where there are very many.
         """
         found = large_samples(self.study, *self.large_parts)
-        assert found.passed is not None
         samples, passed = self._everywhere(found.samples), self._everywhere(found.passed, False)
         return LargeSpread(samples, found.nan_policy, passed=passed)
 
@@ -199,8 +206,7 @@ class Result(Outcome):
         if self.singular.any():
             frame = self.motion.four_bar.move(self.inputs.theta[self.singular]).frame()
             frame.load("P", fy=self.inputs.load)
-            solution = frame.solve(large=True)
-            found[self.singular] = np.where(solution.converged[..., None], solution.displacement("P")[..., :3], np.nan)
+            found[self.singular] = frame.solve(large=True).displacement("P")[..., :3]
         return found
 
     @cached_property

@@ -106,17 +106,17 @@ class _BlockText(LoopText):
         sums, least, greatest = before
         eight = ""
         for x in samples:
-            eight = self._of_two("fadd", eight, x) if eight else x
+            eight = self._two("fadd", eight, x) if eight else x
             least, greatest = self._closer(_V, "olt", least, x), self._closer(_V, "ogt", greatest, x)
         return [self._with(sums, eight, leaf), least, greatest]
 
     def _powers(self, means: str, samples: Iterator[str], leaf: str, before: list[str]) -> list[str]:
         eights: list[str] = []
         for x in samples:
-            off = self._of_two("fsub", x, means)
-            square = self._of_two("fmul", off, off)
-            powers = [square, self._of_two("fmul", off, square), self._of_two("fmul", square, square)]
-            eights = [self._of_two("fadd", a, b) for a, b in zip(eights, powers, strict=True)] if eights else powers
+            off = self._two("fsub", x, means)
+            square = self._two("fmul", off, off)
+            powers = [square, self._two("fmul", off, square), self._two("fmul", square, square)]
+            eights = [self._two("fadd", a, b) for a, b in zip(eights, powers, strict=True)] if eights else powers
         return [self._with(sums, eight, leaf) for sums, eight in zip(before, eights, strict=True)]
 
     def _samples(self, leaf: str) -> Iterator[str]:
@@ -151,9 +151,6 @@ class _BlockText(LoopText):
         chosen = self._value("b", f"fcmp {less} {kind} {b}, {a}")
         bits = f"<{WIDTH} x i1>" if kind == _V else "i1"
         return self._vector(f"select {bits} {chosen}, {kind} {b}, {kind} {a}")
-
-    def _of_two(self, operation: str, a: str, b: str) -> str:
-        return self._vector(f"{operation} {_V} {a}, {b}")
 
     def _at(self, base: str, number: str, size: int = 1) -> str:
         """Where in an array of as many numbers each a part begins."""

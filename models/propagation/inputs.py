@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
-from ..distributions import Distribution, Uncertain, distributions_of
+from ..distributions import Distribution, Uncertain
+from ..given_distributions import distributions_of
 from ..quantiles import at_scores, log_density, probability, quantiles
 from .correlation import GaussianCopula, Pairs, correlation_of
 

@@ -64,7 +64,8 @@ def propagate(
         such as the status of each pose and sample, by which samples without a result are named.
     distributions
         By the name of the argument: a frozen `scipy.stats` distribution or random variable, any object with ``ppf`` or
-        ``icdf``, an interval ``(low, high)``, or a tolerance in words such as ``"0.1 ± 5 %"``.
+        ``icdf``, an interval ``(low, high)``, or in words a tolerance such as ``"0.1 ± 5 %"`` or a distribution such as
+        ``"norm(0.1, 0.002)"``.
     n
         Number of samples.
     rng

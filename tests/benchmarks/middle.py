@@ -185,7 +185,7 @@ def sweep(most: int) -> list[Row]:
 
 
 def steps(rows: list[Row]) -> list[Target]:
-    """The greatest rise between neighbours beyond that of the work, and the greatest fall."""
+    """The greatest rise between neighbours beyond that of the work, and the greatest fall of the time itself."""
     out = []
     for varying in ("modulus", "load"):
         at = {(row["members"], row["entries"]): float(row["ms"]) for row in rows if row["varying"] == varying}
@@ -196,6 +196,14 @@ def steps(rows: list[Row]) -> list[Target]:
         worst, where = max(jumps)
         told = f"{worst:.2f} times the work at {where}"
         out.append(Target("10 middle", f"{varying} varying: no step above 2", told, worst <= 2.0))
+        # more members that take less time tell of a slow way below
+        falls = [(at[a, k] / at[b, k], f"{a} to {b} members x {k}")
+                 for a, b in pairwise(SWEEP) for k in ENTRIES if (b, k) in at]  # fmt: skip
+        falls += [(at[n, a] / at[n, b], f"{n} members x {a} to {b}")
+                  for n in SWEEP for a, b in pairwise(ENTRIES) if (n, b) in at]  # fmt: skip
+        worst, where = max(falls)
+        told = f"{worst:.2f} times as long before at {where}"
+        out.append(Target("10 middle", f"{varying} varying: no fall above 1.5", told, worst <= 1.5))
     return out
 
 

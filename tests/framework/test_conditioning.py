@@ -13,9 +13,14 @@ from numpy.testing import assert_allclose
 BEAM = Beam(Rectangle(y=0.03, z=0.02), Material(E=200e9, nu=0.3))
 
 
-def equilibrated(matrix: np.ndarray) -> np.ndarray:
-    root = 1.0 / np.sqrt(matrix.diagonal())
-    return root[:, None] * matrix * root
+def equilibrated(matrix: np.ndarray, alike: str = "000111") -> np.ndarray:
+    """Six coordinates after six; those of one mark have the mean of their stiffness scaled to one."""
+    mean = np.empty(len(matrix))
+    for start in range(0, len(matrix), 6):
+        for mark in set(alike):
+            where = [start + k for k, other in enumerate(alike) if other == mark]
+            mean[where] = matrix.diagonal()[where].mean()
+    return matrix / np.sqrt(np.outer(mean, mean))
 
 
 def chain(count: int) -> Frame:
@@ -54,9 +59,9 @@ def test_a_joint_is_a_spring_between_twins_in_the_usual_matrix_only() -> None:
     solution = frame.solve()
     bar, joint = BEAM.stiffness_matrix(1.0)[6:, 6:], np.diag(springs)
     usual = np.block([[bar + joint, -joint], [-joint, joint]])
-    relative = np.block([[bar, np.zeros((6, 6))], [np.zeros((6, 6)), joint]])
     assert_allclose(solution.condition_number(), np.linalg.cond(usual), rtol=1e-6)
-    assert_allclose(solution.scaled_condition_number(), np.linalg.cond(equilibrated(relative)), rtol=1e-9)
+    by_hand = np.block([[equilibrated(bar), np.zeros((6, 6))], [np.zeros((6, 6)), np.eye(6)]])
+    assert_allclose(solution.scaled_condition_number(), np.linalg.cond(by_hand), rtol=1e-9)
     frame.tie("A", "C", "ux")
     with pytest.raises(FrameError, match="scaled_condition_number"):
         frame.solve().condition_number()
@@ -68,3 +73,50 @@ def test_one_large_frame_by_lanczos() -> None:
     matrix = dense.stiffness(solution.plan)
     assert_allclose(solution.condition_number(), np.linalg.cond(matrix), rtol=1e-4)
     assert_allclose(solution.scaled_condition_number(), np.linalg.cond(equilibrated(matrix)), rtol=1e-4)
+
+
+def test_scaling_does_not_depend_on_the_axes_in_which_a_frame_stands() -> None:
+    """Of the whole frame turned, of bodies with axes of their own, of joints of equal springs; nor on the batch."""
+    rng = np.random.default_rng(5)
+
+    def scaled(turn: np.ndarray, body: np.ndarray, joint: np.ndarray | None, load: tuple[float, ...] = (1.0,)) -> float:
+        frame = Frame()
+        frame.body("bent", origin=turn @ [0.2, 0.1, 0.0], axes=body)
+        places = {"A": (0.0, 0.0, 0.0), "B": (0.7, 0.2, 0.1), "C": (0.7, 0.2, 0.1), "D": (1.0, 0.9, -0.3)}
+        for name, place in places.items():
+            on = "bent" if name in "CD" else None
+            away = turn @ np.array(place) - (turn @ [0.2, 0.1, 0.0] if on else 0.0)
+            frame.node(name, body.T @ away if on else away, body=on)
+        for name, up in (("AB", turn[:, 2]), ("CD", body.T @ turn[:, 2])):
+            frame.add(name, Beam(BEAM.section, BEAM.material, up=tuple(up)), *name)
+        frame.add("pin", Joint(stiffness=(1e9, 1e9, 1e9, 2e4, 2e4, 0.0), axes=joint), "B", "C")
+        frame.fix("A")
+        frame.fix("D")
+        frame.load("B", fy=np.array(load))
+        found = frame.solve().scaled_condition_number()
+        assert found.shape == np.shape(load)
+        return float(found[0])
+
+    def rotation() -> np.ndarray:
+        q, r = np.linalg.qr(rng.normal(size=(3, 3)))
+        q *= np.sign(np.diagonal(r))
+        return q * np.sign(np.linalg.det(q))
+
+    turn, unit = rotation(), np.eye(3)
+    about = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]])
+    drawn = scaled(unit, unit, None)
+    assert_allclose(scaled(unit, rotation(), None), drawn, rtol=1e-9)
+    assert_allclose(scaled(unit, unit, about), drawn, rtol=1e-9)
+    assert_allclose(scaled(turn, rotation(), turn), drawn, rtol=1e-9)
+    assert_allclose(scaled(turn, rotation(), turn @ about, (1.0, 2.0)), drawn, rtol=1e-9)
+
+
+def test_what_nothing_resists_has_no_unit() -> None:
+    """A point on springs, one of which is missing at the first entry: infinite there, one where all have their unit."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (0.0, 0.0, 0.0))
+    frame.add("pin", Joint(stiffness=np.array([[1e9] * 5 + [0.0], [1e9] * 5 + [1e3]])), "A", "B")
+    frame.fix("A")
+    frame.load("B", fx=1.0)
+    assert_allclose(frame.solve().scaled_condition_number(), [np.inf, 1.0])

@@ -267,6 +267,9 @@ def test_jumps_where_the_reaction_passes_through_zero() -> None:
     assert not grid.jumps(axis=1, turn=3.2)[:4].any()
     with pytest.raises(FrameError, match="2 axes"):
         grid.jumps(axis=2)
+    cube = pendulum(fy=force, fx=np.array([0.0, 1e3])[:, None, None] * np.ones((3, 1))).solve().contact("pin")
+    assert cube.jumps().shape == (2, 3, 6)
+    assert_array_equal(cube.jumps()[0, 1], contact.jumps())
 
 
 def test_a_mechanism_remains_one() -> None:

@@ -7,13 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, MechanismWarning, Solution, SolutionState
+from linkframe.framework import Frame, FrameError, MechanismWarning, Solution, SolutionState
 from linkframe.framework.error_bounds.equilibrium import Statics
 from linkframe.framework.results import consistent_mechanisms, constrained_batch
 from linkframe.framework.results.constrained import ConstrainedSolution
 from linkframe.models import FourBar
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike
+from reference import linkages
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3))
 RNG = np.random.default_rng(1)
@@ -154,3 +155,160 @@ def test_unit_offsets_at_poses_that_are_singular_by_rounding_go_together(monkeyp
     expected = alone.displacement("P"), alone.joint_force("B"), alone.contact("B").offset
     for one, all_of_them in zip(expected, found, strict=True):
         assert_allclose(all_of_them[1, 7], one, rtol=0.0, atol=1e-9 * np.nan_to_num(np.abs(one)).max())
+
+
+def rigid_links(height: ArrayLike, fx: float, fy: ArrayLike) -> Frame:
+    """Two rigid links from A to C, a unit wide each, on ideal pins with clearance, loaded at B, which is as high."""
+    frame, y = Frame(), np.asarray(height)
+    for name, x in {"A": 0.0, "B": 1.0, "C": 2.0}.items():
+        for end in ("", "'"):
+            frame.node(name + end, np.stack(np.broadcast_arrays(x, y if name == "B" else 0.0, 0.0), axis=-1))
+        pin = Joint((np.inf,) * 5 + (0.0,), clearance=1e-4, clearance_directions=("ux", "uy"))
+        frame.add(f"pin {name}", pin, name, name + "'")
+    frame.rigid("A'", "B")
+    frame.rigid("B'", "C")
+    frame.fix("A")
+    frame.fix("C'")
+    frame.load("B", fx=fx, fy=fy)
+    return frame
+
+
+HEIGHTS = np.array([0.3, 0.0, 0.1, 0.0, -0.2])
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2, 3, 4], [1, 3, 4, 2, 0]])
+@pytest.mark.parametrize(
+    ("fx", "fy", "state"), [(0.0, -1.0, "mechanism"), (1.0, 0.0, "unresolved"), (0, 0, "unresolved")]
+)
+def test_rigid_links_in_a_line_leave_the_other_entries_their_results(
+    fx: float, fy: float, state: str, order: list[int]
+) -> None:
+    """Where they lie in a line no offset along it fits: nothing is told there, and all else is as it is alone."""
+    heights = HEIGHTS[order]
+    solution = rigid_links(heights, fx, fy).solve()
+    in_line = heights == 0.0
+    assert (solution.status[in_line] == state).all()
+    assert (solution.contact("pin B").state[in_line] == state).all()
+    assert np.isnan(solution.displacement("B")[in_line]).all()
+    assert np.isnan(solution.joint_force("pin B")[in_line]).all()
+    for entry in np.flatnonzero(~in_line):
+        alone = rigid_links(heights[entry], fx, fy).solve()
+        assert solution.status[entry] == alone.status
+        assert solution.contact("pin B").state[entry] == alone.contact("pin B").state
+        assert_allclose(solution.displacement("B")[entry], alone.displacement("B"), rtol=1e-12, atol=1e-18)
+        assert_allclose(solution.joint_force("pin B")[entry], alone.joint_force("pin B"), rtol=1e-12, atol=1e-15)
+
+
+def test_rigid_links_in_a_line_are_told() -> None:
+    with pytest.warns(MechanismWarning, match="2 of 5 batch entries are unresolved .* pin A, pin B, pin C") as told:
+        rigid_links(HEIGHTS, 1.0, 0.0).solve()
+    assert told[0].filename == __file__
+    for load in (0.0, [-1.0, 0.0]):
+        with pytest.raises(FrameError, match="no offset fits"):
+            rigid_links(np.zeros(2), 1.0, load).solve()
+
+
+def test_two_rigid_links_move_by_their_clearances() -> None:
+    """Each of the pins bears the force S of a link, and offsets ε along it do the work of the load: F u = 3 ε S."""
+    height, load, gap = HEIGHTS[HEIGHTS != 0.0], 1.0, 1e-4
+    solution = rigid_links(HEIGHTS, 0.0, -load).solve()
+    force = load * np.sqrt(1.0 + height**2) / (2.0 * np.abs(height))
+    assert_allclose(-solution.displacement("B")[HEIGHTS != 0.0, 1], 3.0 * gap * force / load, rtol=1e-12)
+
+
+def test_entries_left_out_contradict_nothing() -> None:
+    """Two supports of one rigid link are moved apart at an entry that is left out."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.rigid("A", "B")
+    frame.fix("A")
+    frame.fix("B")
+    frame.prescribe("A", ux=[0.0, 1e-3])
+    frame.load("A", fx=1.0)
+    with pytest.raises(FrameError, match=r"contradicts .* at batch entry \(1,\)"):
+        frame.solve()
+    frame.exclude([False, True])
+    assert frame.solve().status.tolist() == ["regular", "absent"]
+
+
+SPAN, PARTS, GAP, PROP = 17.5, 70, 1e-3, 1e7
+SECTION, E = Rectangle(y=12.7e-3, z=6.35e-3), 200e9 * np.array([1.0, 1.1, 0.9])
+
+
+def with_an_arm(*props: int, **loads: ArrayLike) -> Frame:
+    """A cantilever of a size at which free motions are not told apart, on props at some nodes, and a hinged arm."""
+    frame, beam = Frame(), Beam(SECTION, Material(E=E, nu=0.3))
+    for k, x in enumerate(np.linspace(0.0, SPAN, PARTS + 1)):
+        frame.node(f"N{k}", (x, 0.0, 0.0))
+        if k:
+            frame.add(f"span {k}", beam, f"N{k - 1}", f"N{k}")
+    for k in props:
+        frame.node(f"ground {k}", frame.nodes[f"N{k}"].coordinates)
+        frame.add(f"prop {k}", Joint((0, PROP, 0, 0, 0, 0), clearance=GAP), f"ground {k}", f"N{k}")
+        frame.fix(f"ground {k}")
+    for name, y in {"S": 0.0, "S'": 0.0, "T": 0.1}.items():
+        frame.node(name, (0.0, y, 0.0))
+    frame.add("hinge", Joint((1e7, 1e7, 1e7, 1e4, 1e4, 0.0), clearance=1e-4), "S", "S'")
+    frame.add("arm", beam, "S'", "T")
+    frame.fix("N0")
+    frame.fix("S")
+    for node, fy in loads.items():
+        frame.load(node, fy=fy)
+    return frame
+
+
+def test_a_mechanism_that_offsets_alone_reach_hides_no_contact() -> None:
+    """The tip under a load F there goes ε + (F - k ε)/(K + k), k = 3 E I/L³ of the bar, on a prop of stiffness K."""
+    force = np.array([-20.0, 0.0, -3.0])
+    solution = with_an_arm(PARTS, **{f"N{PARTS}": force}).solve()
+    bar = 3.0 * E * SECTION.y**3 * SECTION.z / 12.0 / SPAN**3
+    contact, pressed = solution.contact(f"prop {PARTS}"), (np.abs(force) - bar * GAP) / (1.0 + bar / PROP)
+    assert contact.state.tolist() == ["closed", "free", "closed"]
+    assert (solution.contact("hinge").state == "free").all()
+    expected = np.where(force == 0.0, 0.0, GAP + pressed / PROP)
+    assert_allclose(-solution.displacement(f"N{PARTS}")[:, 1], expected, rtol=1e-9)
+    assert_allclose(contact.force, np.where(force == 0.0, 0.0, pressed), rtol=1e-7)
+
+
+def test_contact_is_unresolved_where_such_a_mechanism_hides_what_is_coupled() -> None:
+    """Of two props one bears nothing under these loads, but an offset of the other would load it."""
+    tip, middle = f"N{PARTS}", f"N{PARTS // 2}"
+    props = PARTS // 2, PARTS
+    shares = [
+        with_an_arm(*props, **{node: 1.0}).solve(clearance=False).joint_force(f"prop {PARTS // 2}")[:, 1]
+        for node in (tip, middle)
+    ]
+    solution = with_an_arm(*props, **{tip: -20.0, middle: 20.0 * shares[0] / shares[1]}).solve()
+    assert (solution.status == "unresolved").all()
+    assert np.isnan(solution.contact(f"prop {PARTS}").force).all()
+
+
+def test_what_bears_in_one_sample_is_no_matter_in_another() -> None:
+    """The prop is loaded in some, the hinge of the arm, whose mechanism offsets reach, in others: as each is alone."""
+    tip, arm = np.array([-20.0, 0.0, -20.0]), np.array([0.0, 5.0, 5.0])
+    whole = with_an_arm(PARTS, **{f"N{PARTS}": tip[:, None], "T": arm[:, None]}).solve()
+    for sample in range(3):
+        alone = with_an_arm(PARTS, **{f"N{PARTS}": tip[sample], "T": arm[sample]}).solve()
+        for name, loaded in {f"prop {PARTS}": tip, "hinge": arm}.items():
+            assert (whole.contact(name).state[sample] == ("closed" if loaded[sample] else "free")).all()
+            assert_array_equal(whole.contact(name).offset[sample], alone.contact(name).offset)
+        for node in (f"N{PARTS}", "T"):
+            assert_array_equal(whole.displacement(node)[sample], alone.displacement(node))
+
+
+@pytest.mark.parametrize("lead", [0.0, 1e-12, 1e-9, 1e-6])
+@pytest.mark.parametrize("samples", [1, 2, 5000])
+def test_a_pin_without_load_is_free_at_a_dead_point_too(lead: float, samples: int) -> None:
+    """Coupler and rocker in a line but for rounding, which an offset drives by 10⁸ times as much; E alone bears."""
+    crank, coupler, rocker, ground = 0.3, 0.2, 0.15, 0.4
+    dead = np.arccos((crank**2 + ground**2 - (coupler + rocker) ** 2) / (2.0 * crank * ground))
+    linkage = linkages.four_bar(crank, coupler, rocker, ground, dead - 0.3)
+    for joint, first, second in (("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("E", "ground", "rocker")):
+        linkage.revolute(joint, first, second, clearance=1e-4, replace=True)
+    frame = linkage.move({"A": [[dead - lead]]}).frame()
+    frame.load("E.rocker", fx=np.linspace(5.0, 6.0, samples), fy=3.0)
+    solution = frame.solve()
+    assert (solution.state == SolutionState.FREE).all()
+    for joint, state in {"B": "free", "D": "free", "E": "closed"}.items():
+        assert (solution.contact(joint).state == state).all()

@@ -35,8 +35,11 @@ def test_a_moment_alone_presses_no_joint_of_a_cantilever(
 
 @pytest.mark.parametrize("angle", [0.3, 1.1, 2.0])
 @pytest.mark.parametrize("moment", [MOMENTS, 1.0])
-def test_nor_beside_a_joint_that_stiffness_resists(angle: float, moment: float | np.ndarray) -> None:
-    """In the same frame a bar between two walls is pulled off its bearing, against its own stiffness alone."""
+@pytest.mark.parametrize(("spring", "force"), [(False, 1e5), (True, 1e5), (True, 1e-4)])
+def test_nor_beside_a_joint_that_stiffness_resists(
+    angle: float, moment: float | np.ndarray, spring: bool, force: float
+) -> None:
+    """In the same frame a bar between two walls is pulled off its bearing, against another or a spring as stiff."""
     frame, way, length = Frame(), np.array([np.cos(angle), np.sin(angle), 0.0]), 1e4
     for name, share in {"A": 0.0, "B": 1.0, "C": 1.0, "D": 1.7}.items():
         frame.node(name, share * length * way)
@@ -46,15 +49,23 @@ def test_nor_beside_a_joint_that_stiffness_resists(angle: float, moment: float |
     rigid = Joint((np.inf,) * 6, clearance=GAP, clearance_directions=("ux", "uy"))
     frame.add("joint", rigid, "B", "C")
     frame.add("wall", Joint((np.inf,) * 6, clearance=GAP, clearance_directions="ux"), "P", "Q")
-    for pair in ("AB", "CD", "QR", "RS"):
+    stiffness = E * np.pi / 4.0 * THICKNESS**2
+    for pair in ("AB", "CD", "QR"):
         frame.add(pair, bar, *pair)
+    if spring:
+        frame.node("T", (1.0, 5.0, 0.0))
+        frame.fix("T")
+        frame.add("RT", Joint((stiffness, 0.0, 0.0, 0.0, 0.0, 0.0)), "R", "T")
+    else:
+        frame.add("RS", bar, "R", "S")
     for name in "APS":
         frame.fix(name)
     frame.load("D", mz=moment)
-    frame.load("R", fx=1e5)
-    solution, stiffness = frame.solve(), E * np.pi / 4.0 * THICKNESS**2
+    frame.load("R", fx=force)
+    solution = frame.solve()
     assert set(np.ravel(solution.contact("joint").state)) == {"free"}
-    np.testing.assert_allclose(solution.contact("wall").force, (1e5 - stiffness * GAP) / 2.0, rtol=1e-9)
+    pulled = max(force - stiffness * GAP, 0.0) / 2.0
+    np.testing.assert_allclose(solution.contact("wall").force, pulled, rtol=1e-9)
 
 
 @pytest.mark.parametrize("moment", [0.3, MOMENTS])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame
+from linkframe.framework.composed import Unstrained
 from skfem import LinearForm
 
 LENGTH, DIAMETER, E, GROWTH, GAP = 1000.0, 20.0, 200e3, 0.3, 0.5  # mm, N/mm²
@@ -54,3 +55,13 @@ def test_heat_does_not_turn_the_contact_of_a_determinate_frame(growth: Any) -> N
     expected = np.broadcast_to([0.8, -0.6, 0.0], (*frame.shape, 3))
     np.testing.assert_allclose(solution.contact("pin").normal, expected, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(solution.joint_displacement("pin")[..., :2], GAP * expected[..., :2], rtol=1e-12)
+
+
+def test_the_frame_of_a_unit_offset_has_no_heat_at_all() -> None:
+    """Neither the strain nor what restrains it: an element tells one tale."""
+    frame = heated(GAP, ("ux",), GROWTH)
+    element = frame.solve().plan.frame.members["bar"].element
+    fraction = np.array([0.25, 0.5])
+    assert np.any(element.restrained_forces(fraction))
+    assert Unstrained(element).free_strain(fraction) is None
+    assert Unstrained(element).restrained_forces(fraction) is None

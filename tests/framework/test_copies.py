@@ -123,3 +123,15 @@ def test_frames_are_equal_to_themselves_alone() -> None:
 def test_steps_belong_to_large_displacement() -> None:
     with pytest.raises(FrameError, match=r"steps=5.*large=True"):
         bent().solve(steps=5)  # type: ignore[call-overload]
+
+
+def test_a_tie_of_a_copy_does_not_bind_the_original() -> None:
+    """Though neither has any other part that the other lacks."""
+    frame = bent()
+    frame.node("E", (2.0, 1.0, 0.0))
+    frame.rigid("D", "E")
+    twin, before = frame.copy(), frame.solve().displacement("D")
+    twin.node("F", (3.0, 1.0, 0.0))
+    twin.rigid("D", "F")
+    assert [len(each.ties) for each in (frame, twin)] == [1, 2]
+    np.testing.assert_array_equal(frame.solve().displacement("D"), before)

@@ -75,12 +75,12 @@ def greatest_errors(by_steps: Solution, direct: Solution) -> NDArray[np.float64]
 
 
 def test_a_solution_without_such_errors_has_the_bounds_of_adjoints() -> None:
-    """Of a beam of its own, which the iterations solve to the last digit."""
+    """Of a beam of its own along an axis, which the iterations solve to the last digit on every processor."""
     frame = Frame()
-    frame.add_nodes(["A", "B"], np.array([[0.0, 0.0, 0.0], [1.0, 0.2, 0.1]]))
+    frame.add_nodes(["A", "B"], np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
     frame.add("AB", BEAM, "A", "B")
     frame.fix("A")
-    frame.load("B", fx=1e3, mz=20.0)
+    frame.load("B", fx=1e3, fy=4.0, mz=20.0)
     by_steps, direct = frame.solve("iterative"), frame.solve("sparse")
     assert (by_steps.error_bound("B") <= 3.0 * direct.error_bound("B")).all()
 

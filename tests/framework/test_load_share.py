@@ -236,3 +236,9 @@ def test_rigid_links_that_close_loops_of_their_own_leave_the_share_of_supports()
     for name, expected in {"P": found[:6], "Q": found[6:]}.items():
         assert_allclose(solution.reaction(name), expected, rtol=1e-11, atol=1e-11)
         assert (np.abs(solution.reaction(name) - expected) <= solution.error_bound(name, "reaction") + 1e-14).all()
+
+
+def test_scaled_condition_number_of_an_entry_whose_pivots_are_equal() -> None:
+    """Of equal coefficients of a loop the entry takes the same one alone and beside others: 5.2 and 19.6 once."""
+    whole = tangle(244).solve().scaled_condition_number()
+    assert_allclose(whole, [tangle(244, entry).solve().scaled_condition_number() for entry in range(4)], rtol=1e-8)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched.order import Order, Pattern, link, order
+from linkframe.framework.batched.order import Masks, Order, Pattern, link, order, two_stages
+from linkframe.framework.cache import ORDERS
 from linkframe.framework.structure.parts import Grid
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
@@ -80,3 +81,40 @@ def test_cheapest_of_all_orders() -> None:
 def _operations(pattern: Pattern, pivots: list[int], grid: Grid) -> int:
     """Operations of the elimination in a given order."""
     return sum(order(pattern, [k], grid).operations(grid) for k in pivots)
+
+
+def test_orders_are_kept_apart_by_all_that_they_depend_on() -> None:
+    """What was found for one batch, pattern, choice of unknowns, substitution or spring is not taken for another."""
+
+    def chained(count: int, mask: int) -> Pattern:
+        pattern: Pattern = {}
+        for k in range(count):
+            link(pattern, k, k, POSE if k % 2 else SAMPLE)
+            link(pattern, k, max(k - 1, 0), mask)
+        return pattern
+
+    rows = {0: {7: 0}, 1: {7: 0, 8: 0}, 2: {8: 0}, 3: {8: 0, 9: 0}}
+    given = {
+        "first": ((3, 50), 4, 0, [0, 1], [7, 8, 9], rows, [({9: 0}, 0)]),
+        "batch": ((50, 3), 4, 0, [0, 1], [7, 8, 9], rows, [({9: 0}, 0)]),
+        "pattern": ((3, 50), 4, SAMPLE, [0, 1], [7, 8, 9], rows, [({9: 0}, 0)]),
+        "inner": ((3, 50), 4, 0, [1], [7, 8, 9], rows, [({9: 0}, 0)]),
+        "left": ((3, 50), 4, 0, [0, 1], [7, 8, 9, 10], rows, [({9: 0}, 0)]),
+        "substitution": ((3, 50), 4, 0, [0, 1], [7, 8, 9], rows | {3: {7: POSE, 9: 0}}, [({9: 0}, 0)]),
+        "spring": ((3, 50), 4, 0, [0, 1], [7, 8, 9], rows, [({7: SAMPLE, 9: 0}, SAMPLE)]),
+        "what the spring varies over": ((3, 50), 4, 0, [0, 1], [7, 8, 9], rows, [({9: 0}, SAMPLE)]),
+    }
+
+    def found(name: str) -> list[tuple[object, ...]]:
+        sizes, count, mask, inner, left, of_rows, springs = given[name]
+        both = two_stages(Grid(sizes), chained(count, mask), inner, left, Masks(of_rows, springs))
+        return [(each.pivots, each.below, each.masks) for each in both]
+
+    alone = {}
+    for name in given:
+        ORDERS.clear()
+        alone[name] = found(name)
+    ORDERS.clear()
+    for name, expected in alone.items():
+        assert found(name) == expected, name
+    assert len({str(each) for each in alone.values()}) == len(given)

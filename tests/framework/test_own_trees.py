@@ -17,8 +17,11 @@ JOINTS = {"j1": ("A", "B"), "j2": ("B", "C"), "j3": ("C", "A")}
 STIFFNESSES = np.array(list(itertools.permutations([1e3, 1e6, 1e15])))
 
 
-def triangle(stiffness: Numbers, *, apart: bool = False) -> Frame:
-    """Three rods that meet in a loop of three joints, of the stiffness (..., 3); some imposed on, turned and apart."""
+def triangle(stiffness: Numbers, *, apart: bool = False, shares: tuple[float, ...] = (1.0,) * 6) -> Frame:
+    """Three rods that meet in a loop of three joints, of the stiffness (..., 3); some imposed on, turned and apart.
+
+    `shares` are those of the components of the first joint; of the others one place further each.
+    """
     frame = Frame()
     places = {"A": (0.0, 0.0, 0.0), "B": (0.0, 0.0, 0.0), "C": (0.0, 0.0, 0.0), "E": (0.1, 0.2, 0.3)}
     for name, place in {**places, "P": (1.0, 0.0, 0.0), "Q": (0.0, 1.0, 0.0), "R": (0.3, 0.0, 1.0)}.items():
@@ -28,7 +31,7 @@ def triangle(stiffness: Numbers, *, apart: bool = False) -> Frame:
     frame.fix("P")
     frame.fix("Q")
     for k, (name, (first, second)) in enumerate(JOINTS.items()):
-        springs = np.repeat(stiffness[..., k, None], 6, axis=-1)
+        springs = stiffness[..., k, None] * np.roll(shares, k)
         turned = np.array([[0.6, -0.8, 0.0], [0.8, 0.6, 0.0], [0.0, 0.0, 1.0]]) if apart and k == 1 else None
         frame.add(name, Joint(stiffness=springs, axes=turned), first, second)
     if apart:
@@ -53,3 +56,11 @@ def test_a_loop_of_springs_in_any_order_of_stiffness(apart: bool) -> None:
         for node in "ACE":
             assert_allclose(batch.displacement(node)[entry], alone.displacement(node), rtol=1e-12, atol=1e-20)
             assert batch.error_bound(node)[entry].max() < 3.0 * alone.error_bound(node).max()
+
+
+def test_scaling_goes_by_the_springs_that_an_entry_has_in_its_tree() -> None:
+    """Each joint has springs of its own proportions, by which its coordinates have units."""
+    shares = (1.0, 2.0, 1.0, 3.0, 1.0, 1.0)
+    batch = triangle(STIFFNESSES, apart=True, shares=shares).solve().scaled_condition_number()
+    alone = [triangle(each, apart=True, shares=shares).solve().scaled_condition_number() for each in STIFFNESSES]
+    assert_allclose(batch, alone, rtol=1e-6)

@@ -4,32 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import pytest
 import skfem
 from linkframe.elements import Beam, CrossSection, Material, Rectangle
 from linkframe.framework import Frame, FrameError, LineElement
 from numpy.testing import assert_allclose
+from reference.own_elements import Softer
 
 STEEL = Material(E=200e9, nu=0.3)
 STEP = 1e-6
-
-
-class Softer(Beam):
-    """A beam of half the stiffness, of whatever section."""
-
-    def springs(self, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        stiffness, rows = super().springs(length)
-        return 0.5 * stiffness, rows
-
-    def stiffness_matrix(self, length: np.ndarray) -> np.ndarray:
-        return 0.5 * super().stiffness_matrix(length)
-
-    def end_forces(self, length: np.ndarray, displacement: np.ndarray) -> np.ndarray:
-        return 0.5 * super().end_forces(length, displacement)
-
-    def section_flexibility(self, fraction: np.ndarray) -> np.ndarray:
-        return 2.0 * super().section_flexibility(fraction)
 
 
 class Square(Beam):

@@ -11,7 +11,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, FrameError, MechanismWarning, view
 from linkframe.framework.paraview.entries import series
-from linkframe.framework.pictures import rendering
+from linkframe.framework.pictures import plotting, rendering
 from linkframe.framework.pictures.drawing import Drawing, drawing
 from linkframe.framework.pictures.rendering import RenderingError, can_render
 from linkframe.framework.solution import Solution
@@ -78,15 +78,15 @@ def test_without_rendering_the_remedy_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: object, file: str
 ) -> None:
     assert callable(make)
-    monkeypatch.setattr(view, "can_render", lambda: False)
+    monkeypatch.setattr(plotting, "can_render", lambda: False)
     with pytest.raises(RenderingError, match=r"was not made: .*apt-get install .*libegl1 libgl1-mesa-dri"):
         make(arm(5.0), tmp_path / file)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_without_the_extra_a_movie_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "can_render", lambda: True)
-    monkeypatch.setattr(view, "find_spec", lambda name: None)
+    monkeypatch.setattr(plotting, "can_render", lambda: True)
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
     with pytest.raises(RenderingError, match=r"pip install 'linkframe\[movie\]'"):
         view.movie(arm(), tmp_path / "arm.gif")
 
@@ -102,7 +102,7 @@ def test_without_the_extra_a_movie_says_what_to_install(tmp_path: Path, monkeypa
         ("arm.png", {}, r"batch shape is \(3,\)"),
         ("arm.png", {"entry": 0, "scale": np.nan}, r"scale of arm\.png contains nan"),
         ("arm.png", {"entry": 0, "scale": [1.0, 2.0]}, r"scale=\[1\.0, 2\.0\]: give one number"),
-        ("arm.png", {"entry": 0, "size": (0, 100)}, r"size=\(0, 100\): give a whole number of pixels"),
+        ("arm.png", {"entry": 0, "size": (0, 100)}, r"size in pixels is 0: give a whole number of 1 or more"),
         ("arm.png", {"entry": 0, "size": 200}, r"size=200: give width and height in pixels"),
         ("arm.txt/arm.png", {"entry": 1}, r"cannot write in .*arm\.txt"),
     ],
@@ -110,7 +110,7 @@ def test_without_the_extra_a_movie_says_what_to_install(tmp_path: Path, monkeypa
 def test_bad_requests_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, options: dict[str, object], message: str
 ) -> None:
-    monkeypatch.setattr(view, "can_render", lambda: True)
+    monkeypatch.setattr(plotting, "can_render", lambda: True)
     (tmp_path / "arm.txt").touch()
     with pytest.raises(FrameError, match=message):
         view.picture(arm(), tmp_path / file, **options)  # type: ignore[arg-type]
@@ -118,8 +118,8 @@ def test_bad_requests_are_refused(
 
 
 def test_a_movie_has_a_rate(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(view, "can_render", lambda: True)
-    with pytest.raises(FrameError, match="rate=0: give a whole number of poses a second"):
+    monkeypatch.setattr(plotting, "can_render", lambda: True)
+    with pytest.raises(FrameError, match="rate in poses a second is 0: give a whole number of 1 or more"):
         view.movie(arm(), tmp_path / "arm.gif", rate=0)
 
 

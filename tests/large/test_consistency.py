@@ -302,7 +302,7 @@ def test_bad_input_is_refused() -> None:
         described.solve(large=True).displacement("Q")
     with pytest.raises(FrameError, match="no support"):
         described.solve(large=True).reaction("B")
-    described.add("slide", Beam(BAR, STEEL, release="end uy"), "A", "H")
+    described.add("slide", Beam(BAR, STEEL, release=("start rz", "end rz", "end uz")), "A", "H")
     with pytest.raises(FrameError, match="'slide' slides"):
         described.solve(large=True)
 

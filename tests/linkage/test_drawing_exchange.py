@@ -12,6 +12,7 @@ from linkframe.elements import Beam, Circle, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
+from reference.linkages import limited_four_bar
 
 ezdxf = pytest.importorskip("ezdxf")
 STEEL = Material(E=2e11, nu=0.3)
@@ -98,13 +99,7 @@ def test_a_linkage_in_space(tmp_path: Path) -> None:
 
 
 def test_poses_that_are_not_assembled_are_left_out(tmp_path: Path) -> None:
-    linkage = Linkage(A=(0, 0), B=(0, 0.6), C=(0.7, 0.8), D=(1, 0))
-    for link in ("AB", "BC", "CD"):
-        linkage.link(link, *link)
-    linkage.revolute("A", "ground", "AB", drive=True)
-    for joint, first, second in (("B", "AB", "BC"), ("C", "BC", "CD"), ("D", "CD", "ground")):
-        linkage.revolute(joint, first, second)
-    motion = linkage.move(A=np.linspace(0.0, 6.0, 13))
+    motion = limited_four_bar().move(A=np.linspace(0.0, 6.0, 13))
     there = np.flatnonzero(motion.is_assembled)
     assert 0 < len(there) < 13
     motion.save(tmp_path / "chain.dxf")

@@ -10,6 +10,7 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
+from reference.linkages import parallel_cranks
 from scipy import stats
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
@@ -71,15 +72,7 @@ def test_a_thread_grows_with_the_link_that_carries_it() -> None:
 
 def test_what_does_not_fit_is_refused() -> None:
     """Of three parallel cranks all may grow, and not one alone."""
-    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
-    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
-        linkage.link(name, *on)
-    linkage.revolute("A", "ground", "one", drive=True)
-    for point, first, second in (("B", "one", "coupler"), ("D", "coupler", "two"), ("F", "coupler", "three")):
-        linkage.revolute(point, first, second)
-    linkage.revolute("C", "two", "ground")
-    linkage.revolute("E", "three", "ground")
-    motion = linkage.move(A=1.0)
+    motion = parallel_cranks().move(A=1.0)
     together = motion.accuracy("D", temperature=dict.fromkeys(("one", "two", "three"), 10.0), expansion=STEEL)
     assert_allclose(
         together.thermal[:3], 10.0 * STEEL * (motion.position("B") - motion.position("A")), rtol=1e-9, atol=1e-15

@@ -164,3 +164,18 @@ def test_dead_points_are_refused() -> None:
         linkage.revolute(pin, first, second)
     with pytest.raises(FrameError, match="at pose 1 nothing is known to first order"):
         linkage.move(A=np.radians([0.0, -90.0])).allocate("C", 1e-3, diameters={"B": 0.01})
+
+
+@pytest.mark.parametrize("name", FITS)
+def test_a_length_that_is_wider_to_one_side_leaves_the_joint_the_rest(name: str) -> None:
+    """An arm that can only be too long, by 0.2 mm: at its end there is room for a pin of this fit and none looser."""
+    arm = Linkage(A=(0, 0), P=(0.2, 0))
+    arm.link("arm", "A", "P")
+    arm.revolute("A", "ground", "arm", drive=True)
+    limit = 2e-4 + fit(0.01, name).offset * (1.0 + 1e-6)
+    costs = {each: -fit(0.01, each).offset + 1.0 for each in FITS}
+    found = arm.move(A=[0.3]).allocate(
+        "P", limit, diameters={"A": 0.01}, fits=FITS, costs=costs, lengths={"arm": (0.0, 2e-4)}
+    )
+    assert found.fits["A"].name == name
+    assert np.allclose(found.greatest, limit, rtol=1e-5, atol=0.0)

@@ -52,6 +52,8 @@ def test_they_are_those_of_the_paper_for_its_linkage(result: RunResult) -> None:
     """Which are computed from the four-bar's closed form."""
     theirs, ours = compute_paper(paper.Inputs(poses=SHORT, samples=SAMPLES)), result.outcome
     assert_allclose(ours.kappa, theirs.kappa, rtol=2e-6)  # eps times itself
+    assert_allclose(ours.planar_kappa, theirs.planar_kappa, rtol=2e-6)
+    assert (ours.planar_kappa < 0.9 * ours.kappa).all()
     assert_allclose(ours.large.samples, theirs.large.samples, rtol=1e-7, atol=1e-12)
     assert_allclose(ours.apart, theirs.apart, rtol=1e-5)
     known = {name: few for name, _, few, _ in digits.certain_digits(theirs)}
@@ -66,7 +68,8 @@ def test_they_are_in_the_report_and_the_table(result: RunResult) -> None:
     assert [text.index(part) for part in ("### Digits", "### Large displacement", "### Choices")]
     rows = list(csv.DictReader(as_csv(result).splitlines()))
     outcome = result.outcome
-    assert_allclose([float(row["kappa_scaled"]) for row in rows], outcome.kappa_scaled)
+    for name, values in {"": outcome.kappa, "_plane": outcome.planar_kappa, "_scaled": outcome.kappa_scaled}.items():
+        assert_allclose([float(row[f"kappa{name}"]) for row in rows], values)
     assert_allclose([float(row["P_large_mu_y"]) for row in rows], (outcome.rigid + outcome.large.mean)[:, 1])
     assert_allclose([float(row["P_large_sigma_x"]) for row in rows], outcome.large.std[:, 0])
 
@@ -86,6 +89,7 @@ def test_the_samples_are_written_with_what_was_asked_for(result: RunResult) -> N
     assert_allclose(np.swapaxes(saved["displacement"][:, 0], 0, 1), found.total, rtol=1e-9, atol=1e-15)
     assert_allclose(np.swapaxes(saved["displacement_large"], 0, 1), found.large, rtol=1e-7, atol=1e-12)
     assert_allclose(saved["kappa_scaled"], result.outcome.kappa_scaled)
+    assert_allclose(saved["kappa_plane"], result.outcome.planar_kappa)
 
 
 def test_every_table_marks_the_poses_that_need_it(tmp_path: Path) -> None:
@@ -117,6 +121,23 @@ def test_every_table_marks_the_poses_that_need_it(tmp_path: Path) -> None:
     assert "beside the samples at large displacement" in job.summary()
 
 
+def test_samples_that_passed_a_singular_pose_are_counted_and_written(tmp_path: Path) -> None:
+    """At 350 degrees those of which the coupler turned beyond the line from B to E."""
+    text = asked(tmp_path, '["large"]').source.text
+    text = text.replace("start = 20.0\nstop = 80.0\nsteps = 3", "values = [350.0, 90.0]")
+    file = tmp_path / "near.toml"
+    file.write_text(text.replace(f"samples = {SAMPLES}", "samples = 60"), encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    saved = job.samples()
+    moved, pin = saved["displacement_large"][:, 0], 0.1 * np.exp(1j * np.radians(350.0))
+    beyond = np.angle(0.1 + moved[:, 0] + 1j * moved[:, 1]) > np.angle(0.2 - pin)
+    assert np.count_nonzero(beyond) == 1
+    assert saved["large_passes"][:, 0].tolist() == beyond.tolist()
+    assert not saved["large_passes"][:, 1].any()
+    assert columns(job.result)["P_large_passes"].tolist() == [1, 0]
+
+
 def test_what_failed_at_large_displacement_is_told_at_once(result: RunResult, monkeypatch: pytest.MonkeyPatch) -> None:
     """In the terminal as well, and once in the report."""
     monkeypatch.setattr(outcome, "MOST", 5)
@@ -146,7 +167,8 @@ def test_without_tolerances_there_is_one_sample(tmp_path: Path) -> None:
     assert sum(more for _, more in told) == 3 == sum(work(inputs).values())
     exact = found.motion.frame().solve(large=True).displacement("P")[:, :2]
     assert_allclose(found.outcome.large.mean[:, :2], exact, rtol=1e-9)
-    assert [name for name in columns(found) if "large" in name] == [f"P_large_mu_{axis}" for axis in "xyz"]
+    large = [f"P_large_mu_{axis}" for axis in "xyz"] + ["P_large_passes"]
+    assert [name for name in columns(found) if "large" in name] == large
     assert "| A | x linear | y linear | x large | y large | status |" in "\n".join(sections(found))
     assert {"u_x", "u_y", "κ", "κ scaled"} == {name for name, *_ in digits.certain_digits(found.outcome)}
 

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from linkage.test_read_mjcf import linkage_of
 from linkframe.framework import FrameError
-from linkframe.models import ConversionWarning, Linkage, read_linkage
+from linkframe.models import ConversionWarning
 from numpy.testing import assert_allclose
 
 mujoco = pytest.importorskip("mujoco")
@@ -126,8 +127,3 @@ def test_refused(what: str, tmp_path: Path) -> None:
     text, message = REFUSED[what]
     with pytest.raises(FrameError, match=message):
         linkage_of(text, tmp_path)
-
-
-def linkage_of(text: str, folder: Path) -> Linkage:
-    (folder / "file.xml").write_text(text)
-    return read_linkage(folder / "file.xml")

@@ -321,9 +321,12 @@ def test_frames_of_many_poses_are_built_at_once(monkeypatch: pytest.MonkeyPatch)
     assert calls[1] == calls[1000] == 9
 
 
-def test_unequal_springs_cannot_have_a_clearance() -> None:
+@pytest.mark.parametrize(("springs", "told"), [((1e6, 2e6), r"1e\+06, 2e\+06"), ((0.0, 0.0), "0, 0")])
+def test_unequal_or_no_springs_cannot_have_a_clearance(springs: tuple[float, float], told: str) -> None:
     linkage = Linkage(A=(0, 0), B=(1, 0))
     linkage.link("arm", "A", "B", beam=ROD)
-    linkage.revolute("A", "ground", "arm", drive=True, stiffness=(1e6, 2e6, 1e6, 1e6, 1e6, 0.0), clearance=1e-4)
-    with pytest.raises(FrameError, match="clearance in ux uy needs one contact stiffness"):
+    linkage.revolute("A", "ground", "arm", drive=True, stiffness=(*springs, 1e6, 1e6, 1e6, 0.0), clearance=1e-4)
+    told = rf"joint 'A' has clearance in ux uy, where its stiffness is {told}: give one stiffness above 0"
+    with pytest.raises(FrameError, match=told):
         linkage.move(A=0.0).frame()
+    assert linkage.move(A=0.0).frame(clearance=False).shape == ()

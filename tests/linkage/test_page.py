@@ -14,6 +14,7 @@ from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import Linkage, Motion
 from numpy.testing import assert_allclose
+from reference.linkages import limited_four_bar
 
 ROD = Beam(Rectangle(y=0.01, z=0.006), Material(E=2e11, nu=0.3))
 TOLERANCES: dict[str, Any] = {"lengths": {"crank": 2e-5}, "drives": {"A": 1e-4}}
@@ -125,13 +126,7 @@ def test_the_page_stands_alone(tmp_path: Path) -> None:
 
 def chain(turns: object) -> Motion:
     """A four-bar whose crank cannot turn fully."""
-    linkage = Linkage(A=(0, 0), B=(0, 0.6), C=(0.7, 0.8), D=(1, 0))
-    for link in ("AB", "BC", "CD"):
-        linkage.link(link, *link)
-    linkage.revolute("A", "ground", "AB", drive=True)
-    for joint, first, second in (("B", "AB", "BC"), ("C", "BC", "CD"), ("D", "CD", "ground")):
-        linkage.revolute(joint, first, second)
-    return linkage.move(A=turns)
+    return limited_four_bar().move(A=turns)
 
 
 def test_poses_that_cannot_be_assembled_are_empty(browser: Browser, tmp_path: Path) -> None:

@@ -251,3 +251,31 @@ def test_a_tapered_line_must_not_run_back() -> None:
         batch.link("bar", "A", "B", "C", beam=ROD)
     assert not linkage.links
     assert not batch.links
+
+
+def on_a_plate() -> Linkage:
+    """A cantilever, and a plate that is driven in a plane above it, by a planar joint drawn at its end."""
+    linkage = Linkage(E=(0, 0, 0), Q=(1, 0, 0))
+    linkage.link("cantilever", "E", "Q", beam=ROD)
+    linkage.link("plate", "Q")
+    linkage.fixed("E", "ground", "cantilever")
+    linkage.planar("Q", "cantilever", "plate", axis=(0, 0, 1), drive=("ux", "uy", "rz"), name="plane")
+    linkage.load("Q", link="plate", fz=10.0)
+    return linkage
+
+
+def test_a_plate_stands_on_the_beam_only_where_it_lies_on_its_line() -> None:
+    """Load F on the beam at s: F s^3 / 3EI. Off its line the drawn end of the beam, at L, carries the plate by an arm
+    a = L - s along and b across: F (L^3/3 - a L^2 + a^2 L) / EI + F b^2 L / GJ. A pose knows nothing of others."""
+    torsion = 2.0 * EI / (2.0 * 1.3)
+    moves = np.array([[-0.3, -0.1, 0.0], [-0.3, 0.0, 0.0], [-0.3, 0.1, 0.0], [-0.6, 0.0, 0.0], [0.2, 0.0, 0.0]])
+    a, b = -moves[:, 0], moves[:, 1]
+    on_beam = (1.0 - a) ** 3 / 3.0 / EI
+    at_end = (1.0 / 3.0 - a + a * a) / EI + b * b / torsion
+    expected = 10.0 * np.where((b == 0.0) & (a > 0.0), on_beam, at_end)
+
+    def found(moved: np.ndarray) -> np.ndarray:
+        return np.asarray(on_a_plate().move(plane=moved).frame().solve().displacement("Q.plate")[:, 2])
+
+    assert_allclose(found(moves), expected, rtol=1e-11)
+    assert_allclose(np.concatenate([found(each[None]) for each in moves]), expected, rtol=1e-11)

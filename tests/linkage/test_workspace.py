@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material
@@ -17,12 +15,6 @@ from numpy.testing import assert_allclose
 
 LINE = np.linspace(-2.0, 2.0, 17)
 BAR = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def arm(beam: Beam | None = None) -> Linkage:

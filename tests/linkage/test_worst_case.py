@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 
 from ..reference.any_linkage import KINDS
 from ..reference.counted import calls
+from ..reference.linkages import parallel_cranks
 from .test_position_sensitivity import four_bar
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3, density=7850.0))
@@ -302,7 +303,7 @@ def test_what_is_refused() -> None:
         motion.worst_case("P", journals={"B": 0.02})
     with pytest.raises(FrameError, match="is no point of a link"):
         motion.worst_case("P", places={("crank", "D"): 1e-5})
-    with pytest.raises(FrameError, match="direction has length 0"):
+    with pytest.raises(FrameError, match=r"direction is .*: give a direction"):
         motion.worst_case("P", clearances={"B": 1e-5}).support((0, 0))
 
 
@@ -386,19 +387,7 @@ def test_clearance_that_is_not_small() -> None:
 
 def test_middles_of_tolerances_that_do_not_close_overconstrained_loops() -> None:
     """Three parallel cranks: the length of the middle one has to be the mean of the others."""
-    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
-    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
-        linkage.link(name, *on)
-    linkage.revolute("A", "ground", "one", drive=True)
-    for point, first, second in (
-        ("B", "one", "coupler"),
-        ("D", "coupler", "two"),
-        ("F", "coupler", "three"),
-        ("C", "two", "ground"),
-        ("E", "three", "ground"),
-    ):
-        linkage.revolute(point, first, second)
-    motion = linkage.move(A=[1.0, 1.5])
+    motion = parallel_cranks().move(A=[1.0, 1.5])
     with pytest.raises(FrameError, match="middles"):
         motion.worst_case("D", lengths={"two": (0.0, 2e-4)}).support((0, 1))
     # All of them longer by the same.

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from linkframe.models import FourBar, Linkage
 from linkframe.models.linkage.worst_case.mixed_area import volume_within
+from linkframe.models.linkage.worst_case.redundant import least_lengths
+from linkframe.models.linkage.worst_case.region import ReachableRegion
 from numpy.testing import assert_allclose
+from reference.linkages import parallel_cranks
+from scipy.spatial.transform import Rotation
 
 FOUR = FourBar(crank=0.1, coupler=0.25, rocker=0.2, ground=0.22, point=(0.12, 0.05))
 
@@ -97,28 +101,31 @@ def test_a_flat_region_among_others_has_no_volume() -> None:
     assert_allclose(volume_within(regions), [8.0, 0.0, 8e-15], rtol=1e-9)
 
 
-def test_three_cranks_have_an_area_and_a_boundary() -> None:
-    """Lengths of parallel cranks that must fit each other: nothing of the boundary lies beyond the region."""
-    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
-    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
-        linkage.link(name, *on)
-    linkage.revolute("A", "ground", "one", drive=True)
-    for point, first, second in (
-        ("B", "one", "coupler"),
-        ("D", "coupler", "two"),
-        ("F", "coupler", "three"),
-        ("C", "two", "ground"),
-        ("E", "three", "ground"),
-    ):
-        linkage.revolute(point, first, second)
-    motion = linkage.move(A=[1.0])
-    worst = motion.worst_case("B", lengths={"two": 2e-4, "one": 1e-4, "three": 1e-4}, clearances={"B": 1e-4})
+@pytest.mark.parametrize(
+    ("link", "two", "area", "greatest"),
+    [
+        ("coupler", 2e-4, np.pi + 4.0, 2.0),
+        ("coupler", 0.25e-4, 4.0 + np.sqrt(3.0) / 2.0 + np.pi / 3.0, np.sqrt(1.5**2 + 0.75)),
+        ("coupler", 0.0, 4.0, np.sqrt(2.0)),
+        ("one", 2e-4, 0.0, 1.0),
+    ],
+)
+def test_three_cranks_have_an_area_and_a_boundary(link: str, two: float, area: float, greatest: float) -> None:
+    """Lengths of parallel cranks that must fit each other: nothing of the boundary lies beyond the region.
+
+    The end of a crank is displaced along it alone. On the coupler a disc and the first crank's segment fill a stadium;
+    what the second crank does not take up of the sum of the other two cuts it off across the cranks, at
+    1 + two / 0.5e-4 from its middle.
+    """
+    motion = parallel_cranks().move(A=[1.0])
+    worst = motion.worst_case("B", link, lengths={"two": two, "one": 1e-4, "three": 1e-4}, clearances={"B": 1e-4})
     angle = np.linspace(0.0, np.pi, 7)
     n = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
     n = np.concatenate([n, -n])
-    off = (worst.boundary() - motion.position("B")[:, None]) @ n.T
+    off = (worst.boundary() - motion.position("B", link)[:, None]) @ n.T
     assert np.all(off <= worst.support(n[:, None])[:, 0] * (1.0 + 1e-5))
-    assert worst.area[0] > 0.0
+    assert_allclose(worst.area, [1e-8 * area], rtol=5e-4, atol=1e-13)
+    assert_allclose(worst.greatest, [1e-4 * greatest], rtol=5e-4)
 
 
 def test_shares_of_tolerances_that_are_wider_to_one_side() -> None:
@@ -147,3 +154,47 @@ def test_each_clearance_of_a_batch_opens_redundant_constraints_by_itself() -> No
     alone = motion.worst_case("P", clearances=dict.fromkeys("BDF", 1.0)).greatest
     together = motion.worst_case("P", clearances=dict.fromkeys("BDF", sizes)).greatest
     assert_allclose(together / sizes, np.broadcast_to(alone, (3, 2)), rtol=1e-4)
+
+
+def test_deviations_bring_the_point_to_where_it_is_outermost() -> None:
+    """With tolerances that are wider to one side: each at an end of its own, and together the outermost point."""
+    motion = arm().move(A=[0.5, 1.4])
+    given = {"clearances": {"A": 1e-5}, "lengths": {"arm": (0.0, 2e-4)}, "drives": {"A": (-5e-4, 1e-4)}}
+    worst = motion.worst_case("P", **given)
+    for n in ((0.6, 0.8), (-0.8, 0.6), (-0.6, -0.8)):
+        found = worst.deviations(n)
+        moved = [limit.by[..., :3, :] @ own[..., None] for limit, own in zip(worst.limits, found, strict=True)]
+        assert_allclose(np.sum(moved, axis=0)[..., 0], worst.position.extreme(n), atol=1e-18)
+        pin, length, drive = found
+        assert_allclose(np.linalg.norm(pin, axis=-1), 1e-5)
+        across = np.array([[-np.sin(a), np.cos(a)] for a in (0.5, 1.4)]) @ n
+        along = np.array([[np.cos(a), np.sin(a)] for a in (0.5, 1.4)]) @ n
+        assert_allclose(length[:, 0], np.where(along > 0.0, 2e-4, 0.0), atol=1e-18)
+        assert_allclose(drive[:, 0], np.where(across > 0.0, 1e-4, -5e-4), atol=1e-18)
+
+
+@pytest.mark.parametrize("long", [(1.0, 1.0), (30.0, 1.0), (1000.0, 1.0), (100.0, 100.0)])
+def test_the_boundary_in_space_is_as_close_however_thin_the_region(long: tuple[float, float]) -> None:
+    """Needles and discs: an ellipsoid A of a ball reaches |A^T n|, and its points nearly as far in every direction."""
+    turned = Rotation.from_rotvec([0.3, -0.5, 0.7]).as_matrix()
+    columns = turned @ np.diag([*long, 1.0])
+    points = ReachableRegion(np.zeros(3), columns, (3,), ("ball",)).boundary()
+    normals = np.random.default_rng(0).normal(size=(2000, 3)) @ np.linalg.inv(columns)
+    share = (points @ normals.T).max(axis=0) / np.linalg.norm(normals @ columns, axis=-1)
+    assert points.shape == (180, 3)
+    assert share.min() > 0.95
+    assert share.max() < 1.0 + 1e-9
+
+
+def test_lengths_along_one_line_have_no_curvature() -> None:
+    """Parallel vectors, drawn along themselves by two rows: Newton's matrix is rounding, the sum is found all the same.
+
+    It is least between the vectors: the sum of |a_k + m| is that of the greater two less the lesser two.
+    """
+    angle = np.linspace(0.0, 3.0, 200)[:, None]
+    line = np.concatenate([np.cos(angle), np.sin(angle)], axis=-1)
+    sizes = np.array([4.0, 3.0, 1.0, 0.5])
+    along = (sizes[:, None] * line[:, None, :]).reshape(200, 8)
+    row = np.tile(line, (1, 4))
+    _, lengths = least_lengths(along, np.stack([row, 2.0 * row], axis=-2), [0, 2, 4, 6], [2, 2, 2, 2])
+    assert_allclose(lengths.sum(axis=-1), 5.5, rtol=1e-6)

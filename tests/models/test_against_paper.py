@@ -11,11 +11,11 @@ import pytest
 from linkframe.models import FourBar, Link
 from linkframe.models.four_bar.clearance import clearance_map
 from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
+from linkframe.models.job.passages import passages
 from linkframe.models.job.tables import with_error
 from linkframe.models.paper import reactions
 from linkframe.models.paper.against_paper import points
 from linkframe.models.paper.inputs import Inputs
-from linkframe.models.paper.passages import passages
 from linkframe.models.paper.printed import printed
 from linkframe.models.paper.readings import AVERAGED, offset_covariance, readings, run_std
 from linkframe.models.paper.report import report
@@ -411,7 +411,7 @@ def test_reactions_are_those_of_statics() -> None:
     shown = {row[0]: row[1:] for row in table_rows("θ | Ax | Ay")}
     assert shown["30"][-2] == "-8.6603"
     assert reactions.summary(result) in text()
-    figure = reactions.draw_reactions(result.degrees, result.forces)
+    figure = reactions.draw(result)
     assert figure.axes[0].get_legend().get_texts()[0].get_text() == "A, B, D, E"  # type: ignore[union-attr]
     assert_allclose(figure.axes[1].lines[-1].get_ydata()[3], -8.6602540378, rtol=1e-9)  # type: ignore[index]
 

@@ -105,6 +105,30 @@ def test_pieces_in_any_order_give_the_same_bits(monkeypatch: pytest.MonkeyPatch)
     assert_array_equal(found.spread["P"].std, wanted.spread["P"].std)
 
 
+class Pieces:
+    """Results of samples, their numbers, of which an earlier release stored the first alone."""
+
+    def __init__(self, cut: slice) -> None:
+        self.place = np.arange(cut.start, cut.stop)[None]
+        self.passed = np.zeros(self.place.shape, dtype=bool)
+
+
+@pytest.mark.usefixtures("small")
+def test_parts_without_a_later_result_are_refused(tmp_path: Path) -> None:
+    def run(*names: str) -> Parts:
+        found = Parts(Pieces, (1, 24))
+        Sharing(folder=tmp_path / "kept").compute({"large": SampleKind("of them", found, names)}, lambda *_: None)
+        return found
+
+    run("place")
+    stored = sorted((tmp_path / "kept").glob("chunk-*"))
+    assert len(stored) > 1
+    stored[-1].unlink()
+    with pytest.raises(FrameError, match=r"kept is of another release, without passed: give another folder"):
+        run("place", "passed")
+    assert_array_equal(run("place")["place"], [np.arange(24)])
+
+
 class Texts:
     """Counts of texts that differ from part to part."""
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Section
-from linkframe.framework import Frame, FrameError
+from linkframe.framework import FrameError
 from linkframe.framework.errors import SampleWarning
 from linkframe.models import Linkage, reliability
 from linkframe.models.failure.second_order import beyond_paraboloid
 from numpy.testing import assert_allclose
-from reference.limit_states import PROBLEMS, beyond, mean
+from reference.limit_states import CALREL, PORTAL, PROBLEMS, TIED, beyond, interaction, interaction_slopes, mean, sway
 from scipy import stats
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -76,37 +74,11 @@ def test_a_point_that_is_no_nearest_one_has_no_second_order() -> None:
     assert np.isnan(beyond_paraboloid(np.array([2.0]), np.array([[-0.6]]))).all()
 
 
-def lognormal(average: float, deviation: float) -> Any:
-    variance = np.log1p((deviation / average) ** 2)
-    return stats.lognorm(np.sqrt(variance), scale=average * np.exp(-0.5 * variance))
-
-
-CALREL = {
-    "x1": lognormal(500.0, 100.0),
-    "x2": lognormal(2000.0, 400.0),
-    "x3": stats.uniform(5.0 - 0.5 * np.sqrt(3.0), np.sqrt(3.0)),
-}
-TIED = {("x1", "x2"): 0.3, ("x1", "x3"): 0.2, ("x2", "x3"): 0.2}
-
-
-def interaction(x: Mapping[str, Array]) -> Array:
-    return 1.0 - x["x2"] / (1000.0 * x["x3"]) - (x["x1"] / (200.0 * x["x3"])) ** 2
-
-
-def slopes(x: Mapping[str, Array]) -> dict[str, Array]:
-    a, b, c = x["x1"], x["x2"], x["x3"]
-    return {
-        "x1": -2.0 * a / (200.0 * c) ** 2,
-        "x2": -1.0 / (1000.0 * c),
-        "x3": b / (1000.0 * c * c) + 2.0 * a * a / (200.0**2 * c**3),
-    }
-
-
 def test_correlated_inputs_with_nataf() -> None:
     """Manual of CalRel, example 2: index 1.7724 (1.772397 printed; 1.772763 by OpenTURNS), second order 3.22e-2."""
     found = reliability(interaction, CALREL, method="form", correlation=TIED, starts=1)
     assert_allclose(found.beta, 1.7724, atol=5e-4)
-    given = reliability(interaction, CALREL, method="form", correlation=TIED, starts=1, gradient=slopes)
+    given = reliability(interaction, CALREL, method="form", correlation=TIED, starts=1, gradient=interaction_slopes)
     assert_allclose(given.beta, found.beta, rtol=1e-10)
     at = found.likeliest
     assert_allclose(interaction({name: np.atleast_1d(value) for name, value in at.items()}), 0.0, atol=1e-6)
@@ -118,25 +90,7 @@ def test_correlated_inputs_with_nataf() -> None:
 
 def test_a_frame_of_uncertain_stiffness_place_and_load() -> None:
     """Portal of the OpenSees manual's reliability example; its index to twelve digits in ten batches."""
-
-    def margin(x: Mapping[str, Array]) -> Array:
-        frame, none = Frame(), np.zeros_like(x["x"])
-        frame.node("1", np.stack([x["x"], none, none], axis=-1))
-        for name, place in {"2": (0.0, 144.0, 0.0), "3": (240.0, 144.0, 0.0), "4": (240.0, 0.0, 0.0)}.items():
-            frame.node(name, place)
-        column = Beam(Section(A=29.0, Iy=2e3, Iz=2e3, J=4e3), Material(E=x["E"], G=x["E"] / 2.6), shear=False)
-        girder = Beam(Section(A=25.0, Iy=1.5e3, Iz=1.5e3, J=3e3), Material(E=3e4, G=11500.0), shear=False)
-        frame.add("12", column, "1", "2")
-        frame.add("43", column, "4", "3")
-        frame.add("23", girder, "2", "3")
-        frame.fix("1")
-        frame.fix("4")
-        frame.load("2", fx=x["P"])
-        frame.line_load("23", fy=x["w"])
-        return 0.15 - np.asarray(frame.solve().displacement("2")[..., 0])
-
-    laws = {"E": lognormal(3e4, 3e3), "P": stats.norm(25, 5), "x": stats.norm(), "w": stats.norm(-0.1, 0.02)}
-    found = reliability(margin, laws, method="form", starts=1)
+    found = reliability(sway, PORTAL, method="form", starts=1)
     assert_allclose(found.beta, 2.449600145168, rtol=1e-11)
     assert found.batches <= 10
     assert found.importance["P"] > found.importance["E"] > 0.1 > found.importance["x"]

@@ -11,7 +11,8 @@ import pytest
 import scipy
 from linkframe.framework.errors import FrameError
 from linkframe.models.command_line import main
-from linkframe.models.distributions import Interval, Normal, called
+from linkframe.models.distributions import Interval, Normal
+from linkframe.models.given_distributions import called
 from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
 from linkframe.models.linkage.job.report import report as report_of_file
 from linkframe.models.linkage.job.result import compute as compute_file
@@ -93,8 +94,17 @@ def test_a_file_may_have_words(tmp_path):
     assert found["loads.0.fy"].distribution == Interval(95.0, 105.0)
     assert found["joints.B.clearance"].distribution == found["springs"].distribution.__class__(-0.05, 0.05)
     assert len(found["springs"].nominal) == 10
+    words = '[tolerances]\n"loads.0.fy" = "norm(100, 5)"\n"joints.B.clearance" = "norm(scale=5 %)"\n'
+    path.write_text(text + words, encoding="utf-8")
+    found = read_inputs(path).tolerances
+    assert found["loads.0.fy"].distribution == Normal(100.0, 5.0)
+    assert found["joints.B.clearance"].distribution == Normal(0.0, 0.05)
+    assert found["joints.B.clearance"].relative
     path.write_text(text + '[tolerances]\n"loads.0.fy" = "about 5"\n', encoding="utf-8")
     with pytest.raises(FrameError, match=r"words.toml, line \d+, tolerances.loads.0.fy: .*write it as"):
+        read_inputs(path)
+    path.write_text(text + '[tolerances]\n"loads.0.fy" = "norm(1, 2, 3)"\n', encoding="utf-8")
+    with pytest.raises(FrameError, match=r"words.toml, line \d+, tolerances.loads.0.fy: .*one more number: 3"):
         read_inputs(path)
 
 

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.framework.errors import FrameError
 from linkframe.models import GaussianCopula, propagate, tolerance
-from linkframe.models.distributions import Interval, Normal, continuous, distribution_of
+from linkframe.models.distributions import Interval, Normal
+from linkframe.models.given_distributions import continuous, distribution_of
 from linkframe.models.propagation.correlation import by_quadrature, nataf
 from linkframe.models.propagation.inputs import JointInputs
 from linkframe.models.quantiles import at_scores, log_density, normal_scores
@@ -47,6 +48,19 @@ def test_intervals_and_tolerances_are_uniform_between_their_limits(given, low, h
     assert stats.kstest(samples, stats.uniform(low, high - low).cdf).pvalue > 1e-3
 
 
+@pytest.mark.parametrize(
+    ("given", "law"),
+    [
+        ("norm(1, 2)", stats.norm(1, 2)),
+        (" norm(1.0, scale=0.5) ", stats.norm(1, 0.5)),
+        ("uniform(1, 2)", stats.uniform(1, 2)),
+        ("gamma(2, 0, 1e-3)", stats.gamma(2, 0, 1e-3)),
+    ],
+)
+def test_a_distribution_may_be_written_as_a_call(given, law):
+    assert_array_equal(draw({"x": given}, 100, 0)["x"], draw({"x": law}, 100, 0)["x"])
+
+
 def test_a_normal_tolerance_is_three_standard_deviations():
     law = distribution_of("x", "10 +1/-0.5 normal")
     assert law == Normal(10.25, 0.25)
@@ -63,6 +77,13 @@ def test_a_normal_tolerance_is_three_standard_deviations():
         ("about 3", "write it as '0.1 ± 5 %'"),
         ("3 ± 0", "leaves no room"),
         ("3 ± 0.1 gamma", "distribution 'gamma' of tolerance"),
+        ("norm(3, 5 %)", r"'x' is 'norm\(3, 5 %\)', and there is no nominal value .* write it as '0.1 ± 5 %'"),
+        ("norm(3, 1, 2)", "norm takes loc, scale, and there is one more number: 2"),
+        ("nrm(3, 1)", r"'x' is 'nrm\(3, 1\)': there is no distribution 'nrm'"),
+        ("gamma(b=3)", r"'x' is 'gamma\(b=3\)': gamma does not take b"),
+        ("norm(1, -2)", r"'x' is 'norm\(1, -2\)': norm is not defined for loc = 1, scale = -2: scale must be above 0"),
+        ("gamma(-2)", "gamma is not defined for a = -2: see scipy.stats.gamma for its range"),
+        (stats.norm(1, -2), "'x' has the median nan: give .* such as a scale above 0"),
         ((1.0, 1.0), "give two finite bounds, the lower one first"),
         ((1.0, np.inf), "give two finite bounds"),
         ((1.0, 2.0, 3.0), "an interval such as"),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import skfem
@@ -16,12 +14,6 @@ from pictures.test_plots import artists
 
 LENGTH, FORCE, GROUND = 4.0, 1000.0, 2e5
 STEEL = Material(E=210e9, nu=0.3)
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 @skfem.BilinearForm

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
@@ -14,12 +11,6 @@ from numpy.testing import assert_allclose
 from pictures.test_plots import artists
 
 THETA = np.radians(np.arange(0.0, 360.0, 20.0))
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def test_a_four_bar_is_drawn_at_all_poses_where_its_closed_form_has_it() -> None:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
@@ -21,12 +19,6 @@ from pictures.test_plots import artists
 
 ROD = Beam(Circle(diameter=0.02), Material(E=200e9, nu=0.3))
 pytestmark = pytest.mark.filterwarnings(f"ignore::{MechanismWarning.__module__}.MechanismWarning")
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def hinged() -> Solution:

@@ -8,6 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
+from linkframe.framework.pictures import plotting
 from linkframe.framework.pictures.rendering import RenderingError, can_render, quiet
 from linkframe.models.linkage.graphics import pictures
 from linkframe.models.linkage.graphics.bodies import MotionBodies
@@ -47,10 +48,14 @@ def test_bad_requests_for_a_motion_are_refused(tmp_path: Path, monkeypatch: pyte
     motion = parallelogram().move(A=0.0)
     with pytest.raises(FrameError, match=r"motion\.bmp does not end in \.png or \.jpg"):
         motion.picture(tmp_path / "motion.bmp")
-    monkeypatch.setattr(pictures, "can_render", lambda: True)
-    monkeypatch.setattr(pictures, "find_spec", lambda name: None)
+    monkeypatch.setattr(plotting, "can_render", lambda: True)
+    with pytest.raises(FrameError, match=r"size in pixels is 0: give a whole number of 1 or more"):
+        motion.picture(tmp_path / "motion.png", size=(0, 100))
+    with pytest.raises(FrameError, match="rate in poses a second is 0: give a whole number of 1 or more"):
+        motion.movie(tmp_path / "motion.gif", rate=0)
+    monkeypatch.setattr(plotting, "find_spec", lambda name: None)
     with pytest.raises(RenderingError, match=r"pip install 'linkframe\[movie\]'"):
         motion.movie(tmp_path / "motion.gif")
-    monkeypatch.setattr(pictures, "can_render", lambda: False)
+    monkeypatch.setattr(plotting, "can_render", lambda: False)
     with pytest.raises(RenderingError, match="apt-get install"):
         motion.movie(tmp_path / "motion.gif")

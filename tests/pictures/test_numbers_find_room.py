@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-import pytest
 from linkframe.elements import Beam, Circle, Material
 from linkframe.framework.graphics.canvas import few_ticks
 from linkframe.models import Linkage, plot_histogram
+from pictures.test_texts_find_room import boxes
 
 SAMPLES = -22.711 + 0.0021 * np.random.default_rng(0).normal(size=60)
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
-
-
-def boxes(texts: list[Any]) -> list[Any]:
-    return [text.get_window_extent() for text in texts if text.get_text()]
 
 
 def test_titles_of_histograms_end_before_the_next() -> None:

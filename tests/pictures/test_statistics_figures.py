@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Contributors, Propagation, propagate
 from numpy.testing import assert_allclose
 from scipy import stats
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def bars(axes: Any) -> dict[str, list[tuple[str, float]]]:

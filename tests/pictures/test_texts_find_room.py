@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import combinations, pairwise, product
 from typing import Any
 
@@ -14,12 +13,6 @@ from linkframe.framework import Frame
 
 ROD = Beam(Circle(diameter=0.02), Material(E=210e9, nu=0.3))
 COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
-
-
-@pytest.fixture(autouse=True)
-def _closed() -> Iterator[None]:
-    yield
-    plt.close("all")
 
 
 def chain(places: list[tuple[float, float, float]], names: str) -> Frame:

@@ -13,6 +13,8 @@ from math import erfc, sqrt
 from typing import Any
 
 import numpy as np
+from linkframe.elements import Beam, Material, Section
+from linkframe.framework import Frame
 from scipy import stats
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -178,3 +180,51 @@ PROBLEMS = {
         mean(lambda b: 1.0 if abs(b) > 3.5 else 2.0 * beyond(3.0 + 0.2 * b * b), -3.5, 3.5),
     ),
 }
+
+
+# -- problems of handbooks ---------------------------------------------------------------------------------------------
+
+
+def lognormal(average: float, deviation: float) -> Any:
+    variance = np.log1p((deviation / average) ** 2)
+    return stats.lognorm(np.sqrt(variance), scale=average * np.exp(-0.5 * variance))
+
+
+def interaction(x: Mapping[str, Array]) -> Array:
+    """Manual of CalRel, example 2."""
+    return 1.0 - x["x2"] / (1000.0 * x["x3"]) - (x["x1"] / (200.0 * x["x3"])) ** 2
+
+
+def interaction_slopes(x: Mapping[str, Array]) -> dict[str, Array]:
+    a, b, c = x["x1"], x["x2"], x["x3"]
+    return {
+        "x1": -2.0 * a / (200.0 * c) ** 2,
+        "x2": -1.0 / (1000.0 * c),
+        "x3": b / (1000.0 * c * c) + 2.0 * a * a / (200.0**2 * c**3),
+    }
+
+
+def sway(x: Mapping[str, Array]) -> Array:
+    """What is left of the sway of the portal frame of the OpenSees manual's example of reliability."""
+    frame, none = Frame(), np.zeros_like(x["x"])
+    frame.node("1", np.stack([x["x"], none, none], axis=-1))
+    for name, place in {"2": (0.0, 144.0, 0.0), "3": (240.0, 144.0, 0.0), "4": (240.0, 0.0, 0.0)}.items():
+        frame.node(name, place)
+    column = Beam(Section(A=29.0, Iy=2e3, Iz=2e3, J=4e3), Material(E=x["E"], G=x["E"] / 2.6), shear=False)
+    girder = Beam(Section(A=25.0, Iy=1.5e3, Iz=1.5e3, J=3e3), Material(E=3e4, G=11500.0), shear=False)
+    for name, beam, ends in (("12", column, "12"), ("43", column, "43"), ("23", girder, "23")):
+        frame.add(name, beam, *ends)
+    frame.fix("1")
+    frame.fix("4")
+    frame.load("2", fx=x["P"])
+    frame.line_load("23", fy=x["w"])
+    return 0.15 - np.asarray(frame.solve().displacement("2")[..., 0])
+
+
+CALREL = {
+    "x1": lognormal(500.0, 100.0),
+    "x2": lognormal(2000.0, 400.0),
+    "x3": stats.uniform(5.0 - 0.5 * np.sqrt(3.0), np.sqrt(3.0)),
+}
+TIED = {("x1", "x2"): 0.3, ("x1", "x3"): 0.2, ("x2", "x3"): 0.2}
+PORTAL = {"E": lognormal(3e4, 3e3), "P": stats.norm(25, 5), "x": stats.norm(), "w": stats.norm(-0.1, 0.02)}

@@ -109,3 +109,46 @@ def rssr(
     linkage.spherical("D", "rod", "rocker")
     linkage.revolute("Q", "ground", "rocker", axis=(1, 0, 0), reference=phi)
     return linkage
+
+
+def limited_four_bar() -> Linkage:
+    """A four-bar A B C D whose crank cannot turn fully."""
+    linkage = Linkage(A=(0, 0), B=(0, 0.6), C=(0.7, 0.8), D=(1, 0))
+    for link in ("AB", "BC", "CD"):
+        linkage.link(link, *link)
+    linkage.revolute("A", "ground", "AB", drive=True)
+    for joint, first, second in (("B", "AB", "BC"), ("C", "BC", "CD"), ("D", "CD", "ground")):
+        linkage.revolute(joint, first, second)
+    return linkage
+
+
+def parallel_cranks() -> Linkage:
+    """Three parallel cranks on one coupler: one more than its motion takes."""
+    linkage = Linkage(A=(0, 0), B=(0.3, 1), C=(2, 0), D=(2.3, 1), E=(4, 0), F=(4.3, 1))
+    for name, on in {"one": "AB", "two": "CD", "three": "EF", "coupler": "BDF"}.items():
+        linkage.link(name, *on)
+    linkage.revolute("A", "ground", "one", drive=True)
+    for point, first, second in (("B", "one", "coupler"), ("D", "coupler", "two"), ("F", "coupler", "three")):
+        linkage.revolute(point, first, second)
+    linkage.revolute("C", "two", "ground")
+    linkage.revolute("E", "three", "ground")
+    return linkage
+
+
+def scissor(stages: int) -> Linkage:
+    """Pairs of bars of length 1 crossed in their middles, one on the other, drawn apart by the foot of the first."""
+    rise = {f"{side}{k}": (x, 0.6 * k) for k in range(stages + 1) for side, x in (("L", 0.0), ("R", 0.8))}
+    linkage = Linkage(rise | {f"M{k}": (0.4, 0.6 * k + 0.3) for k in range(stages)})
+    for k in range(stages):
+        linkage.link(f"a{k}", f"L{k}", f"M{k}", f"R{k + 1}")
+        linkage.link(f"b{k}", f"R{k}", f"M{k}", f"L{k + 1}")
+    linkage.link("foot", "R0")
+    linkage.revolute("L0", "ground", "a0")
+    linkage.prismatic("R0", "ground", "foot", name="slide", axis=(1, 0), drive=True)
+    linkage.revolute("R0", "foot", "b0")
+    for k in range(stages):
+        linkage.revolute(f"M{k}", f"a{k}", f"b{k}")
+        if k:
+            linkage.revolute(f"L{k}", f"b{k - 1}", f"a{k}")
+            linkage.revolute(f"R{k}", f"a{k - 1}", f"b{k}")
+    return linkage

@@ -108,6 +108,23 @@ class Rewritten(Delegating):
         return share * k[..., order], rows[..., order, :]
 
 
+class Softer(Beam):
+    """A beam of half the stiffness, of whatever section."""
+
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        stiffness, rows = super().springs(length)
+        return 0.5 * stiffness, rows
+
+    def stiffness_matrix(self, length: Array) -> Array:
+        return 0.5 * super().stiffness_matrix(length)
+
+    def end_forces(self, length: Array, displacement: Array) -> Array:
+        return 0.5 * super().end_forces(length, displacement)
+
+    def section_flexibility(self, fraction: Array) -> Array:
+        return 2.0 * super().section_flexibility(fraction)
+
+
 class RewrittenJoint(JointElement):
     """A joint that holds what another holds."""
 
@@ -217,5 +234,5 @@ def rebuilt(frame: Frame, *, halved: int = 2) -> Frame:
         out.add(name, RewrittenMass(mass.element), mass.node)
     for name in ("aliases", "ties", "supports", "offsets", "loads", "member_loads", "weight", "absent"):
         setattr(out, name, getattr(frame.copy(), name))
-    out._shape, out._shapes = frame._shape, dict(frame._shapes)
+    out.shape, out._shapes = frame.shape, dict(frame._shapes)
     return out

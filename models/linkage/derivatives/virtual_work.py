@@ -98,11 +98,7 @@ class VirtualWork:
         rows = self._row_forces(tree)
         cut = {link: wrench for link, wrench in self._on_links(rows).items() if link != GROUND}
         through_cuts = self._through_tree(cut) if cut else {}
-        out = {name: force + through_cuts.get(name, 0.0) for name, force in tree.items()}
-        for pair, own, wrenches in self._closing:
-            if pair.name not in out:
-                out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
-        return out
+        return self._with_cuts({name: force + through_cuts.get(name, 0.0) for name, force in tree.items()}, rows)
 
     def self_stresses(self) -> dict[str, Array]:
         """By joint: forces and moments in its axes (..., s, 6) that need no load, of s redundant constraints.
@@ -115,11 +111,7 @@ class VirtualWork:
             rows = np.linalg.svd(self._transposed, full_matrices=True)[2][..., every - count :, :]
         through = self._through_tree({link: wrench for link, wrench in self._on_links(rows).items() if link != GROUND})
         none = np.zeros((*self.regular.shape, count, 6))
-        out = {name: through.get(name, none) for name in self.signs}
-        for pair, own, wrenches in self._closing:
-            if pair.name not in out:
-                out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
-        return out
+        return self._with_cuts({name: through.get(name, none) for name in self.signs}, rows)
 
     # -- equations --------------------------------------------------------------------------------------------------
 
@@ -174,6 +166,13 @@ class VirtualWork:
             wrench = rows[..., own] @ wrenches
             for link, sign in ((pair.second, 1.0), (pair.first, -1.0)):
                 out[link] = out[link] + sign * wrench if link in out else sign * wrench
+        return out
+
+    def _with_cuts(self, out: dict[str, Array], rows: Array) -> dict[str, Array]:
+        """Forces in the joints of the tree, and in those that close loops from the forces in rows (..., k, rows)."""
+        for pair, own, wrenches in self._closing:
+            if pair.name not in out:
+                out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
         return out
 
     def _coordinates(self, forces: Mapping[str, Array]) -> Array:

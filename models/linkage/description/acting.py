@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, finite, joined
+from ....framework.batch import Array, Shape, finite, joined, vector
 from ....framework.checked import not_negative
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
 from ....framework.renamed import renamed_keywords
-from .parts import GROUND, LinkageSpring, Load, in_space
+from .parts import GROUND, LinkageSpring, Load
 from .sketch import End, Sketch
 
 
@@ -201,7 +201,7 @@ class LoadedSketch(Sketch):
         >>> linkage.move().reactions().drive("A").round(9).tolist()
         [29.43]
         """
-        self.weight = in_space(acceleration, "gravity")
+        self.weight = vector(acceleration, "gravity", flat=True)
 
     def _act(self, new: Load, *, replace: bool) -> None:
         """Add a load, or put it in the place of those that act there."""

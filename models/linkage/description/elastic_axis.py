@@ -34,6 +34,9 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
     """
     pairs = list(pairwise(points))
     chords = [places[end] - places[start] for start, end in pairs]
+    lengths = [np.sqrt(np.vecdot(chord, chord)) for chord in chords]
+    if all(_leads_on(*both) for both in pairwise(zip(chords, lengths, strict=True))):
+        return pairs
     longest = max((np.abs(chord).max(initial=0.0) for chord in chords), default=0.0)
     chords = [chord / (longest or 1.0) for chord in chords]  # their fourth powers are finite in any unit of length
     if not all(np.all(np.vecdot(chord, chord)) for chord in chords):
@@ -48,6 +51,12 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
             out += pairwise(_in_order(link, stretch, places, chords[first], beam) if back else stretch)
             first = index
     return out
+
+
+def _leads_on(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
+    """Whether a stretch (vector and length) turns from the one before by less than 135 degrees at all entries."""
+    (first, size), (second, other_size) = one, other
+    return bool(np.all(np.vecdot(first, second) > -np.sqrt(0.5) * size * other_size))
 
 
 def _in_line(one: Array, other: Array) -> NDArray[np.bool_]:

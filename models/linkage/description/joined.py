@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, finite, numbers
+from ....framework.batch import Array, finite, numbers, vector
 from ....framework.checked import not_negative
 from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
 from .joints import COMPONENTS, Kind
-from .parts import GROUND, Pair, in_space, joint_axes, kind_of
+from .parts import GROUND, Pair, joint_axes, kind_of
 
 
 class JoinedSketch(LoadedSketch):
@@ -89,7 +89,8 @@ class JoinedSketch(LoadedSketch):
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         axes = joint_axes(name, axis, second_axis)
-        given = np.array(in_space(axis, what)), None if second_axis is None else np.array(in_space(second_axis, what))
+        second = None if second_axis is None else vector(second_axis, what, flat=True)
+        given = vector(axis, what, flat=True), second
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, kind, stiffness)

@@ -178,14 +178,9 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
     return 0.5 * (tensor + np.swapaxes(tensor, -1, -2))
 
 
-def in_space(value: ArrayLike, what: str) -> Array:
-    """A vector (..., 3) from one (..., 3), or (..., 2) in the plane z = 0."""
-    return vector(value, what, flat=True)
-
-
-def direction(value: ArrayLike, what: str) -> Array:
-    """A unit vector (..., 3)."""
-    given = in_space(value, what)
+def unit_vector(value: ArrayLike, what: str) -> Array:
+    """A unit vector (..., 3) along one (..., 3), or (..., 2) in the plane z = 0."""
+    given = vector(value, what, flat=True)
     norm = np.linalg.norm(given, axis=-1, keepdims=True)
     if np.any(norm == 0.0):
         raise FrameError(f"{what} is {given.tolist()}: give a direction, such as (0, 0, 1)")
@@ -197,21 +192,21 @@ def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> A
 
     Where the axis is within some 25° of global x, x is as near to global y as it can be.
     """
-    z = direction(axis, f"axis of joint {what!r}")
+    z = unit_vector(axis, f"axis of joint {what!r}")
     if second is None:
         along_x = np.abs(z[..., :1]) > 0.9
         near = np.where(along_x, np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]))
         x = near - np.sum(near * z, axis=-1, keepdims=True) * z
         x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     else:
-        x = direction(second, f"second axis of joint {what!r}")
+        x = unit_vector(second, f"second axis of joint {what!r}")
         lean = np.sum(x * z, axis=-1, keepdims=True)
         if (skew := np.abs(lean).max()) > ROUNDING:
             raise FrameError(
                 f"joint {what!r}: axis and second are not perpendicular (cosine {skew:.2g}): "
                 "give the two axes of the cross at a right angle"
             )
-        x = direction(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
+        x = unit_vector(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
     z, x = np.broadcast_arrays(z, x)
     return np.stack([x, crossed(z, x), z], axis=-1)
 

@@ -7,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, joined
+from ....framework.batch import Array, Shape, joined, vector
 from ....framework.checked import above_zero, not_negative
 from ....framework.errors import FrameError
 from ....framework.protocol import LineElement
-from .parts import GROUND, LinkageLink, LinkageSpring, Load, Pair, beams_of, in_space, inertia_of
+from .parts import GROUND, LinkageLink, LinkageSpring, Load, Pair, beams_of, inertia_of
 
 End = str | tuple[str, str]
 
@@ -72,7 +72,7 @@ class Sketch:
         """
         if name in self.points:
             raise FrameError(f"point {name!r} is there already: choose another name")
-        given = in_space(place, f"point {name!r}") + 0.0
+        given = vector(place, f"point {name!r}", flat=True) + 0.0
         self._join({f"point {name!r}": given.shape[:-1]})
         # what is compiled is taken up again while the description holds the same arrays
         given.setflags(write=False)
@@ -149,7 +149,7 @@ class Sketch:
             points,
             beams_of(name, points, beam, beams, self.points),
             None if mass is None else not_negative(mass, f"mass of link {name!r}"),
-            None if centre is None else in_space(centre, f"centre of link {name!r}"),
+            None if centre is None else vector(centre, f"centre of link {name!r}", flat=True),
             inertia_of(name, inertia),
             true,
         )

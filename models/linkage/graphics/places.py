@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape, one_entry
 from ....framework.errors import FrameError
-from ....framework.graphics.scene import LoadArrow
+from ....framework.graphics.scene import FLAT, LoadArrow, beside
 from ..description.linkage_description import LinkageDescription
 
-# Points and axes off a plane by less than this share of the linkage's size lie in it.
-FLAT = 1e-9
 # A point moves that has this share of the fastest's speed.
 MOVES = 1e-6
 FREE_TEXT = "arrows: free motion, drives locked"
@@ -156,8 +154,7 @@ class ReferencePlaces:
         for across in (2, 1, 0):
             leaning = [abs(abs(self.axes(joint.name)[across, 2]) - 1.0) for joint in turning]
             if np.ptp(points[:, across], axis=None) <= FLAT * size and max(leaning, default=0.0) <= FLAT:
-                first, second = (axis for axis in range(3) if axis != across)
-                return first, second
+                return beside(across)
         return None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....framework.graphics.scene import beside
 from ..poses.configuration import extent
 from .places import DrawnPoses
 
@@ -26,6 +27,5 @@ def plane(motion: DrawnPoses) -> tuple[int, int] | None:
             continue
         moved = (motion.origin(link)[..., across] for link in motion.linkage.links)
         if all(np.all(np.abs(away)[there] <= ROUNDING * size) for away in moved):
-            first, second = (axis for axis in range(3) if axis != across)
-            return first, second
+            return beside(across)
     return None

@@ -9,10 +9,9 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ....framework.graphics.canvas import few_ticks
-from ....framework.graphics.curves import draw_curves, mark_turns
 from ....framework.graphics.style import new_axes, styled
 from ....framework.graphics.units import moment_unit
+from ...job.force_figures import Over, draw_forces
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from .places import series_of
@@ -41,7 +40,7 @@ def plot_reactions(
     else:
         curves = dict(_pushes(motion, drives, row, units))
         label = "drive force or moment"
-    return draw_forces(axes, over_first_drive(motion, row, units[0]), curves, label)
+    return _draw(axes, over_first_drive(motion, row, units[0]), curves, label)
 
 
 def _check_kind(what: str) -> None:
@@ -67,43 +66,15 @@ def plot_four_bar_reactions(
     label = f"joint force [{units[1]}]"
     if what == "drives":
         curves, label = {f"A [{moment_unit(units)}]": line(torque)}, "drive force or moment"
-    degrees: Array = np.degrees(line(theta))
-    over = (
-        (degrees, "A [°]", True) if np.all(np.diff(degrees) > 0.0) else (np.arange(float(len(degrees))), "pose", False)
-    )
-    return draw_forces(axes, over, curves, label)
+    return _draw(axes, Over.drive(np.degrees(line(theta)), "A [°]", True), curves, label)
 
 
-def draw_forces(axes: Axes | None, over: tuple[Array, str, bool], curves: Mapping[str, Array], label: str) -> Axes:
-    """Draw curves of forces.
-
-    Parameters
-    ----------
-    axes
-        Of matplotlib; new ones where None.
-    over
-        Where the values are, (k,), what that is, and whether it is an angle in degrees.
-    curves
-        Values by name, (k,) each.
-    label
-        What they are, with their unit.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        What was drawn on.
-    """
+def _draw(axes: Axes | None, over: Over, curves: Mapping[str, Array], label: str) -> Axes:
+    """On axes of matplotlib, new ones where None."""
     found: Any = new_axes(4.8, 3.4) if axes is None else axes
-    x, name, turns = over
-    draw_curves(found, x, curves)
-    found.set(xlabel=name, ylabel=label)
-    if all(np.nanmin(curve, initial=0.0) >= 0.0 for curve in curves.values()):
-        found.set_ylim(bottom=0.0)
+    sizes = all(np.nanmin(curve, initial=0.0) >= 0.0 for curve in curves.values())
+    draw_forces(found, over, curves, label, from_zero=sizes)
     found.spines[["top", "right"]].set_visible(False)
-    found.legend(fontsize=7.5, frameon=False)
-    few_ticks(found)
-    if turns:
-        mark_turns(found, x)
     return found  # type: ignore[no-any-return]
 
 
@@ -115,7 +86,7 @@ def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tu
             yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
 
 
-def over_first_drive(motion: Kinematics, row: Any, length: str) -> tuple[Array, str, bool]:
+def over_first_drive(motion: Kinematics, row: Any, length: str) -> Over:
     """Values of the first drive at poses, in degrees where it turns, or their numbers where it goes to and fro.
 
     Parameters
@@ -129,17 +100,14 @@ def over_first_drive(motion: Kinematics, row: Any, length: str) -> tuple[Array, 
 
     Returns
     -------
-    tuple
+    Over
         Values (k,), what stands beside them, and whether they are angles.
     """
     for joint, components in motion.linkage.drives.items():
         values = _rows(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
-        if len(values) > 1 and not np.all(np.diff(values) > 0.0):
-            break
-        if components[0][0] == "r":
-            return np.degrees(values), f"{joint} [°]", True
-        return values, f"{joint} [{length}]", False
-    return np.arange(float(len(row))), "pose", False
+        turns = components[0][0] == "r"
+        return Over.drive(np.degrees(values) if turns else values, f"{joint} [{'°' if turns else length}]", turns)
+    return Over(np.arange(float(len(row))), "pose", False)
 
 
 def _rows(motion: Kinematics, values: Array) -> Array:

@@ -8,9 +8,9 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.graphics.canvas import few_ticks, frame_in_space
-from ....framework.graphics.curves import draw_curves, mark_turns
 from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
 from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
+from ...job.force_figures import Over, draw_reactions
 from ...job.measured import CAPTION, FIGURE_FILE
 from ..graphics.plane import ROUNDING
 from .drawing import draw_mechanism
@@ -49,9 +49,7 @@ def draw(result: RunResult) -> dict[str, Figure]:
     ]
     if spreads:
         found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
-    found["reactions.png"] = draw_reactions(result)
-    if result.measured is not None:
-        found[FIGURE_FILE] = result.measured.draw()
+    found["reactions.png"] = _reactions(result)
     return found
 
 
@@ -107,32 +105,17 @@ def draw_paths(result: RunResult) -> Figure:
     return drawn_on
 
 
-@styled
-def draw_reactions(result: RunResult) -> Figure:
-    """Size of the force in every joint, and the forces or moments of the drives, over the first drive.
-
-    Over the number of the pose where that drive goes to and fro. The greatest forces are named, the rest stay grey;
-    equal ones share a line.
-    """
-    drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
+def _reactions(result: RunResult) -> Figure:
+    """Forces in the joints, and those of the drives, over the first drive."""
     linkage, found = result.inputs.linkage, result.reactions
     forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
     units = {"r": "N m", "u": "N"}
     forces_of_drives = (force for joint in linkage.drives for force in _rows(result, found.drive(joint)).T)
-    names = (f"{name} [{units[component[0]]}]" for _, component, name in result.inputs.driven)
-    pushes = dict(zip(names, forces_of_drives, strict=True))
+    driven = ((name, units[component[0]]) for _, component, name in result.inputs.driven)
+    pushes = {name: (unit, push) for (name, unit), push in zip(driven, forces_of_drives, strict=True)}
     name, drive = next(iter(result.inputs.drives.items()))
-    over = f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" if result.increasing else "pose"
-    x = result.drive if result.increasing else np.arange(float(result.poses))
-    for axes, label, curves in ((left, "joint force [N]", forces), (right, "drive force or moment", pushes)):
-        draw_curves(axes, x, curves)
-        axes.set(xlabel=over, ylabel=label)
-        axes.legend(loc="best", fontsize=7.0)
-        few_ticks(axes)
-        if over.endswith("[°]"):
-            mark_turns(axes, x)
-    left.set_ylim(bottom=0.0)
-    return drawn_on
+    unit = {"deg": "°", "rad": "rad"}.get(drive.unit, "m")
+    return draw_reactions(Over.drive(result.drive, f"{name} [{unit}]", unit == "°"), forces, pushes)
 
 
 def _rows(result: RunResult, values: Array) -> Array:

@@ -110,10 +110,13 @@ class RunInputs:
                 inputs = inputs_of(self.source.changed(numbers))
             except FrameError as error:
                 self.source.fail(("choices", name), f"is refused: {error}")
-            drives = {key: drive.at(pose) for key, drive in inputs.drives.items()}
-            samples = min(self.samples, most)
-            inputs = replace(inputs, drives=drives, pose=None, samples=samples, sampler=self.sampler)
-            yield name, replace(inputs, choices={}, also=(), measured=None)
+            inputs = replace(inputs, samples=min(self.samples, most), sampler=self.sampler)
+            yield name, inputs.at_pose(pose)
+
+    def at_pose(self, pose: int) -> RunInputs:
+        """The inputs at one of the poses, without further tables."""
+        drives = {key: drive.at(pose) for key, drive in self.drives.items()}
+        return replace(self, drives=drives, pose=None, choices={}, also=(), measured=None)
 
     def drawn_by(self, sampler: str) -> RunInputs:
         """The same with another sampler; refused where nothing is sampled."""

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable
-from typing import Any
 
-from ....framework.errors import FrameError
-from ...distributions import called
 from ..files.source import Source
 from ..study.targets import numbers_at
 
@@ -32,18 +29,12 @@ def with_tolerances(source: Source, given: Iterable[tuple[str, str]]) -> Source:
     clone.data = {**source.data, "tolerances": dict(source.data.get("tolerances", {}))}
     clone.set_by = dict(source.set_by)
     for name, text in given:
-        path, option = ("tolerances", name), f"--tolerance {name}={text}"
         before = clone.data["tolerances"].get(name)
-        clone.set_by = {**clone.set_by, path: option}
+        clone.set_by = {**clone.set_by, ("tolerances", name): f"--tolerance {name}={text}"}
         of = before["of"] if isinstance(before, dict) and "of" in before else [name]
         if before is None:
             _leave_others(clone, name)
-        try:
-            table = called(text)
-        except FrameError as error:
-            clone.fail(path, str(error))
-        numbers: dict[str, Any] = {"tolerance": text} if table is None else {"distribution": table[0], **table[1]}
-        clone.data["tolerances"][name] = {"of": of, **numbers}
+        clone.data["tolerances"][name] = {"of": of, "tolerance": text}
     return clone
 
 

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError
-from ...job.outcome import LargeSpread, Mask, Outcome, taken
+from ...job.outcome import SPECTRA, LargeSpread, Mask, Outcome, taken
 from ...job.parts import Parts
 from ...spread import Spread
 from .computed import Computed
-from .sampled import large_parts
+from .sampled import conditions, few_samples, large_parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +37,16 @@ class PointOutcome(Outcome):
     def heading(self) -> str:
         """The first drive."""
         return next(iter(self.result.inputs.drives))
+
+    @property
+    def point(self) -> str:
+        """Name of the first point."""
+        return self.result.inputs.points[0]
+
+    @property
+    def singular_place(self) -> str:
+        """Any singular configuration."""
+        return "a singular configuration"
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -97,8 +106,7 @@ class PointOutcome(Outcome):
     @cached_property
     def spread(self) -> Spread:
         """Displacement of the samples, or of the nominal linkage as one, (poses, samples, 3)."""
-        point = self.result.inputs.points[0]
-        return self.result.spread.get(point) or Spread(self._whole(self.result.main.total)[:, None])
+        return self.result.spread.get(self.point) or Spread(self._whole(self.result.main.total)[:, None])
 
     @property
     def error_bound(self) -> Array:
@@ -110,19 +118,29 @@ class PointOutcome(Outcome):
         """None is known of a position that was iterated."""
         return np.nan
 
-    @cached_property
+    @property
     def kappa(self) -> Array:
         """Condition number as usually assembled; NaN where a joint is ideal in some directions, or nodes are tied."""
-        try:
-            found = self.result.main.closed.condition_number()
-        except FrameError:
-            return np.full(self._shape[0], np.nan)
-        return np.broadcast_to(found, self._shape[:1])
+        return self._conditions[0]
+
+    @property
+    def planar_kappa(self) -> Array:
+        """The same of the plane in which the linkage moves; NaN for motion in space as well."""
+        return self._conditions[1]
+
+    @cached_property
+    def _conditions(self) -> tuple[Array, Array]:
+        return conditions(self.result.main, self._shape[:1])
+
+    @cached_property
+    def sampled_kappa(self) -> tuple[Array, Array]:
+        """Condition numbers of the first samples, whole and in the plane, (poses, some)."""
+        return few_samples(self.result.inputs, self.result.nominal, SPECTRA).condition_numbers()
 
     @cached_property
     def kappa_scaled(self) -> Array:
         """Scaled condition number of the matrix that is solved."""
-        return np.broadcast_to(self.result.main.closed.scaled_condition_number(), self._shape[:1])
+        return np.broadcast_to(self.result.main.scaled_condition_number(), self._shape[:1])
 
     @property
     def unknowns(self) -> int:
@@ -138,7 +156,8 @@ class PointOutcome(Outcome):
     def large(self) -> LargeSpread:
         """Displacement from the nominal position at large displacement, (poses, m, 3)."""
         moved, places = self._large
-        return LargeSpread(moved + places - self.rigid[:, None], self.nan_policy.replace("raise", "propagate"))
+        passed, policy = self.large_parts["large_passes"][0], self.nan_policy.replace("raise", "propagate")
+        return LargeSpread(moved + places - self.rigid[:, None], policy, passed=passed)
 
     @cached_property
     def _large(self) -> tuple[Array, Array]:

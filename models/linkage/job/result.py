@@ -34,7 +34,7 @@ class RunResult(Computed):
         if self.inputs.tolerances:
             found["linear"] = SampleKind(LINEAR_WAY, self.parts, self.names)
         if "large" in self.inputs.also:
-            found["large"] = SampleKind(LARGE_WAY, self.outcome.large_parts, ("large", "rigid"))
+            found["large"] = SampleKind(LARGE_WAY, self.outcome.large_parts, ("large", "rigid", "large_passes"))
         measured = self.at_measured_poses
         if measured is not None and measured.inputs.tolerances:
             found["measured"] = SampleKind(MEASURED_WAY, measured.parts, measured.names)

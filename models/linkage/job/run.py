@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...job import large_table
-from ...job.measured import TABLE_FILE
+from ...job.measured import TABLE_FILE, MeasuredOutcome
+from ...job.passages import passages
 from ...job.report import Report
 from ...job.run import Job
 from ...job.sharing import ALONE, Sharing
@@ -66,6 +67,11 @@ class LinkageJob(Job):
         finish(self.result, advance, self.shared)
 
     @property
+    def measured(self) -> MeasuredOutcome | None:
+        """Measured positions of a point beside those predicted."""
+        return self.result.measured
+
+    @property
     def solution(self) -> Solution:
         """The loaded frame at all poses."""
         return self.result.solution
@@ -76,9 +82,8 @@ class LinkageJob(Job):
         return self.result.pose
 
     def tables(self) -> Mapping[str, str]:
-        """The table, the reactions, and where something was measured its residuals."""
-        found = {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
-        return found if self.result.measured is None else found | {TABLE_FILE: self.result.measured.as_csv()}
+        """The table and the reactions."""
+        return {"table.csv": as_csv(self.result), "reactions.csv": reactions_csv(self.result)}
 
     def samples(self) -> Mapping[str, NDArray[Any]]:
         """Samples of the inputs and of the displacement of all points; nothing without tolerances."""
@@ -89,13 +94,15 @@ class LinkageJob(Job):
         found["rigid"] = np.stack([np.broadcast_to(each.rigid, (result.poses, 3)) for each in result.accuracy.values()])
         if "large" in also:
             found["displacement_large"] = np.moveaxis(result.outcome.large.samples, 1, 0)
+            found["large_passes"] = result.outcome.large.passed.T
         if "condition" in also:
-            found |= {"kappa": result.outcome.kappa, "kappa_scaled": result.outcome.kappa_scaled}
+            outcome = result.outcome
+            found |= {"kappa": outcome.kappa, "kappa_plane": outcome.planar_kappa, "kappa_scaled": outcome.kappa_scaled}
         draws = {f"input_{name}": values for name, values in drawn(self.inputs).items()}
         return {**found, "status": result.marked_status, **draws}
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
-        """The linkage, the path of its first point, histograms and residuals where there are any, the reactions."""
+        """The linkage, the path of its first point, histograms where there are any, the reactions."""
         yield from draw(self.result).items()
 
     def captions(self) -> Mapping[str, str]:
@@ -126,7 +133,7 @@ class LinkageJob(Job):
     def summary(self, width: int | None = None) -> str:
         """What the table's columns are, the table, what its brackets hold, and what was asked for beside it."""
         table = as_text(self.result, width)
-        measured = [] if self.result.measured is None else [self.result.measured.in_words()]
-        large = large_table.passage(self.result.outcome, width) if "large" in self.inputs.also else []
-        paragraphs = [legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *large, *measured]
+        outcome = self.result.outcome
+        large = [*large_table.passage(outcome, width), *passages(outcome)] if "large" in self.inputs.also else []
+        paragraphs = [legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *large]
         return "\n\n".join(paragraphs)

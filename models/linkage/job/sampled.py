@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import MechanismWarning
+from ....framework.errors import FrameError, MechanismWarning
 from ...job.parts import Check, Parts
 from ...propagation.failures import FailedRows, FailureCount
 from ...sampling import draw
@@ -88,6 +89,16 @@ class SomeSamples:
         with self._refused():
             return np.broadcast_to(self._accuracy[0].large[..., :3], (1, *self.shape, 3))
 
+    def large_passes(self) -> NDArray[np.bool_]:
+        """Whether the linkage passes a singular configuration on the way there, (1, poses, n)."""
+        with self._refused():
+            return np.broadcast_to(self._accuracy[0].large_passes, (1, *self.shape))
+
+    def condition_numbers(self) -> tuple[Array, Array]:
+        """Condition number of the stiffness matrix, and of its rows and columns in the plane, (poses, n) each."""
+        with self._refused():
+            return conditions(self._accuracy[0], self.shape)
+
     def rigid(self) -> Array:
         """Its own rigid position, (1, poses, n, 3)."""
         return np.broadcast_to(self._accuracy[0].rigid, (1, *self.shape, 3))
@@ -107,6 +118,21 @@ class SomeSamples:
         with warnings.catch_warnings(), self.sampled.source.at("tolerances"):
             warnings.simplefilter("ignore", MechanismWarning)
             yield
+
+
+def conditions(accuracy: PointAccuracy, shape: tuple[int, ...]) -> tuple[Array, Array]:
+    """Condition numbers as usually assembled, and of the plane alone.
+
+    NaN where a joint is ideal in some directions only, or nodes are tied, and of the plane for motion in space.
+    """
+    found = []
+    for read in (accuracy.condition_number, accuracy.planar_condition_number):
+        try:
+            found.append(np.broadcast_to(read(), shape))
+        except FrameError:
+            found.append(np.full(shape, np.nan))
+    whole, plane = found
+    return whole, plane
 
 
 def drawn(inputs: RunInputs) -> dict[str, Array]:
@@ -129,6 +155,11 @@ def sampled_parts(inputs: RunInputs, nominal: Array) -> Parts:
     make = RunSamples(_displacement(inputs, nominal), draws)
     shape = *nominal.shape[:2], inputs.samples
     return Parts(make, shape, greatest=("bound",), counted=("lost",), check=check)
+
+
+def few_samples(inputs: RunInputs, nominal: Array, count: int) -> SomeSamples:
+    """The first samples of a run; without tolerances the linkage itself."""
+    return RunSamples(_displacement(inputs, nominal), drawn(inputs))(slice(count))
 
 
 def large_parts(inputs: RunInputs, nominal: Array, count: int) -> Parts:

@@ -51,6 +51,10 @@ class ClosingArithmetic(Protocol):
         """Entries of the state that the drives do not give."""
         ...
 
+    def placed(self, unknown: Sequence[Any], state: Sequence[Any]) -> list[Any]:
+        """A state with other unknowns."""
+        ...
+
     def unit(self, state: list[Any]) -> list[Any]:
         """A state with unit Euler parameters."""
         ...
@@ -239,33 +243,27 @@ class Closing:
         loops, n = self.loops, self.loops.columns
         assert self.step is not None
         functions, pivots = self.step
-        places = loops.unknown_states
 
         def one(begins: list[Any]) -> tuple[list[Any], Any]:
             *entries, sure, trusted, moving, before = begins
-            at = list(state)
-            for k, x in zip(places, entries, strict=True):
-                at[k] = x
+            at = loops.placed(entries, state)
             found = sheet.done(functions, at)
             if pivots:
                 sure = sure & ~(moving & ~_firm(sheet.shares, found[-pivots:]))
             at, trusted, moving, before = loops.contracted(found[:n], at, trusted, moving, before)
-            return [*(at[k] for k in places), sure, trusted, moving, before], moving
+            return [*self._unknown(at), sure, trusted, moving, before], moving
 
         yes = sheet.yes
-        begins = [*(state[k] for k in places), yes, yes, yes, np.inf]
+        begins = [*self._unknown(state), yes, yes, yes, np.inf]
         before, after = sheet.recording.rounds(begins, one, loops.iterations)
         *entries, sure, trusted, _, last = after
-        final, at = list(state), list(state)
-        for k, x, y in zip(places, entries, before, strict=False):
-            final[k], at[k] = x, y
-        found = sheet.done(functions, at)
+        found = sheet.done(functions, loops.placed(before[: len(entries)], state))
         determinants = found[n : len(found) - pivots]
-        return final, sure & trusted & loops.converged(last), determinants
+        return loops.placed(entries, state), sure & trusted & loops.converged(last), determinants
 
     def _poses(self) -> WrittenDown:
         loops, sheet = self.loops, _Sheet(self.loops)
-        n, count, places = loops.columns, len(loops.mechanism.driven), loops.unknown_states
+        n, count = loops.columns, len(loops.mechanism.driven)
         assert self.step is not None
         functions, pivots = self.step
         exact = loops.equations.written(count)
@@ -273,22 +271,18 @@ class Closing:
 
         def one(begins: list[Any]) -> tuple[list[Any], Any]:
             *entries, sure, good, moving, first, last = begins
-            at = list(sheet.state)
-            for k, x in zip(places, entries, strict=True):
-                at[k] = x
+            at = loops.placed(entries, sheet.state)
             found = sheet.done(functions, at)
             if pivots:
                 sure = sure & ~(moving & ~_firm(sheet.shares, found[-pivots:]))
             at, good, moving, first, last = loops.approached(found[:n], at, good, moving, first, last)
-            return [*(at[k] for k in places), sure, good, moving, first, last], moving
+            return [*self._unknown(at), sure, good, moving, first, last], moving
 
         yes = sheet.yes
-        begins = [*(sheet.state[k] for k in places), yes, yes, yes, -1.0, 0.0]
+        begins = [*self._unknown(sheet.state), yes, yes, yes, -1.0, 0.0]
         _, after = sheet.recording.rounds(begins, one, loops.iterations)
         *entries, sure, good, moving, first, last = after
-        at = list(sheet.state)
-        for k, x in zip(places, entries, strict=True):
-            at[k] = x
+        at = loops.placed(entries, sheet.state)
         found = sheet.done(exact[0], at)
         if pivots:
             sure = sure & _firm(sheet.shares, found[-pivots:])

@@ -79,6 +79,13 @@ class LoopCoordinates:
         """Entries of the state that the drives do not give."""
         return [place for place in range(self.mechanism.entries) if place not in self.driven_states]
 
+    def placed(self, unknown: Sequence[Any], state: Sequence[Any]) -> list[Any]:
+        """A state with these values of the unknowns."""
+        out = list(state)
+        for place, x in zip(self.unknown_states, unknown, strict=True):
+            out[place] = x
+        return out
+
     @cached_property
     def reference_state(self) -> list[float]:
         """State in the reference configuration."""

@@ -84,9 +84,7 @@ class Loops(LoopCoordinates):
         if not made:
             return None
         (unknown, (trusted,), determinants), _ = made
-        found, converged = list(state), trusted
-        for place, x in zip(self.unknown_states, unknown, strict=True):
-            found[place] = x
+        found, converged = self.placed(unknown, state), trusted
         if not trusted.all():
             bad = ~trusted
             begin, own = members_of(state, bad), members_of(parameters, bad)
@@ -174,9 +172,7 @@ class Loops(LoopCoordinates):
         if not made:
             return None
         (unknown, follow, determinants, (first,), (good,)), _ = made
-        found = list(state)
-        for place, x in zip(self.unknown_states, unknown, strict=True):
-            found[place] = x
+        found = self.placed(unknown, state)
         if not good.all():
             bad = ~good
             left = (int(np.count_nonzero(bad)),)

@@ -124,7 +124,7 @@ class Kinematics(AssembledPoses):
         ndarray
             Global coordinates, (..., 3).
         """
-        return self._position(link, _reference_place(place))
+        return self._position(link, vector(place, "place on a link", flat=True))
 
     def velocity_on(self, link: str, place: ArrayLike) -> Array:
         """Velocity of a place of a link, (..., 3).
@@ -141,7 +141,7 @@ class Kinematics(AssembledPoses):
         ndarray
             Global components, (..., 3).
         """
-        return self._velocity_at(link, _reference_place(place))
+        return self._velocity_at(link, vector(place, "place on a link", flat=True))
 
     def acceleration_on(self, link: str, place: ArrayLike) -> Array:
         """Acceleration of a place of a link, (..., 3).
@@ -158,7 +158,7 @@ class Kinematics(AssembledPoses):
         ndarray
             Global components, (..., 3).
         """
-        return self._acceleration_at(link, _reference_place(place))
+        return self._acceleration_at(link, vector(place, "place on a link", flat=True))
 
     # -- links ------------------------------------------------------------------------------------------------------
 
@@ -321,10 +321,3 @@ class Kinematics(AssembledPoses):
     def _on(self, point: str, link: str | None) -> tuple[str, Array]:
         name, _ = self.linkage.end(point if link is None else (link, point), "the motion")
         return name, self.mechanism.place(name, point)
-
-
-def _reference_place(place: ArrayLike) -> Array:
-    given = np.asarray(place, dtype=np.float64)
-    if given.shape[-1:] == (2,):
-        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-    return vector(given, "place on a link")

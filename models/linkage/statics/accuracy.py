@@ -10,17 +10,23 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ....framework.batch import Array, aligned
+from ....framework.batched.idle import released_masses
 from ....framework.dofs import FORCES, values
 from ....framework.errors import FrameError
 from ....framework.frame import Frame
+from ....framework.large.solution import LargeSolution
 from ....framework.listing import number, text_table
+from ....framework.results.modes import modes
 from ....framework.solution import Solution
 from ....framework.states import States
 from ..derivatives.displacement_sensitivity import DisplacementSensitivity, displacement_sensitivity
 from ..derivatives.thermal import Expansion, Temperature, expanded
+from ..graphics.plane import plane
+from .condition_numbers import ConditionNumbers
 from .contact import has_contacts
 from .frame import FramedPoses, frame
-from .tangent import Tangent, is_loaded
+from .passing import passes
+from .tangent import Tangent, elastic, is_loaded
 
 # Stations along a member at which its stress is taken.
 STATIONS = 13
@@ -29,7 +35,7 @@ RIGID = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
-class PointAccuracy:
+class PointAccuracy(ConditionNumbers):
     """Displacement of a point of a loaded linkage, held at its drives, each part apart; made by `Motion.accuracy`.
 
     Attributes
@@ -94,8 +100,16 @@ class PointAccuracy:
         The stable equilibrium to which the load leads from the rigid position; NaN where none was found. Loads keep the
         direction that they have at the pose, those that turn with a link, too.
         """
-        found = self._frame.solve(large=True)
-        return np.where(found.converged[..., None], found.displacement(self.point), np.nan)
+        return self._large.displacement(self.point)
+
+    @cached_property
+    def large_passes(self) -> NDArray[np.bool_]:
+        """Whether the linkage passes a singular configuration on the way to `large`, towards another mode, (...).
+
+        Told by the sign of the closing equations' determinant there and at the pose, for each set of loops that close
+        together; False at poses that are singular themselves.
+        """
+        return np.broadcast_to(passes(self.motion, self._large), self.shape)
 
     @property
     def error_bound(self) -> Array:
@@ -113,6 +127,19 @@ class PointAccuracy:
     def state(self) -> States:
         """The same as numbers, (...): see `linkframe.framework.SolutionState`."""
         return self._open.state
+
+    @cached_property
+    def plane(self) -> tuple[int, int] | None:
+        """The two global axes of the plane in which the linkage moves; None where it keeps to none."""
+        return plane(self.motion)
+
+    @property
+    def _loaded_frame(self) -> Frame:
+        return self._frame
+
+    @property
+    def _without_clearance(self) -> Solution:
+        return self._closed
 
     @property
     def closed(self) -> Solution:
@@ -172,6 +199,10 @@ class PointAccuracy:
         has_play = any(np.any(joint.element.clearance) for joint in self._frame.joints.values())
         has_play = has_play or has_contacts(self.motion.linkage.joints)
         return self.motion.bare.solve(self._frame, clearance=False) if has_play else self._open
+
+    @cached_property
+    def _large(self) -> LargeSolution:
+        return self._frame.solve(large=True)
 
     @cached_property
     def _frame(self) -> Frame:
@@ -245,7 +276,10 @@ def frequencies(motion: FramedPoses, count: int) -> Array:
     """The lowest natural frequencies, Hz, (..., count); see `Motion.frequencies`."""
     if is_loaded(motion):
         return Tangent(motion, cut=True).frequencies(count)
-    return frame(motion, loads=False).modes(count).frequencies
+    built = frame(motion, loads=False)
+    free = released_masses(built)
+    idle = len(built.idle) - len(free.idle)
+    return elastic(modes(free, count + idle).frequencies, idle)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -13,6 +13,7 @@ import numpy as np
 from ....elements import Joint, PointMass
 from ....elements.spring import Spring as Line
 from ....framework.batch import Array, rotated
+from ....framework.described.parts import IdleRotation
 from ....framework.errors import FrameError
 from ....framework.factor_cache import share
 from ....framework.frame import Frame
@@ -27,7 +28,7 @@ from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, contact_stiffness
 from .inertia import beams_with_mass, inertia, is_given
-from .loading import Pieces, add_inertia_loads, add_loads
+from .loading import Pieces, accelerate_idle, add_inertia_loads, add_loads
 from .nodes import Nodes
 
 # Rotation about z.
@@ -54,6 +55,7 @@ def frame(
         release_springs(built, bare.springs)
     if inertia:
         add_inertia_loads(built, motion, bare.nodes, bare.pieces)
+        accelerate_idle(built, motion, bare.nodes)
     if clearance:
         impose_contacts(built, motion.linkage.joints)
     return built
@@ -172,12 +174,9 @@ class Builder:
         stiffness = np.where(driven & constrained, np.inf, stiffness)
         # Where the contact is given, the clearance is an offset, which `frame` imposes.
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
+        if np.any(gap):
+            _check_contact(pair, stiffness)
         axes = self._axes(pair)
-        # A rod between two balls spins freely, which no load resists nor needs: it goes with its neighbour here.
-        spins = pair.name in self.spins
-        if spins and is_even(stiffness):
-            axes, spins = self._along(*self.spins[pair.name]), False
-            stiffness = np.where(np.arange(6) == ABOUT, np.inf, stiffness)
         first, second = self._guide(pair), self.nodes.on[pair.second][pair.point]
         if pair.kind.name == "universal":
             first, stiffness = self._cross(pair, first, stiffness, axes)
@@ -188,10 +187,26 @@ class Builder:
             clearance_directions=pair.kind.clearance if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
         )
-        self.frame.add(pair.name, element, first, second)
-        if spins:  # springs of its own along the ball's axes
-            about = Joint(np.where(np.arange(6) == ABOUT, np.inf, 0.0), self._along(*self.spins[pair.name]))
-            self.frame.add(f"{pair.name}.spin", about, first, second)
+        if pair.name in self.spins:
+            self._constrain_spin(pair, element, first, second)
+        else:
+            self.frame.add(pair.name, element, first, second)
+
+    def _constrain_spin(self, pair: Pair, ball: Joint, first: str, second: str) -> None:
+        """A ball about which a rod spins freely, the spin constrained while nothing resists it and no load works on it.
+
+        A ball that is as stiff in all directions constrains it itself, another one has a joint beside it.
+        """
+        link, *ends, joints = self.spins[pair.name]
+        name, about, axes = pair.name, np.arange(6) == ABOUT, self._along(link, *ends)
+        constrained, free = Joint(np.where(about, np.inf, 0.0), axes), None
+        if is_even(ball.stiffness):
+            free, constrained = ball, replace(ball, stiffness=np.where(about, np.inf, ball.stiffness), axes=axes)
+        else:
+            self.frame.add(name, ball, first, second)
+            name = f"{name}.spin"
+        self.frame.add(name, constrained, first, second)
+        self.frame.idle[name] = IdleRotation(link, (*joints, name), constrained, free)
 
     def _axes(self, pair: Pair) -> Array:
         """Axes of a joint, which move with its first link, those of a universal joint with both."""
@@ -324,17 +339,35 @@ class FramedPoses(ClassifiedPoses):
         return Builder.of(self)
 
 
-def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str]]:
-    """By joint: links that two balls alone hold, which can spin about the line between them, and both points.
+def _check_contact(pair: Pair, stiffness: Array) -> None:
+    """Refuse a clearance in which the contact stiffness would depend on the direction of contact."""
+    own = stiffness[..., [COMPONENTS.index(name) for name in pair.kind.clearance]]
+    wrong = np.any((own != own[..., :1]) | (own == 0.0), axis=-1)
+    if np.any(wrong):
+        raise FrameError(
+            f"joint {pair.name!r} has clearance in {' '.join(pair.kind.clearance)}, where its stiffness is "
+            f"{', '.join(f'{each:g}' for each in own[wrong][0])}: give one stiffness above 0 for all of these, or "
+            "leave the clearance out, by frame(clearance=False) for a frame alone"
+        )
 
-    The first of both balls is named, where neither has a stiffness against turning.
+
+def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str, tuple[str, str]]]:
+    """By joint: links that two balls alone hold, which can spin about the line between them, both points and joints.
+
+    Of both balls the one is named that comes first in the alphabet, however they were described.
     """
     found = {}
-    for link in linkage.links:
-        pairs = [pair for pair in linkage.joints.values() if link in (pair.first, pair.second)]
+    for link in sorted(linkage.links):
+        pairs = sorted(
+            (pair for pair in linkage.joints.values() if link in (pair.first, pair.second)), key=lambda pair: pair.name
+        )
         balls = [p for p in pairs if p.kind.name == "spherical" and not p.full_stiffness[..., 3:].any()]
-        if len(pairs) == len(balls) == 2 and not any(pair.name in linkage.drives for pair in pairs):
-            found[pairs[0].name] = link, pairs[0].point, pairs[1].point
+        if not len(pairs) == len(balls) == 2 or any(pair.name in linkage.drives for pair in pairs):
+            continue
+        points = pairs[0].point, pairs[1].point
+        free = next((pair.name for pair in pairs if pair.name not in found), None)
+        if free is not None:
+            found[free] = link, *points, (pairs[0].name, pairs[1].name)
     return found
 
 

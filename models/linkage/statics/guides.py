@@ -79,7 +79,7 @@ class Layout:
     fractions
         By cut node: share of the beam's length before it, (...).
     bearing_points
-        By guide: the nodes on which the slider stands, and at which poses (...); none where it runs on no beam.
+        By guide: the nodes on which the slider stands, and at which poses (...); none where it never runs on a beam.
     """
 
     at: dict[str, Array]
@@ -101,15 +101,15 @@ class Layout:
         for slider in sliders:
             bearing_points = out.bearing_points[slider.guide] = {}
             free = np.ones(slider.place.shape[:-1], dtype=bool)
-            runs = [ends for ends in beams if _runs_along(slider, ends, places)]
-            for ends in runs:
+            runs = {ends: along for ends in beams if (along := _runs_along(slider, ends, places)).any()}
+            for ends, along in runs.items():
                 fraction = _fraction(slider.place, ends, places)
-                within = free & (fraction > AT_NODE) & (fraction < 1.0 - AT_NODE)
+                within = free & along & (fraction > AT_NODE) & (fraction < 1.0 - AT_NODE)
                 free = free & ~within
                 if within.any():
                     visits.setdefault(ends, []).append(Visit(slider, fraction, within))
             if runs and free.any():
-                bearing_points |= _at_points(slider, {end: places[end] for ends in runs for end in ends}, free)
+                bearing_points |= _at_points(slider, runs, places, free)
         _check_points({slider.pair.name: set(out.bearing_points[slider.guide]) for slider in sliders})
         for ends, those in visits.items():
             out._cut(ends, those)
@@ -170,11 +170,18 @@ def contact_stiffness(beams: Mapping[Ends, LineElement], places: Mapping[str, Ar
     return np.repeat([RIGID * most[:3].max(), RIGID * most[3:].max()], 3)
 
 
-def _at_points(slider: Slider, points: Mapping[str, Array], where: Mask) -> dict[str, Mask]:
-    """Poses at which a slider stands on each of the points: on the nearest, as it is at one of them or beyond."""
-    away = np.stack(np.broadcast_arrays(*(_distance(slider.place, place) for place in points.values())))
-    nearest = np.argmin(away, axis=0)
-    found = {point: where & (nearest == index) for index, point in enumerate(points)}
+def _at_points(slider: Slider, runs: Mapping[Ends, Mask], places: Mapping[str, Array], where: Mask) -> dict[str, Mask]:
+    """Poses at which a slider stands on each point: the nearest end of a beam that it runs along there, as it is at one
+    of them or beyond; where it runs along none, the point of its joint."""
+    reached: dict[str, Mask] = {}
+    for ends, along in runs.items():
+        for end in ends:
+            reached[end] = reached.get(end, np.zeros((), dtype=bool)) | along
+    drawn = slider.pair.point
+    reached[drawn] = reached.get(drawn, np.zeros((), dtype=bool)) | ~np.logical_or.reduce([*runs.values()])
+    away = [np.where(here, _distance(slider.place, places[point]), np.inf) for point, here in reached.items()]
+    nearest = np.argmin(np.stack(np.broadcast_arrays(*away)), axis=0)
+    found = {point: where & (nearest == index) for index, point in enumerate(reached)}
     return {point: here for point, here in found.items() if here.any()}
 
 
@@ -232,16 +239,16 @@ def _check_points(bearing_points: Mapping[str, set[str]]) -> None:
         joined = [*rest, (points.union(*(each[0] for each in touched)), {name}.union(*(each[1] for each in touched)))]
 
 
-def _runs_along(slider: Slider, ends: Ends, places: Mapping[str, Array]) -> bool:
-    """Whether the slot of a slider runs along the line of a beam."""
+def _runs_along(slider: Slider, ends: Ends, places: Mapping[str, Array]) -> Mask:
+    """At which poses the slot of a slider runs along the line of a beam, (...)."""
     start, chord = places[ends[0]], places[ends[1]] - places[ends[0]]
     length = np.linalg.norm(chord, axis=-1)
     ways = [COMPONENTS.index(name) for name in slider.pair.kind.moving if name[0] == "u"]
     if len(ways) > 1:
-        return bool(np.all(_off(slider.place, start, chord) <= OFF_LINE * length))
+        return np.asarray(_off(slider.place, start, chord) <= OFF_LINE * length)
     leans = np.linalg.norm(np.cross(slider.pair.axes[..., ways[0]], chord), axis=-1)
     off = _off(places[slider.pair.point], start, chord)
-    return bool(np.all(leans <= ALONG * length) and np.all(off <= ALONG * length))
+    return np.asarray((leans <= ALONG * length) & (off <= ALONG * length))
 
 
 def _off(place: Array, start: Array, chord: Array) -> Array:

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....framework.arm import crossed, transferred
-from ....framework.batch import Array
+from ....framework.batch import Array, rotated
+from ....framework.batched.idle import work_of_loads
 from ....framework.described.loads import cubic_line_load
 from ....framework.dofs import FORCES
 from ....framework.frame import Frame
 from ....framework.protocol import LineElement
+from ....framework.structure.topology import Topology
 from ..poses.kinematics import Kinematics
-from .actions import applied, centre_of, inertia_force
+from .actions import applied, centre_of, inertia_force, rotated_tensor
 from .inertia import inertia, is_massive
 from .nodes import Nodes
 
@@ -71,6 +73,25 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
         point = nodes.centre_node(motion.linkage, link, inertia(motion.linkage, link).centre)
         at = motion.position(point, link)
         _put(frame, nodes.of(link, point), _there(motion, transferred(rest, whole.place - at)))
+
+
+def accelerate_idle(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
+    """Let rods that can spin between two balls accelerate as all that they are loaded with makes them."""
+    if not frame.idle:
+        return
+    topology = Topology.of(frame.copy(), cut=False)
+    for joint, idle in frame.idle.items():
+        own, link, axis = inertia(motion.linkage, idle.body), idle.body, idle.axis
+        centre, on_axis = centre_of(motion, link), motion.linkage.joints[idle.joints[0]].point
+        turning = crossed(axis, centre - motion.position(on_axis, link))
+        moment = rotated(rotated_tensor(motion.axes(link), own.tensor), axis)
+        about = own.mass * np.sum(turning**2, axis=-1) + np.sum(axis * moment, axis=-1)
+        work, about = np.broadcast_arrays(work_of_loads(topology, joint), about)
+        gain = np.divide(work, about, out=np.zeros(work.shape), where=about > 0.0)[..., None]
+        push, twist = np.broadcast_arrays(own.mass[..., None] * gain * turning, gain * moment)
+        point = nodes.centre_node(motion.linkage, link, own.centre)
+        wrench = transferred(-np.concatenate([push, twist], axis=-1), centre - motion.position(point, link))
+        _put(frame, nodes.of(link, point), _there(motion, wrench))
 
 
 def _put(frame: Frame, node: str, wrench: Array) -> None:

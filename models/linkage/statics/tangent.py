@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.batched.idle import released, released_masses, with_free
 from ....framework.batched.plan import Plan
+from ....framework.described.parts import IdleRotation
 from ....framework.errors import FrameError
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
-from ....framework.results.spectrum import inverse_pencil
+from ....framework.results.spectrum import above_rounding, found_anew, inverse_pencil
 from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
 from ....framework.solvers.rounding import zero_eigenvalue
@@ -28,8 +30,8 @@ from .loading import add_loads
 
 # Share of a point's motion by unit forces that is none.
 _STILL = 1e-10
-# An unstable stiffness is raised by a share of the mass, which is narrowed down to the lowest frequencies sought in so
-# many steps; squared frequencies below this share of it are zero.
+# An unstable stiffness is raised by a share of the mass, which is narrowed down to its softest mode in so many steps;
+# squared frequencies below this share of it are zero.
 _RAISES, _NARROWINGS, _NOISE = 12, 3, 1e-6
 
 
@@ -53,6 +55,8 @@ class Tangent:
     ----------
     plan
         The compiled frame.
+    idle
+        Number of rods that can spin between two balls.
     stiffness
         (..., n, n).
     stable
@@ -60,17 +64,22 @@ class Tangent:
     """
 
     def __init__(self, motion: ClassifiedPoses, *, cut: bool) -> None:
-        self.plan = Plan(Builder(motion, clearance=False).frame, cut=cut)
+        built = Builder(motion, clearance=False).frame
+        free = released_masses(built) if cut else with_free(built, list(built.idle))
+        freed = [idle for name, idle in built.idle.items() if name not in free.idle]
+        self.idle = len(freed)
+        self.plan = Plan(free, cut=cut)
         clamped = Builder(motion, clearance=False, clamped=True)
         clamped.slacken()
         add_loads(clamped.frame, motion, clamped.nodes)
-        rest = Solution(clamped.frame, Plan(clamped.frame, cut=cut))
+        at_rest = released(clamped.frame)
+        rest = Solution(at_rest, Plan(at_rest, cut=cut))
         self.stable: NDArray[np.bool_] = among(
             rest.own_state, SolutionState.REGULAR, SolutionState.STATICALLY_CONSISTENT_MECHANISM
         )
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
-        loaded = np.where(self.stable[..., None, None], loaded, 0.0)
+        loaded = _without_spin(self.plan, freed, np.where(self.stable[..., None, None], loaded, 0.0))
         self.stiffness = dense.stiffness(self.plan) + loaded
 
     def compliance_matrix(self, node: str) -> Array:
@@ -99,7 +108,11 @@ class Tangent:
         FrameError
             Where the linkage has no mass, or fewer modes than asked for.
         """
-        check_count("frequencies", count, len(self.plan.unknowns))
+        check_count("frequencies", count, len(self.plan.unknowns) - self.idle)
+        return elastic(self._with_idle(count + self.idle), self.idle)
+
+    def _with_idle(self, count: int) -> Array:
+        """The lowest frequencies, those of idle rotations among them."""
         mass = dense.mass(self.plan)
         if not np.any(mass):
             raise FrameError("frequencies: the linkage has no mass: give its materials a density, or its links a mass")
@@ -107,12 +120,13 @@ class Tangent:
         shift = np.zeros(shape)
         for _ in range(_NARROWINGS):
             shift = self._raised(mass, shift)
-            squared = self._squared(mass, shift, count)
+            squared, vectors = self._squared(mass, shift, count)
             if not shift.any():
                 break
-            # closer to what is sought, of which a large shift takes digits
-            lowest = np.abs(squared).max(axis=-1)
-            shift = np.where(shift > 0.0, np.minimum(shift, 2.0 * lowest), 0.0)
+            shift = np.minimum(shift, 2.0 * _softest(squared, _NOISE * shift))
+        asked = f"frequencies({count - self.idle}): the linkage"
+        least = np.maximum(shift, squared[..., 0])
+        squared, _ = found_anew(self.stiffness, mass, least, squared, vectors, asked)
         squared = np.where(np.abs(squared) <= _NOISE * shift[..., None], 0.0, squared)
         found = np.sqrt(np.where(squared < 0.0, np.nan, squared)) / (2.0 * np.pi)
         return np.where(self.stable[..., None], found, np.nan)
@@ -129,11 +143,56 @@ class Tangent:
             shift = np.where(low, np.maximum(10.0 * shift, 1e-3 * ratio), shift)
         return shift
 
-    def _squared(self, mass: Array, shift: Array, count: int) -> Array:
-        """The lowest squared circular frequencies, (..., count), the most negative first."""
+    def _squared(self, mass: Array, shift: Array, count: int) -> tuple[Array, Array]:
+        """The lowest squared circular frequencies, (..., count), the most negative first, and their modes."""
         matrix, root = dense.scaled(self.stiffness + shift[..., None, None] * mass)
-        values, _ = inverse_pencil(np.asarray(np.linalg.cholesky(matrix)), root, mass, count)
-        if np.any(values <= np.finfo(float).eps * np.abs(values[..., :1])):
-            raise FrameError(f"frequencies({count}): the linkage has fewer modes with mass: ask for fewer")
-        squared: Array = 1.0 / values - shift[..., None]
-        return squared
+        values, vectors = inverse_pencil(np.asarray(np.linalg.cholesky(matrix)), root, mass, count)
+        values = above_rounding(values)
+        return 1.0 / values - shift[..., None], vectors / np.sqrt(values)[..., None, :]
+
+
+def _without_spin(plan: Plan, freed: list[IdleRotation], loaded: Array) -> Array:
+    """What loads add to the stiffness, (..., n, n), while rods that they do not spin rest, on the mean of their nodes.
+
+    That a rod which its load bends stays bent in the same direction while it spins is beyond what is linear, and would
+    otherwise pass for a stiffness against the spin.
+    """
+    if not freed:
+        return loaded
+    count = len(plan.topology.number)
+    change = dense.global_substitution(plan, list(range(count)))
+    back = np.swapaxes(change, -1, -2)
+    axes = np.stack(np.broadcast_arrays(*(idle.axis for idle in freed)), axis=-1)
+    spins = np.zeros((*axes.shape[:-2], count, 6, len(freed)))
+    for k, idle in enumerate(freed):
+        for node in _nodes_of(plan, idle.body):
+            spins[..., node, 3:, k] = idle.axis
+    mean = back @ spins.reshape(*axes.shape[:-2], 6 * count, len(freed))
+    motions, mean = np.linalg.solve(back @ change, mean), np.swapaxes(mean, -1, -2)
+    away = loaded - (loaded @ motions) @ np.linalg.solve(mean @ motions, mean)
+    back = np.swapaxes(away, -1, -2)
+    return np.asarray(back - (back @ motions) @ np.linalg.solve(mean @ motions, mean))
+
+
+def _nodes_of(plan: Plan, body: str) -> list[int]:
+    """Numbers of the nodes of a body, those within its members among them."""
+    frame, number = plan.frame, plan.topology.number
+    own = {number[name] for name, node in frame.nodes.items() if node.body == body}
+    inside = (
+        piece.nodes for piece in plan.topology.pieces if frame.nodes[frame.members[piece.member].start].body == body
+    )
+    return sorted(own.union(*inside))
+
+
+def elastic(frequencies: Array, idle: int) -> Array:
+    """The lowest of some frequencies (..., n) without the zeros of idle rotations, (..., n - idle)."""
+    zero = (frequencies == 0.0).sum(axis=-1, keepdims=True)
+    first = np.minimum(zero, idle) + np.arange(frequencies.shape[-1] - idle)
+    return np.take_along_axis(frequencies, first, axis=-1)
+
+
+def _softest(squared: Array, noise: Array) -> Array:
+    """Size of the most negative squared frequency, (...), or where none is, of the least one that is no noise."""
+    least = np.where(squared > noise[..., None], squared, np.inf).min(axis=-1)
+    size = np.where(squared[..., 0] < -noise, -squared[..., 0], least)
+    return np.asarray(np.where(np.isfinite(size), size, noise))

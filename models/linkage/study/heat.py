@@ -8,7 +8,8 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ...distributions import Uncertain, distribution_of
+from ...distributions import Uncertain
+from ...given_distributions import distribution_of
 from ..derivatives.thermal import Expansion, expansions, per_strain
 from ..motion import Motion
 from .tolerances import Tolerance

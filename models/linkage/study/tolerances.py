@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,8 +12,8 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ...distributions import continuous, distribution_of
-from ...distributions import tolerance as within
+from ...given_distributions import called, continuous, distribution_of
+from ...given_distributions import tolerance as within
 from ..files.read import Described, linkage_of
 from ..files.source import Source
 from ..files.toml import Path
@@ -137,6 +138,8 @@ def _in_words(
     source: Source, path: tuple[str, str], of: Sequence[tuple[Path, str]], given: Uncertain | float
 ) -> Tolerance:
     """A tolerance of numbers by where the file names them and their names."""
+    if (table := _written_out(source, path, of, given)) is not None:
+        return tolerance(table, path[1])
     share = PERCENT.fullmatch(given) if isinstance(given, str) else None
     places, nominal = _numbers_of(source, of, relative=share is not None)
     try:
@@ -146,6 +149,22 @@ def _in_words(
         source.fail(path, f"{given!r} cannot be meant: {error}")
     found = Tolerance(places, nominal, distribution, share is not None, str(given))
     return _checked(source, path, found, deviates=deviates)
+
+
+def _written_out(
+    source: Source, path: tuple[str, str], of: Sequence[tuple[Path, str]], given: Uncertain | float
+) -> Source | None:
+    """The file with a table in place of a distribution that is written as a call; None where it is not."""
+    try:
+        found = called(given) if isinstance(given, str) else None
+    except FrameError as error:
+        source.fail(path, str(error))
+    if found is None:
+        return None
+    table = {"of": [text for _, text in of], "distribution": found[0], **found[1]}
+    clone = copy.copy(source)
+    clone.data = {**source.data, "tolerances": {**source.data.get("tolerances", {}), path[1]: table}}
+    return clone
 
 
 def _given_distribution(

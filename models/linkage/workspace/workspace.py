@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 from ....framework.batch import Array, finite
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
+from ..description.parts import unit_vector
 from ..graphics.units import SI, Units
 from ..motion import Motion
 from ..poses.assembled_poses import OTHER_MODE
-from ..worst_case.support_function import unit
 from .inverse import InverseKinematics
 from .maps import plot_map
 from .neighbours import everywhere
@@ -95,7 +95,7 @@ class Workspace:
         """
         compliance = self.motion.compliance_matrix(self.point, self._solver.link)[..., :3, :3]
         if direction is not None:
-            n = unit(direction)
+            n = unit_vector(direction, "direction")
             soft = np.einsum("i,...ij,j->...", n, compliance, n)
         else:
             flat = list(self._solver.plane or range(3))

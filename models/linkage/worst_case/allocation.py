@@ -16,6 +16,7 @@ from ...fits.cost import relative_cost
 from ...fits.iso286 import Fit, fit
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..poses.classified import ClassifiedPoses
+from ..zone import check_radius
 from .limits import Given
 from .region import ReachableRegion
 from .worst_case import WorstCase, worst_case_by
@@ -115,8 +116,7 @@ def allocate_fits(
     """
     if combine not in ("worst case", "statistical"):
         raise FrameError(f"combine is {combine!r}: choose 'worst case' or 'statistical'")
-    if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
-        raise FrameError(f"limit of point {point!r} is {limit!r}: give the radius of its zone, a length above zero")
+    check_radius(point, limit)
     choices = _choices(motion, diameters, fits, costs, given)
     table = {joint: {each.name: (each.offset, cost) for each, cost in some} for joint, some in choices.items()}
     program = _Program(position_sensitivity(motion, point, link), given, tuple(choices), combine)

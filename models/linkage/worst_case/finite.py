@@ -59,8 +59,7 @@ def finite(
     node = built.nodes.of(by.link, by.point)
     n = np.where(np.isfinite(direction), direction, 0.0)
     built.frame.load(node, fx=n[..., 0], fy=n[..., 1], fz=n[..., 2])
-    found = built.frame.solve(large=True)
-    displacement = np.where(found.converged[..., None], found.displacement(node)[..., :3], np.nan)
+    displacement = built.frame.solve(large=True).displacement(node)[..., :3]
     return FiniteWorstCase(direction, displacement, first_order)
 
 

@@ -13,9 +13,9 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ...fuzzy.cuts import FuzzyResult
 from ...fuzzy.number import FuzzyNumber, fuzzy_of, levels_of
+from ..description.parts import unit_vector
 from ..poses.classified import ClassifiedPoses
 from .limits import Given, given_of
-from .support_function import unit
 from .worst_case import WorstCase, worst_case
 
 # Limits that are an interval about the nominal value; of the others a cut is what its upper end allows, of bearings,
@@ -61,7 +61,7 @@ class FuzzyReach:
         FuzzyResult
             Cuts (a, ...), lengths, with the membership of a displacement.
         """
-        n = unit(direction)
+        n = unit_vector(direction, "direction")
         lower, upper = 0.0 - self.worst.support(-n), self.worst.support(n)
         return FuzzyResult(self.levels, lower, upper, {}, {}, "first order")
 

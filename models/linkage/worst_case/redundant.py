@@ -48,13 +48,15 @@ def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Seq
         across = np.repeat(1.0 / np.where(length > 0.0, length, 1.0), sizes, axis=-1)
         slope = _sum(rows, found * across)
         best = _total(found, starts, rounded)
+        squares = (rows * across[..., None, :]) @ np.swapaxes(rows, -1, -2)
+        size = np.trace(squares, axis1=-2, axis2=-1)[..., None, None]
         for newton in (False, True):
-            matrix = (rows * across[..., None, :]) @ np.swapaxes(rows, -1, -2)
+            matrix = squares
             if newton:
                 pulled = np.add.reduceat(rows * (found * across)[..., None, :], starts, axis=-1)
                 weight = 1.0 / np.where(length > 0.0, length, 1.0)
-                matrix = matrix - (pulled * weight[..., None, :]) @ np.swapaxes(pulled, -1, -2)
-            move = _solved(matrix, slope)
+                matrix = squares - (pulled * weight[..., None, :]) @ np.swapaxes(pulled, -1, -2)
+            move = _solved(matrix, size, slope)
             here = multipliers
             for share in DAMPED if newton else DAMPED[:1]:
                 tried = here - share * move
@@ -97,8 +99,10 @@ def _total(vectors: Array, starts: Sequence[int], rounded: Array) -> Array:
     return np.asarray(np.sum(_rounded(vectors, starts, rounded), axis=-1))
 
 
-def _solved(matrix: Array, right: Array) -> Array:
-    """Steps (..., s); rows that act on nothing, or on what others do, take none."""
-    size = np.trace(matrix, axis1=-2, axis2=-1)[..., None, None]
+def _solved(matrix: Array, size: Array, right: Array) -> Array:
+    """Steps (..., s); rows that act on nothing, or on what others do, take none.
+
+    A matrix of which the curvature took all is raised by the `size` that it had.
+    """
     shifted = matrix + (1e-13 * size + (size == 0.0)) * np.eye(matrix.shape[-1])
     return np.asarray(np.linalg.solve(shifted, right[..., None])[..., 0])

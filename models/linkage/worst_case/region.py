@@ -201,7 +201,9 @@ class ReachableRegion(SupportFunction):
         """Outermost points all around, in their order where the region lies in a plane.
 
         In the plane the ends of straight edges, which intervals and joints of rank 1 make, are among them, unless
-        redundant constraints bind them.
+        redundant constraints bind them. In space what lies between the points falls short of the support by up to
+        7 % where the region is smooth, at 180 directions, and by up to some 10 % where it has straight edges, however
+        thin it is.
 
         Parameters
         ----------
@@ -216,7 +218,9 @@ class ReachableRegion(SupportFunction):
         """
         whole = self._spread
         if self.dimension > 2:
-            return whole._extreme(sphere(count))
+            # where the region is thin, as closely as if it were stretched to be as wide as it is long
+            n = (sphere(count) / self._extents) @ self._basis
+            return whole._extreme(n / np.linalg.norm(n, axis=-1, keepdims=True))
         n = circle(count) @ self._basis[:2]
         return in_order(
             np.concatenate([whole._extreme(n), *self._edge_ends(whole)], axis=-2), self._basis[:2], self.centre

@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, vector
-from ....framework.errors import FrameError
+from ....framework.batch import Array, Shape
+from ..description.parts import unit_vector
 from .redundant import least_lengths
 
 
@@ -56,7 +56,7 @@ class SupportFunction:
         ndarray
             Length, or radians of a rotation, (...).
         """
-        n = unit(direction)
+        n = unit_vector(direction, "direction")
         return np.asarray(np.sum(n * self.centre, axis=-1) + np.sum(self._reach(n), axis=-1))
 
     def extreme(self, direction: ArrayLike) -> Array:
@@ -72,7 +72,7 @@ class SupportFunction:
         ndarray
             Displacement from the nominal pose, or rotation vector, (..., 3).
         """
-        return self._extreme(unit(direction))
+        return self._extreme(unit_vector(direction, "direction"))
 
     def around(self, directions: Array) -> Array:
         """Outermost points in several directions at each pose.
@@ -103,7 +103,7 @@ class SupportFunction:
             One for each of the `columns`, (..., n): a vector of length one for each contributor, zero where it does not
             count.
         """
-        along, lengths = self._balanced(unit(direction))
+        along, lengths = self._balanced(unit_vector(direction, "direction"))
         length = np.repeat(lengths, self.sizes, axis=-1)
         return np.asarray(np.where(length > 0.0, along / np.where(length > 0.0, length, 1.0), 0.0))
 
@@ -120,7 +120,7 @@ class SupportFunction:
         ndarray
             One for each of `contributors`, (..., k); their sum is the support about the centre.
         """
-        return self._by_name(self._reach(unit(direction)))
+        return self._by_name(self._reach(unit_vector(direction, "direction")))
 
     def variances(self, direction: ArrayLike) -> Array:
         """Variance that each contributor brings about in a direction, spread evenly over its interval, disc or ball.
@@ -139,7 +139,7 @@ class SupportFunction:
         ndarray
             One for each of `contributors`, (..., k); all are independent.
         """
-        return self._by_name(self._reach(unit(direction)) ** 2 / (np.array(self.sizes) + 2.0))
+        return self._by_name(self._reach(unit_vector(direction, "direction")) ** 2 / (np.array(self.sizes) + 2.0))
 
     @cached_property
     def half_widths(self) -> Array:
@@ -204,15 +204,3 @@ class SupportFunction:
         """The same with a further axis, for directions at each pose."""
         stress = None if self.stress is None else self.stress[..., None, :, :]
         return replace(self, centre=self.centre[..., None, :], columns=self.columns[..., None, :, :], stress=stress)
-
-
-def unit(direction: ArrayLike) -> Array:
-    """Unit vectors (..., 3) of directions (..., 2 or 3)."""
-    given = np.asarray(direction, dtype=np.float64)
-    if given.shape[-1:] == (2,):
-        given = np.concatenate([given, np.zeros((*given.shape[:-1], 1))], axis=-1)
-    given = vector(given, "direction")
-    length = np.linalg.norm(given, axis=-1, keepdims=True)
-    if np.any(length == 0.0):
-        raise FrameError("direction has length 0: give the direction in which to look")
-    return np.asarray(given / length)

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike
 from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
+from ..description.parts import unit_vector
 from ..poses.classified import ClassifiedPoses
 from .contributors import Contributors
 from .finite import FiniteWorstCase, finite
 from .limits import Given, Limit, limits
 from .region import ReachableRegion
-from .support_function import unit
 
 # A deviation opens a redundant constraint where it does so by more than this share of what one moves at that pose.
 OPENED = 1e-10
@@ -202,7 +202,7 @@ class WorstCase:
         drive A           0.0004         80.0         95.5
         joint A           0.0001         20.0          4.5
         """
-        n = np.nan_to_num(self.direction, nan=1.0) if direction is None else unit(direction)
+        n = np.nan_to_num(self.direction, nan=1.0) if direction is None else unit_vector(direction, "direction")
         where = np.isfinite(self.greatest)[..., None]
         region = self.position
         reach = region.contributions(n)
@@ -251,7 +251,9 @@ class WorstCase:
             raise FrameError(
                 f"finite() is for clearances alone, and {others[0]} is none that contact can take up: leave it out"
             )
-        n = np.broadcast_to(self.direction if direction is None else unit(direction), (*self.shape, 3))
+        n = np.broadcast_to(
+            self.direction if direction is None else unit_vector(direction, "direction"), (*self.shape, 3)
+        )
         clearances = {each.joint: each.radius for each in self.limits}
         return finite(self.sensitivity, clearances, n, self.position.extreme(np.nan_to_num(n, nan=1.0)))
 
