@@ -60,10 +60,14 @@ def test_everybody_solves_the_same_job(space: bool) -> None:
 
 @pytest.mark.parametrize("name", programs.WANTED)
 def test_back_ends_agree(name: str) -> None:
-    """NumPy and, where it is installed, machine code, on a batch that is long enough for it."""
+    """NumPy and, where it is installed, machine code, on a batch that is long enough for it.
+
+    They differ where the processor's matrix product adds in another order, and by more of a displacement where its
+    terms cancel, which their bounds tell.
+    """
     rows = programs.compared(name, programs.cases()[name], 2, 100, 1)
     assert {row["back end"] for row in rows} == set(programs.backends())
-    assert all(row["difference"] < 1e-14 for row in rows)
+    assert all(row["of bounds"] <= 1.0 and row["difference"] < 1e-12 for row in rows)
 
 
 def test_in_plane_matrix_is_part_of_the_whole() -> None:

@@ -96,12 +96,27 @@ def solved(frame: Frame, node: str, backend: str) -> Array:
     return found
 
 
+def bound(frame: Frame, node: str, backend: str) -> Array:
+    """The bound on the error of that displacement."""
+    with by(backend):
+        found: Array = frame.copy().solve().error_bound(node)
+    return found
+
+
+def of_bounds(difference: Array, bounds: Array) -> float:
+    """The greatest difference over its bound, in which none counts as 0 where the bound is 0."""
+    off = difference != 0.0
+    with np.errstate(divide="ignore"):
+        return float((np.abs(difference[off]) / np.broadcast_to(bounds, difference.shape)[off]).max(initial=0.0))
+
+
 def compared(name: str, case: Case, few: int, many: int, repeats: int) -> list[Row]:
     """A row for each back end."""
     make, node, poses = case
     frames = {count: make(count) for count in (few, many)}
     calls = {(b, n): partial(solved, frame, node, b) for b in backends() for n, frame in frames.items()}
     results = {backend: calls[backend, many]() for backend in backends()}
+    bounds = {backend: bound(frames[many], node, backend) for backend in backends()}
     seconds = least_each({f"{b} {n}": call for (b, n), call in calls.items()}, repeats)
     size = np.abs(results[NUMPY]).max(axis=-1, keepdims=True)
     return [
@@ -114,6 +129,7 @@ def compared(name: str, case: Case, few: int, many: int, repeats: int) -> list[R
             * (seconds[f"{backend} {many}"] - seconds[f"{backend} {few}"])
             / (poses * (many - few)),
             "difference": float((np.abs(results[backend] - results[NUMPY]) / size).max()),
+            "of bounds": of_bounds(results[backend] - results[NUMPY], bounds[backend] + bounds[NUMPY]),
         }
         for backend in backends()
     ]
