@@ -159,11 +159,12 @@ class RangeOfMotion(LinkageDescription):
         """Place a point on a grid: what drives it takes, and how stiff and well conditioned the linkage is there.
 
         The point is led to each place on a straight line from its reference position or, beyond what it cannot cross,
-        from the places beside; the drives that it takes bring it there by `move`, on a straight path of theirs. Places
-        beyond singular poses, which that path would cross, or to which only a path with a bend leads, stay blank, as
-        other assembly modes do in `move`; ``elsewhere`` tells which they are. Where the drives do more than place
-        the point, its link keeps the orientation of the reference configuration: the constant-orientation workspace of
-        a parallel robot.
+        from the places beside; what is left is sought from poses all over the range of the drives, so that legs may
+        fold the other way there. The drives that it takes bring it there by `move`, on a straight path of theirs.
+        Places beyond singular poses, which that path would cross, or to which only a path with a bend leads, stay
+        blank, as other assembly modes do in `move`; ``elsewhere`` tells which they are. Where the drives do more than
+        place the point, its link keeps the orientation of the reference configuration: the constant-orientation
+        workspace of a parallel robot.
 
         Parameters
         ----------

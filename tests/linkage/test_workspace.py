@@ -147,6 +147,42 @@ def test_places_behind_a_singular_pose_are_told_from_those_out_of_reach() -> Non
     assert all(each.startswith("other assembly mode") for each in space.status[space.elsewhere])
 
 
+def test_places_that_a_five_bar_reaches_with_an_elbow_folded_the_other_way() -> None:
+    """The elbows of each place by the cosine law: where the drives go there straight, loops closed, it is reached."""
+    bar, rod, tip, bases = 1.0, 1.2, 1.2j, np.array([-1.0, 1.0])
+
+    def cranks(place: complex) -> list[np.ndarray]:
+        leg = place - bases
+        with np.errstate(invalid="ignore"):
+            fold = np.arccos((bar**2 - rod**2 + np.abs(leg) ** 2) / (2 * bar * np.abs(leg)))
+        return [np.angle(leg) + fold * sides for sides in ((1, -1), (-1, 1), (1, 1), (-1, -1))]
+
+    start = cranks(tip)[0]
+    elbows = bases + bar * np.exp(1j * start)
+    points = dict(zip("ABPDE", (bases[0], elbows[0], tip, elbows[1], bases[1]), strict=True))
+    linkage = Linkage({name: (np.real(at), np.imag(at)) for name, at in points.items()})
+    for link in ("AB", "BP", "PD", "DE"):
+        linkage.link(link, *link)
+    joints = {"A": ("ground", "AB"), "B": ("AB", "BP"), "P": ("BP", "PD"), "D": ("PD", "DE"), "E": ("ground", "DE")}
+    for name, links in joints.items():
+        linkage.revolute(name, *links, drive=name in "AE")
+    x, y = np.linspace(-2.2, 2.2, 11), np.linspace(-2.0, 2.4, 11)
+    space = linkage.workspace("P", x=x, y=y)
+
+    def closed_on_the_way(place: complex, end: np.ndarray) -> bool:
+        turn = np.remainder(end - start + np.pi, 2 * np.pi) - np.pi
+        first, second = (bases + bar * np.exp(1j * (start + np.linspace(0.0, 1.0, 500)[:, None] * turn))).T
+        apart = np.abs(first - second)
+        above = ((place - first[-1]).conjugate() * (place - second[-1])).imag > 0.0
+        return bool(above and (apart > 0.02).all() and (apart < 2 * rod - 0.02).all())
+
+    expected = [[any(closed_on_the_way(a + 1j * b, end) for end in cranks(a + 1j * b)) for a in x] for b in y]
+    assert np.count_nonzero(expected) > 16
+    assert space.reached[np.array(expected)].all()
+    placed = space.motion.position("P")[:, :2]
+    assert_allclose(placed, np.stack(np.meshgrid(x, y), axis=-1)[space.reached], atol=1e-10)
+
+
 def test_maps_say_what_is_blank_and_have_units() -> None:
     linkage = arm(BAR)
     linkage.load("P", fy=-100.0)

@@ -28,6 +28,8 @@ NONE = 1e-9
 # Damped steps where Newton's method does not find the way: how many, the sum of squares at which it does, the damping
 # at first, least and where a step is none any more, and by what it falls and grows.
 DAMPED, ARRIVED, DAMPING, LEAST, MOST, FALLS, GROWS = 40, 1e-4, 0.1, 1e-4, 10.0, 0.2, 5.0
+# Poses all over the range of the drives.
+ALL_OVER = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +92,20 @@ class InverseKinematics:
     def units(self) -> Array:
         """Length that counts as much as a radian, of drives that slide; 1 of those that turn, (drives,)."""
         return np.where(self.slides, self.size, 1.0)
+
+    @cached_property
+    def all_over(self) -> tuple[Array, Array]:
+        """Drive values (n, drives) and places (n, 3) of poses half a turn or a size about the reference configuration.
+
+        Those that cannot be assembled are left out.
+        """
+        from scipy.stats import qmc  # takes long to load, and few workspaces need it
+
+        spread = 2.0 * qmc.Halton(len(self.start), scramble=False).random(ALL_OVER) - 1.0
+        drives = self.start + spread * np.where(self.slides, self.size, np.pi)
+        places = self.poses(drives).position(self.point, self.link)
+        there = np.isfinite(places).all(axis=-1)
+        return drives[there], places[there]
 
     @cached_property
     def places(self) -> int:

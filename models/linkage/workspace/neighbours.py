@@ -1,4 +1,4 @@
-"""Places of a grid that no straight line reaches, tried from those beside them."""
+"""Places of a grid that no straight line reaches, tried from those beside them and from poses all over the drives."""
 
 from __future__ import annotations
 
@@ -11,13 +11,17 @@ from .inverse import Bools, InverseKinematics
 Numbers = NDArray[np.int64]
 
 BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
+# From how many poses, of those all over the range of the drives the nearest, a place is tried.
+TRIED = 6
 
 
 def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
     """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which are and could be reached.
 
     What lies beyond a hole or beside a corner is tried from the places beside it, what is then left from the nearest
-    that is reached, as long as that reaches more.
+    that is reached, as long as that reaches more. What is still left may be reached by a leg that folds the other way
+    (an inverse-kinematic singularity, which stops the point and not the drives): it is tried from poses all over the
+    range of the drives.
 
     Parameters
     ----------
@@ -30,6 +34,14 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, 
     flat, there, possible = solver.solved(places.reshape(-1, 3))
     drives, reached = flat.reshape(*shape, -1), there.reshape(shape)
     could = reached | possible.reshape(shape)
+    _spread(solver, places, drives, reached, could)
+    if (could & ~reached).any() and _from_anywhere(solver, places, drives, reached, could):
+        _spread(solver, places, drives, reached, could)
+    return drives, reached, reached | could
+
+
+def _spread(solver: InverseKinematics, places: Array, drives: Array, reached: Bools, could: Bools) -> None:
+    """Go on from what is reached as long as that reaches more; writes `drives` and `reached`."""
     fresh = reached.copy()
     while True:
         target, source = _beside(fresh, reached)
@@ -37,16 +49,38 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, 
         if damped:
             target, source = _nearest(could & ~reached, reached)
         if not len(target):
-            return drives, reached, reached | could
+            return
         given, wanted = drives[*source.T], places[*target.T]
         found, good = solver.refined(solver.approached(given, wanted) if damped else given, wanted)
-        rows, columns = target[good].T
-        if damped and not len(rows):
-            return drives, reached, reached | could
-        drives[rows, columns] = found[good]
-        fresh = np.zeros(shape, dtype=bool)
-        fresh[rows, columns] = True
-        reached |= fresh
+        if damped and not good.any():
+            return
+        fresh = _write(target[good], found[good], drives, reached)
+
+
+def _from_anywhere(solver: InverseKinematics, places: Array, drives: Array, reached: Bools, could: Bools) -> bool:
+    """Try what is left from the nearest of poses all over the range of the drives; whether that reached more."""
+    from scipy.spatial import KDTree  # as in `_nearest`
+
+    start, at = solver.all_over
+    if not len(start):
+        return False
+    target = np.argwhere(could & ~reached)
+    nearest = KDTree(at).query(places[*target.T], [*range(1, min(TRIED, len(start)) + 1)])[1]
+    wanted = np.repeat(places[*target.T], nearest.shape[1], axis=0)
+    found, good = solver.refined(start[nearest.ravel()], wanted)
+    good, found = good.reshape(nearest.shape), found.reshape(*nearest.shape, -1)
+    there = good.any(axis=-1)
+    _write(target[there], found[there, good[there].argmax(axis=-1)], drives, reached)
+    return bool(there.any())
+
+
+def _write(target: Numbers, found: Array, drives: Array, reached: Bools) -> Bools:
+    """Note drive values (k, drives) of places (k, 2) that are reached now; which these are, (rows, columns)."""
+    fresh = np.zeros(reached.shape, dtype=bool)
+    fresh[*target.T] = True
+    drives[*target.T] = found
+    reached |= fresh
+    return fresh
 
 
 def _nearest(left: Bools, reached: Bools) -> tuple[Numbers, Numbers]:

@@ -48,7 +48,7 @@ class Workspace:
         Which places are reached, (rows, columns).
     elsewhere
         Which of the others the point can have in another assembly mode only: beyond singular poses, or where a straight
-        path of the drives from the reference configuration ends elsewhere, (rows, columns).
+        path of the drives from the reference configuration ends elsewhere, as far as was found, (rows, columns).
     """
 
     motion: Motion
