@@ -37,5 +37,7 @@ if __name__ == "__main__":
         plt.fill(outline[:, 0], outline[:, 1], color="tab:orange", alpha=0.4)
     plt.plot(place[:, 0], place[:, 1])
     plt.axis("equal")
+    plt.xlabel("x [m]")
+    plt.ylabel("y [m]")
     plt.title("what P can reach, 200 times as large")
     plt.show()

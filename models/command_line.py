@@ -7,9 +7,10 @@ import gc
 import os
 import signal
 import sys
-from argparse import Action, ArgumentParser
+from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Sequence
 from io import TextIOWrapper
+from pathlib import Path
 from time import perf_counter, process_time
 from typing import Any
 
@@ -68,15 +69,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     # by what it has computed: a shell that waited before it became this process is not part of the job
     begun = perf_counter() - (process_time() if arguments is None else 0.0)
+    _open_closed()
     for stream in (sys.stdout, sys.stderr):
         # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=SPELT)
-    top = parser()
-    options, unknown = top.parse_known_args(arguments)
-    if unknown:
-        job = f"linkframe {options.job}"
-        top.exit(2, f"{job}: error: {' '.join(unknown)}: no such option; {job} --help lists them\n")
+    try:
+        options = _options(arguments)
+    except BrokenPipeError:
+        return _unread()
     options.begun = begun
     with Signals(last=arguments is None) as signals:
         try:
@@ -86,9 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print("\n".join([f"linkframe {options.job}: error: {error}", *_notes(error)]), file=sys.stderr)
             return 2
         except BrokenPipeError:
-            # Nobody reads on; what is still held must not be written when Python ends.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            return 128 + signals.PIPE
+            return _unread()
         except KeyboardInterrupt as interrupt:
             signals.code = signals.code or 128 + signal.SIGINT
             told = [f"linkframe {options.job}: interrupted; files are written all or none", *_notes(interrupt)]
@@ -97,6 +96,33 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # The process ends, and all that it holds with it: to look through that for garbage first takes a while.
         gc.freeze()
     return signals.code
+
+
+def _options(arguments: Sequence[str] | None) -> Namespace:
+    """The options of a job; help and version are printed, and end the process, before any job is chosen."""
+    top = parser()
+    try:
+        options, unknown = top.parse_known_args(arguments)
+    except SystemExit:
+        sys.stdout.flush()
+        raise
+    if unknown:
+        job = f"linkframe {options.job}"
+        top.exit(2, f"{job}: error: {' '.join(unknown)}: no such option; {job} --help lists them\n")
+    return options
+
+
+def _open_closed() -> None:
+    """Streams that the process was started without lead nowhere, and no file of the job takes their numbers."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # to the end of the process
+
+
+def _unread() -> int:
+    """Exit code where nobody reads on; what is still held must not be written when Python ends."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 128 + Signals.PIPE
 
 
 class _Version(Action):

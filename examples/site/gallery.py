@@ -61,7 +61,7 @@ DRAWN = {
     "bricard": 'motion.plot(trace="H3")',
     "cantilever": 'solution.plot("M")',
     "four_bar": BEND + 'plt.semilogy(np.degrees(theta), compliance)\nplt.xlabel("crank [°]")\n'
-    'plt.ylabel("P under 100 N [m]")',
+    'plt.ylabel("P under 100 N [m]")\nplt.tight_layout()',
     "gravity_spring_rpm": 'reactions.plot("drives")',
     "loose_pins": BEND + 'plt.plot(np.degrees(theta), 1e6 * by_clearance)\nplt.xlabel("crank [°]")\n'
     'plt.ylabel("displacement of P by clearance [µm]")',

@@ -26,5 +26,5 @@ def add_tolerance(parser: ArgumentParser | _ArgumentGroup, of: str) -> None:
 def _pair(text: str) -> tuple[str, str]:
     name, equal, value = (part.strip() for part in text.partition("="))
     if not (name and equal and value):
-        raise ArgumentTypeError(f"is {text!r}: give NAME=VALUE, such as 'joints.B.clearance=± 5 %%'")
+        raise ArgumentTypeError(f"is {text!r}: give NAME=VALUE, such as 'joints.B.clearance=± 5 %'")
     return name, value

@@ -66,5 +66,7 @@ def draw_residuals(
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(fontsize=7.5, frameon=False, ncols=4, loc="upper left", columnspacing=1.0)
     few_ticks(axes)
+    if label == "pose":
+        axes.xaxis.get_major_locator().set_params(integer=True)
     if label.endswith("[°]"):
         mark_turns(axes, pose)

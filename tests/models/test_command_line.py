@@ -212,3 +212,31 @@ def test_contact_in_equilibrium_is_along_the_joint_forces() -> None:
     inputs = Inputs(contact=given, poses=(30.0, 90.0, 30.0), samples=10)
     by_file, by_forces = (compute(each, large=False).mean for each in (inputs, inputs.but(contact="reaction")))
     np.testing.assert_allclose(by_file, by_forces, rtol=1e-9)
+
+
+@pytest.mark.parametrize("words", [["--version"], ["--help"], ["run", "--help"]])
+def test_nobody_reads_what_is_printed(words: list[str]) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    outcome = subprocess.run(
+        [sys.executable, "-m", "linkframe", *words], stdout=writer, stderr=subprocess.PIPE, text=True, check=False
+    )
+    os.close(writer)
+    assert not outcome.stderr
+    assert outcome.returncode in (0, 141)  # argparse prints help to nobody without a word
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a shell closes the streams")
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-"])
+def test_streams_that_were_closed_before(closed: str, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "examples/four_bar.toml").read_text(encoding="utf-8")
+    (tmp_path / "short.toml").write_text(text.replace("steps = 37", "steps = 2"), encoding="utf-8")
+    command = f'"{sys.executable}" -m linkframe run short.toml --figures none --out out {closed}'
+    assert subprocess.run(command, shell=True, check=False, cwd=tmp_path).returncode == 0
+    assert (tmp_path / "out/table.csv").read_text(encoding="utf-8").count("\n") >= 2
+
+
+def test_a_wrong_tolerance_is_shown_how_to_write_one(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "linkage.toml", "--tolerance", "nonsense"])
+    assert "give NAME=VALUE, such as 'joints.B.clearance=± 5 %'\n" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from inspect import signature
 from typing import Any, TypeVar
 
 from ....elements import Beam, Circle, CrossSection, ISection, Material, Rectangle, Section, Tube
@@ -71,13 +72,15 @@ def _material(source: Source, name: str) -> Material:
 
 def _section(source: Source, name: str) -> CrossSection:
     path = ("sections", name)
+    if not isinstance(source.get(path), dict):
+        source.fail(path, f"is {shown_value(source.get(path))}: give a table, [sections.{name}]")
     shape = SECTIONS[source.text_at((*path, "shape"), SECTIONS)]
-    sizes = {key: source.numbers((*path, key)) for key in (source.get(path) or {}) if key != "shape"}
+    sizes = signature(shape).parameters.values()
+    needed, further = ([each.name for each in sizes if (each.default is each.empty) == must] for must in (True, False))
+    table = source.table(path, ("shape", *needed), tuple(further))
+    numbers = {key: source.numbers((*path, key)) for key in table if key != "shape"}
     with source.at(*path):
-        try:
-            return shape(**sizes)
-        except TypeError as error:
-            source.fail(path, f"{str(error).removeprefix(f'{shape.__name__}.__init__() ')}")
+        return shape(**numbers)
 
 
 def _beam(source: Source, name: str, sections: Mapping[str, CrossSection], materials: Mapping[str, Material]) -> Beam:
@@ -98,7 +101,7 @@ def _beam(source: Source, name: str, sections: Mapping[str, CrossSection], mater
             if type(table[key]) is not kind:
                 source.fail(
                     (*path, key),
-                    f"is {shown_value(table[key])}: give {'true or false' if kind is bool else 'a number'}",
+                    f"is {shown_value(table[key])}: give {'true or false' if kind is bool else 'a whole number'}",
                 )
             given[key] = table[key]
     with source.at(*path):
@@ -164,6 +167,8 @@ def _drive(source: Source, linkage: LinkageDescription, joint: str) -> None:
         if value:
             linkage.drive(joint)
         return
+    if not isinstance(value, list):
+        source.fail(path, f'is {shown_value(value)}: give true, or a list of coordinates, such as ["rz"]')
     with source.at(*path):
         linkage.drive(joint, *source.texts(path))
 

@@ -38,7 +38,7 @@ class Source:
     def __init__(self, file: str | File) -> None:
         self.file = File(file)
         try:
-            self.text = self.file.read_text(encoding="utf-8")
+            self.text = self.file.read_text(encoding="utf-8-sig")  # Windows editors begin with a mark
         except (OSError, ValueError) as error:
             why = getattr(error, "strerror", None) or "it is not UTF-8 text"
             raise FrameError(f"{self.file} cannot be read: {why}; give a TOML file that describes a linkage") from error
@@ -170,6 +170,9 @@ class Source:
     def text_at(self, path: Path, among: Mapping[str, object] | tuple[str, ...] | None = None) -> str:
         """A string, one of `among`."""
         value = self.get(path)
+        if value is None:
+            known = f", one of {', '.join(among)}" if among else ""
+            self.fail(path[:-1], f"has no {path[-1]}: give its name in quotes{known}")
         if not isinstance(value, str):
             self.fail(path, f"is {shown_value(value)}: give a name in quotes")
         if among is not None and value not in among:
@@ -190,7 +193,9 @@ class Source:
         if found is None:
             return []
         if not isinstance(found, dict):
-            self.fail(path, f"is {shown_value(found)}: give a table of tables, such as [{path[0]}.name]")
+            self.fail(
+                path, f"is {shown_value(found)}: give a table of tables, such as [{'.'.join(map(str, path))}.name]"
+            )
         return list(found)
 
     def count(self, path: Path) -> int:

@@ -250,6 +250,8 @@ def inputs_of(source: Source) -> RunInputs:
             source.fail(
                 ("run", "points", index), f"no link has the point {point!r}: add it to the link that carries it"
             )
+        if point in points[:index]:
+            source.fail(("run", "points", index), f"names {point!r} a second time: name each point once")
     given: dict[str, Any] = {}
     for key, kind, wanted in (
         ("samples", int, "a whole number, 2 or more"),
@@ -260,6 +262,11 @@ def inputs_of(source: Source) -> RunInputs:
     ):
         if key in run:
             given[key] = _number(source, ("run", key), kind, wanted)
+    if "pose" in given:
+        name, values = next((name, drive.values) for name, drive in drives.items())
+        if not values.min() <= given["pose"] <= values.max():
+            reach = f"drive {name} goes from {values.min():g} to {values.max():g}"
+            source.fail(("run", "pose"), f"is {given['pose']:g}, and {reach}: give one of its values")
     for key, among in (("branch", ("keep", "switch")), ("sampler", SAMPLERS), ("nan_policy", NAN_POLICIES)):
         if key in run:
             given[key] = source.text_at(("run", key), among)
@@ -305,6 +312,8 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
                 source.fail(path, f"has no {key}: give start, stop and steps, or values")
         steps = int(_number(source, (*path, "steps"), int, "a whole number of poses, 1 or more"))
         start, stop = (float(_number(source, (*path, key), float, "a number")) for key in ("start", "stop"))
+        if steps == 1 and start != stop:
+            source.fail((*path, "steps"), f"is 1, a single pose from {start:g} to {stop:g}: give 2 or more, or values")
         values = np.linspace(start, stop, steps)
     speeds = []
     for key in ("rate", "acceleration"):
