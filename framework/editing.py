@@ -198,7 +198,7 @@ class Editable(Description):
         except FrameError:
             self.nodes.update(before)
             self.members.update(formed)
-            self.size, self._shape, self._shapes = size, whole, known
+            self.size, self.shape, self._shapes = size, whole, known
             raise
 
     def _reach(self, names: Iterable[str]) -> float:
@@ -231,11 +231,11 @@ class Editable(Description):
             self._join(given)
             return
         whole, known = self.shape, self._shapes
-        self._shape, self._shapes = (), {}
+        self.shape, self._shapes = (), {}
         try:
             self._join({name: shape for name, shape in self._shapes_given() if shape})
         except FrameError:
-            self._shape, self._shapes = whole, known
+            self.shape, self._shapes = whole, known
             raise
 
     def _shapes_given(self) -> Iterator[tuple[str, Shape]]:

@@ -174,7 +174,7 @@ class DescribedMembers(DescribedNodes):
             if made[-1] is not member.element and kind not in examined:
                 examine_member(names[k], made[-1], self._chord(member.start, member.end))
                 examined.add(kind)
-        self._shape, self._shapes = widened
+        self.shape, self._shapes = widened
         for name, member, number in zip(names, members, which.tolist(), strict=True):
             self.members[name] = member._replace(element=made[number])
             if added.pushes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Self, TypeVar
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,9 +23,6 @@ TAKEN = ("node", "component", "support", "force", "joint", "status")
 _HELD = (dict, list)
 # What is kept by name and may grow under that name; other values are replaced as a whole, so that copies share them.
 _GROWING = ("loads", "member_loads")
-
-
-Described = TypeVar("Described", bound="DescribedNodes")
 
 
 @dataclass(eq=False, repr=False)
@@ -52,7 +49,7 @@ class DescribedNodes:
     weight: Array | None = None
     absent: NDArray[np.bool_] | None = None
     made_from: HasStatus | None = field(default=None, repr=False, compare=False)
-    _shape: Shape = field(default=(), init=False)
+    shape: Shape = field(default=(), init=False)
     _shapes: dict[Shape, str] = field(default_factory=dict, repr=False)  # and what was given in it first
     _examined: dict[Hashable, str] = field(default_factory=dict, repr=False, compare=False)
     size: float = 0.0
@@ -279,18 +276,6 @@ class DescribedNodes:
 
     # -- names and shapes -------------------------------------------------------------------------------------------
 
-    @property
-    def shape(self) -> Shape:
-        """Batch shape: the broadcast of all that has been described."""
-        return self._shape
-
-    @shape.setter
-    def shape(self, given: Shape) -> None:
-        raise FrameError(
-            f"shape is {self._shape}, the broadcast of all that the frame was given, and cannot be set to {given!r}: "
-            "give arrays of another shape"
-        )
-
     def _node(self, name: str, of: str = "") -> str:
         if type(name) is str and name in self.nodes:  # as most often; no alias is the name of a node
             return name
@@ -306,7 +291,7 @@ class DescribedNodes:
 
     def _join(self, given: Mapping[str, Shape]) -> None:
         """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
-        self._shape, self._shapes = self._widened(given)
+        self.shape, self._shapes = self._widened(given)
 
     def _widened(self, given: Mapping[str, Shape]) -> tuple[Shape, dict[Shape, str]]:
         """The batch, and what was given in each shape, with the shapes of what one call gives."""
@@ -323,10 +308,3 @@ class DescribedNodes:
                     joined(name, shape, {what: other})
                 whole, known = np.broadcast_shapes(whole, shape), {**known, shape: name}
         return whole, known
-
-
-def copied_at(frame: Described, shape: Shape) -> Described:
-    """Independent copy of another batch shape, for the caller to put in what has that shape."""
-    clone = frame.copy()
-    clone._shape = shape
-    return clone

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 from ..batch import Array, Shape, distinct
 from ..batched.plan import Plan
-from ..described.nodes import copied_at
 from ..description import Description
 from ..entries import Change
 from ..protocol import PointElement
@@ -58,7 +57,8 @@ def frame_at(frame: Description, change: Change, shape: Shape) -> Description:
     own = [member.element for member in frame.members.values()]
     leaders, which = distinct(own)
     cut = [own[k].cut(at) if own[k].shape else own[k] for k in leaders]
-    clone = copied_at(frame, shape)
+    clone = copy.copy(frame)
+    clone.shape = shape
     clone.bodies = {
         name: replace(body, origin=at(body.origin, 1), axes=at(body.axes, 2)) for name, body in frame.bodies.items()
     }

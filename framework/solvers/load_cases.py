@@ -6,6 +6,7 @@ unit of it, times its size.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
@@ -13,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape, aligned
-from ..described.nodes import copied_at
 from ..description import Description
 from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
@@ -91,7 +91,7 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 
 def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content, Value]) -> Description:
     """Loads of a frame: of what varies the `unit`, and of constants their number times the `first`."""
-    ndim = len(grid.shape)
+    clone, ndim = copy.copy(frame), len(grid.shape)
     one = np.asarray(first)
 
     def load(value: Array) -> Array:
@@ -102,7 +102,7 @@ def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content,
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)
         return found
 
-    clone = copied_at(frame, one.shape)
+    clone.shape = one.shape
     clone.loads = {node: [(k, load(value)) for k, value in loads] for node, loads in frame.loads.items()}
     clone.member_loads = {
         member: [changed(load, alone) for load in loads] for member, loads in frame.member_loads.items()

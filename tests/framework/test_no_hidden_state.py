@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, FrameError
+from linkframe.framework import Frame
 from linkframe.framework.batched import order as ordering
 from linkframe.framework.cache import COMPILED, ORDERS, PROGRAMS, SOLVED, Bounded, LimitedCache, alike
 from linkframe.models import Linkage
@@ -117,14 +117,6 @@ def test_a_solution_holds_the_description_that_it_was_given() -> None:
     solution.forces("AB", [0.2, 0.4])
     solution.explain()
     assert held(solution.frame) == before
-
-
-def test_the_shape_of_a_frame_follows_from_what_it_was_given() -> None:
-    frame = bent()
-    before = held(frame)
-    with pytest.raises(FrameError, match=r"shape is .*, the broadcast of .* cannot be set to \(7,\)"):
-        frame.shape = (7,)
-    assert held(frame) == before
 
 
 def test_a_linkage_holds_what_it_held_before() -> None:

@@ -80,7 +80,6 @@ FLAT = "[sections.flat]"
         ("segments = 1", 'segments = "1"', "segments", "beams.bar.segments: is '1': give a whole number"),
         ('points = ["B"]\n', 'points = ["B", "B"]\n', 'points = ["B", "B"]', "run.points.1: names 'B' a second time"),
         ("steps = 2", "steps = 1", "steps", "run.drives.A.steps: is 1, a single pose from 0 to 10"),
-        ("pose = 10.0", "pose = 300.0", "pose", "run.pose: is 300, and drive A goes from 0 to 10"),
     ],
 )
 def test_what_is_odd_is_told_by_its_line(old: str, new: str, line: str, told: str, tmp_path: Path) -> None:

@@ -262,11 +262,6 @@ def inputs_of(source: Source) -> RunInputs:
     ):
         if key in run:
             given[key] = _number(source, ("run", key), kind, wanted)
-    if "pose" in given:
-        name, values = next((name, drive.values) for name, drive in drives.items())
-        if not values.min() <= given["pose"] <= values.max():
-            reach = f"drive {name} goes from {values.min():g} to {values.max():g}"
-            source.fail(("run", "pose"), f"is {given['pose']:g}, and {reach}: give one of its values")
     for key, among in (("branch", ("keep", "switch")), ("sampler", SAMPLERS), ("nan_policy", NAN_POLICIES)):
         if key in run:
             given[key] = source.text_at(("run", key), among)
