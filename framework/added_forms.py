@@ -267,10 +267,12 @@ def _matrix(values: Iterable[Array], terms: Iterable[tuple[int, ...]], size: int
 
 def _factored(matrices: Array) -> tuple[Array, Array, Array]:
     """``C = sum_i d_i l_i l_i^T`` of matrices (..., n, n): d (..., n), rows l (..., n, n), and what is left (...)."""
-    factor = factorised(np.array(np.moveaxis(matrices, (-2, -1), (0, 1)), order="C"), _ROUNDED, raised=False)
-    inverse = np.einsum("ii...->...i", factor)
+    columns = factorised(np.array(np.moveaxis(matrices, (-2, -1), (0, 1)), order="C"), _ROUNDED, raised=False)
+    inverse = np.stack([over for _, over in columns], axis=-1)
     pivots = np.divide(1.0, inverse, out=np.zeros(inverse.shape), where=inverse > 0.0)
-    rows = np.swapaxes(np.tril(np.moveaxis(factor, (0, 1), (-2, -1)), -1), -1, -2) + np.eye(len(factor))
+    rows = np.zeros(matrices.shape) + np.eye(len(columns))
+    for k, (lower, _) in enumerate(columns):
+        rows[..., k, k + 1 :] = np.moveaxis(lower, 0, -1)
     made = np.swapaxes(rows, -1, -2) @ (pivots[..., None] * rows)
     return pivots, rows, np.abs(matrices - made).max(axis=(-2, -1), initial=0.0)
 

@@ -4,7 +4,7 @@ A link may be described as many members with nodes between them that nothing els
 are joined two by two, all chains at once, and the node between them is eliminated: n members need log2 n such rounds,
 each a few operations of NumPy on stacks in extended precision (cyclic reduction: Golub & Van Loan, Matrix Computations,
 4th ed., 2013, sec. 4.5.4). Only what does not vary over the batch is treated so; for the rest the work is in the
-arrays, not in the number of steps. Why other eliminations stand by themselves is said in `framework.ldl`.
+arrays, not in the number of steps.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..cache import KERNELS
+from ..ldl import Step, eliminated, sparse_steps
 from ..structure.parts import Extended, Row, Value, add_row
 from ..structure.topology import Index, Topology
 
@@ -30,6 +32,8 @@ _SOUND = 1e-10
 # Where the unknowns of two neighbours stand when those of the node between them come first.
 _FIRST, _SECOND = np.r_[6:12, 0:6], np.r_[0:6, 12:18]
 _REVERSED = np.r_[6:12, 0:6]
+# What is above the diagonal of the neighbours' unknowns.
+_ABOVE = tuple(each + 6 for each in np.triu_indices(12, 1))
 
 
 def chains(topology: Topology, excluded: set[int]) -> list[Chain]:
@@ -277,15 +281,29 @@ def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real,
     weight[_SECOND] += other
     lower: Real = np.zeros((6, 18, left.shape[-1]), dtype=Extended)
     least = np.full(left.shape[-1], np.inf, dtype=Extended)
-    for k in range(6):
-        least = np.minimum(least, whole[k, k] / weight[k])
-        near = np.flatnonzero(whole[k].any(axis=-1))
-        near = near[near > k]
-        row = whole[k, near]
-        low = lower[k, near] = row / whole[k, k]
-        whole[near[:, None], near] -= low[:, None] * row
-        weight[near] += low * low * weight[k]
+    steps, work = _steps(whole[:6].any(axis=-1)), whole.reshape(-1, left.shape[-1])
+    for step, (low, _) in zip(steps, eliminated(work, steps), strict=True):
+        k = step.unknown
+        lower[k, step.below] = low
+        least = np.minimum(least, work[step.pivot] / weight[k])
+        weight[step.below] += low * low * weight[k]
+    whole[_ABOVE] = whole[_ABOVE[::-1]]
     return whole[6:, 6:], weight[6:], lower, least
+
+
+def _steps(coupled: NDArray[np.bool_]) -> tuple[Step, ...]:
+    """Elimination of the node between two neighbours, whose unknowns are coupled with these and its own so (6, 18)."""
+
+    def make() -> tuple[Step, ...]:
+        filled, pivots = np.vstack([coupled, np.zeros((12, 18), dtype=bool)]), []
+        for k in range(6):
+            below = [i for i in np.flatnonzero(filled[k]).tolist() if i > k]
+            filled[np.ix_(below, below)] = True
+            pivots.append((k, below))
+        return sparse_steps(pivots, {(i, j): 18 * i + j for i in range(18) for j in range(i + 1)})
+
+    found: tuple[Step, ...] = KERNELS.found(("neighbours", coupled.tobytes()), make, 18)
+    return found
 
 
 def retained(row: Row, condensed: Condensation, rows: dict[int, list[Row]]) -> Row:

@@ -214,7 +214,9 @@ def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
     untouched = (multiplier[own] == 0.0) & (diagonal > 0.0)
     least = np.maximum(np.where(untouched, SOFT * quadratic.members, 0.0), _DETERMINED * diagonal)
     factor = factorised(matrix, _ROUNDING)
-    return np.asarray(np.logical_and.reduce([each * factor[k, k] <= 1.0 for k, each in enumerate(least)]))
+    return np.asarray(
+        np.logical_and.reduce([each * over <= 1.0 for each, (_, over) in zip(least, factor, strict=True)])
+    )
 
 
 # -- what is left -----------------------------------------------------------------------------------------------------

@@ -1,7 +1,4 @@
-"""LDL^T of many small sparse matrices of one pattern, entry by entry for the whole batch at once.
-
-Why eliminations of other matrices stand by themselves is said in `framework.ldl`.
-"""
+"""Order, fill and factors of many small sparse matrices of one pattern."""
 
 from __future__ import annotations
 
@@ -14,7 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.order import Pattern, link, order
 from ..cache import KERNELS
-from ..elementwise import contracted
+from ..ldl import Columns, Step, eliminated, sparse_steps, substitute
 from ..solvers.lu import symmetric_lu
 from ..structure.parts import Grid
 
@@ -77,17 +74,7 @@ class SymbolicFactorisation:
                     link(pattern, i, j, 0)
         orders = [order(pattern, some, Grid(())) for some in (free, constraints) if some]
         place = {(k, k): k for k in range(self.size)}
-        self.steps: list[tuple[int, list[int], Index, Index, Index, Index]] = []
-        for k, below in [(k, each.below[k]) for each in orders for k in each.pivots]:
-            for i in below:
-                place.setdefault((max(i, k), min(i, k)), len(place))
-            first, second = np.tril_indices(len(below))
-            pairs = [(below[a], below[b]) for a, b in zip(first, second, strict=True)]
-            for i, j in pairs:
-                place.setdefault((max(i, j), min(i, j)), len(place))
-            target = np.array([place[max(p), min(p)] for p in pairs], dtype=np.int64)
-            column = np.array([place[max(i, k), min(i, k)] for i in below], dtype=np.int64)
-            self.steps.append((k, below, column, target, first, second))
+        self.steps: tuple[Step, ...] = sparse_steps(((k, each.below[k]) for each in orders for k in each.pivots), place)
         self.entries, self.place = len(place), place
         lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
         self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
@@ -95,32 +82,6 @@ class SymbolicFactorisation:
         if not self.half:
             mirror = {pair: n for n, pair in enumerate(lower)}
             self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
-
-    def eliminated(self, work: Array) -> list[tuple[Array, Array]]:
-        """Columns of L, and one over the pivot, of each step: of numbers, or of terms that write the steps down.
-
-        Of the entries `work` (entries, m) the first n are the pivots then.
-        """
-        done = []
-        for k, below, column, target, first, second in self.steps:
-            inverse = np.divide(1.0, work[k])
-            entries = work[column]
-            low = entries * inverse
-            if below:
-                work[target] -= low[first] * entries[second]
-            done.append((low, inverse))
-        return done
-
-    def substitute(self, columns: list[tuple[Array, Array]], load: Array) -> None:
-        """Put solutions in the place of loads (n, m), by what `eliminated` has made."""
-        steps = list(zip(self.steps, columns, strict=True))
-        for (k, below, *_), (low, _) in steps:
-            if below:
-                load[below] -= low * load[k]
-        for (k, below, *_), (low, inverse) in reversed(steps):
-            load[k] *= inverse
-            if below:
-                load[k] -= contracted("im,im->m", low, load[below])
 
     def prescribed_forces(self, values: Array, prescribed_residual: Array) -> Array:
         """Forces on the unknowns from displacements `prescribed_residual` (prescribed, m) of the prescribed
@@ -206,14 +167,14 @@ class SmallFactor(StackFactor):
         diagonal = np.abs(work[: order.size])
         scale = np.where(diagonal > 0.0, diagonal, 1.0)
         with np.errstate(all="ignore"):
-            self.columns = order.eliminated(work)
+            self.columns: Columns = eliminated(work, order.steps)
             self.pivots = work[: order.size] / scale
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, m)."""
         out = load.copy()
         with np.errstate(all="ignore"):
-            self.order.substitute(self.columns, out)
+            substitute(self.order.steps, self.columns, out)
         return out
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..ldl import eliminated, substitute
 from ..program.arranging import arranged
 from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
@@ -254,12 +255,13 @@ class NewtonRecording:
         work[order.goal] = values[order.inside[order.source]]
         weights = self._stiffened(work[:, 0], load[:, 0])
         least = [limit * abs(work[k, 0]) for k in range(order.first_constraint)]
-        columns = order.eliminated(work)
+        columns = eliminated(work, order.steps)
         positive: Any = self.recording.write(Operation.LESS, 0.0, 1.0)
-        for k, *_ in order.steps:
+        for step in order.steps:
+            k = step.unknown
             pivot = self._term(work[k, 0])
             positive = positive & (-pivot * weights[k] > _INDEPENDENT if k in weights else pivot > least[k])
-        order.substitute(columns, load)
+        substitute(order.steps, columns, load)
         return [self._term(each) for each in (*load[:, 0], *prescribed)], positive
 
     def _stiffened(self, work: NDArray[Any], load: NDArray[Any]) -> dict[int, Any]:
