@@ -1,6 +1,7 @@
 """One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape.
 
-Why eliminations of other matrices stand by themselves is said in `framework.ldl`.
+The recurrence is that of `framework.ldl`, of entries that are sums of terms over different axes of the batch: it joins
+these as they meet, and keeps account of rounding and of what the results asked for need.
 """
 
 from __future__ import annotations

@@ -292,7 +292,8 @@ def _product(one: Real, other: Real) -> Real:
 def _inverse(matrix: Real) -> Real:
     """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan.
 
-    Why not by `framework.ldl` is said there.
+    That is n steps for whole matrices; solutions of unit loads by `framework.ldl` take as long for 30 matrices or more,
+    2.4 to 3.3 times as long for one.
     """
     if matrix.dtype == np.float64:
         inverse: Real = np.linalg.inv(matrix)
