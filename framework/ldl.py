@@ -1,6 +1,6 @@
 """LDLᵀ of many symmetric matrices of one pattern at once: entries lead, the batch follows.
 
-Which entries a pivot changes is told by its `Step`, found once for a pattern: for full matrices row by row
+Which entries a pivot changes is told by its `PivotStep`, found once for a pattern: for full matrices row by row
 (`full_steps`), each row a slice, and for sparse ones all entries of the lower half at a time (`sparse_steps`). The
 numbers may be of any kind that NumPy multiplies, in double or extended precision, or terms of a program that is being
 recorded.
@@ -27,7 +27,7 @@ Places = slice | NDArray[np.int64]
 Columns = list[tuple[Numbers, Numbers]]
 
 
-class Step(NamedTuple):
+class PivotStep(NamedTuple):
     """What the elimination of one unknown takes and changes.
 
     Attributes
@@ -51,12 +51,12 @@ class Step(NamedTuple):
     updates: tuple[tuple[Places, int | NDArray[np.int64], Places], ...]
 
 
-def full_steps(size: int) -> tuple[Step, ...]:
+def full_steps(size: int) -> tuple[PivotStep, ...]:
     """Steps for full matrices whose rows stand one after the other; what is below the diagonal is not looked at."""
 
-    def make() -> tuple[Step, ...]:
+    def make() -> tuple[PivotStep, ...]:
         return tuple(
-            Step(
+            PivotStep(
                 k,
                 k * size + k,
                 slice(k + 1, size),
@@ -68,11 +68,13 @@ def full_steps(size: int) -> tuple[Step, ...]:
             for k in range(size)
         )
 
-    found: tuple[Step, ...] = KERNELS.found(("full steps", size), make, size)
+    found: tuple[PivotStep, ...] = KERNELS.found(("full steps", size), make, size)
     return found
 
 
-def sparse_steps(pivots: Iterable[tuple[int, Sequence[int]]], place: dict[tuple[int, int], int]) -> tuple[Step, ...]:
+def sparse_steps(
+    pivots: Iterable[tuple[int, Sequence[int]]], place: dict[tuple[int, int], int]
+) -> tuple[PivotStep, ...]:
     """Steps for sparse matrices.
 
     Parameters
@@ -98,12 +100,12 @@ def sparse_steps(pivots: Iterable[tuple[int, Sequence[int]]], place: dict[tuple[
         target = np.array([place[max(p), min(p)] for p in pairs], dtype=np.int64)
         column = np.array([place[max(i, k), min(i, k)] for i in below], dtype=np.int64)
         updates = ((target, first, second),) if below else ()
-        out.append(Step(k, place[k, k], np.array(below, dtype=np.int64), column, updates))
+        out.append(PivotStep(k, place[k, k], np.array(below, dtype=np.int64), column, updates))
     return tuple(out)
 
 
 def eliminated(
-    work: Numbers, steps: Sequence[Step], inverse: Callable[[int, Numbers], Numbers] | None = None
+    work: Numbers, steps: Sequence[PivotStep], inverse: Callable[[int, Numbers], Numbers] | None = None
 ) -> Columns:
     """Factorise.
 
@@ -133,7 +135,7 @@ def eliminated(
     return done
 
 
-def substitute(steps: Sequence[Step], columns: Columns, load: Numbers) -> None:
+def substitute(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> None:
     """Put solutions in the place of loads (n, ..., N) by what `eliminated` has made of matrices (entries, N)."""
     between = slice(None) if load.ndim == 2 else (slice(None), None)
     both = list(zip(steps, columns, strict=True))

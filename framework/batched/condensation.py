@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..cache import KERNELS
-from ..ldl import Step, eliminated, sparse_steps
+from ..ldl import PivotStep, eliminated, sparse_steps
 from ..structure.parts import Extended, Row, Value, add_row
 from ..structure.topology import Index, Topology
 
@@ -281,7 +281,8 @@ def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real,
     weight[_SECOND] += other
     lower: Real = np.zeros((6, 18, left.shape[-1]), dtype=Extended)
     least = np.full(left.shape[-1], np.inf, dtype=Extended)
-    steps, work = _steps(whole[:6].any(axis=-1)), whole.reshape(-1, left.shape[-1])
+    coupled: NDArray[np.bool_] = (whole[:6] != 0.0).any(axis=-1)
+    steps, work = _steps(coupled), whole.reshape(-1, left.shape[-1])
     for step, (low, _) in zip(steps, eliminated(work, steps), strict=True):
         k = step.unknown
         lower[k, step.below] = low
@@ -291,10 +292,10 @@ def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real,
     return whole[6:, 6:], weight[6:], lower, least
 
 
-def _steps(coupled: NDArray[np.bool_]) -> tuple[Step, ...]:
+def _steps(coupled: NDArray[np.bool_]) -> tuple[PivotStep, ...]:
     """Elimination of the node between two neighbours, whose unknowns are coupled with these and its own so (6, 18)."""
 
-    def make() -> tuple[Step, ...]:
+    def make() -> tuple[PivotStep, ...]:
         filled, pivots = np.vstack([coupled, np.zeros((12, 18), dtype=bool)]), []
         for k in range(6):
             below = [i for i in np.flatnonzero(filled[k]).tolist() if i > k]
@@ -302,7 +303,7 @@ def _steps(coupled: NDArray[np.bool_]) -> tuple[Step, ...]:
             pivots.append((k, below))
         return sparse_steps(pivots, {(i, j): 18 * i + j for i in range(18) for j in range(i + 1)})
 
-    found: tuple[Step, ...] = KERNELS.found(("neighbours", coupled.tobytes()), make, 18)
+    found: tuple[PivotStep, ...] = KERNELS.found(("neighbours", coupled.tobytes()), make, 18)
     return found
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.order import Pattern, link, order
 from ..cache import KERNELS
-from ..ldl import Columns, Step, eliminated, sparse_steps, substitute
+from ..ldl import Columns, PivotStep, eliminated, sparse_steps, substitute
 from ..solvers.lu import symmetric_lu
 from ..structure.parts import Grid
 
@@ -74,7 +74,9 @@ class SymbolicFactorisation:
                     link(pattern, i, j, 0)
         orders = [order(pattern, some, Grid(())) for some in (free, constraints) if some]
         place = {(k, k): k for k in range(self.size)}
-        self.steps: tuple[Step, ...] = sparse_steps(((k, each.below[k]) for each in orders for k in each.pivots), place)
+        self.steps: tuple[PivotStep, ...] = sparse_steps(
+            ((k, each.below[k]) for each in orders for k in each.pivots), place
+        )
         self.entries, self.place = len(place), place
         lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
         self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
