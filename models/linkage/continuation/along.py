@@ -1,4 +1,4 @@
-"""Poses of one moving drive: read off the path of the linkage, or of each member of a batch of dimensions."""
+"""Poses of a linkage of which one drive moves: interpolated on its path, or on that of each member of a batch."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ class Found:
     Attributes
     ----------
     state
-        Entries of the states, of the batch shape but for those that are given.
+        Entries of the states, of the batch shape except for the driven ones, which may broadcast.
     reached
-        Where a path leads, (...).
+        Whether a path from the reference configuration leads to the pose, (...).
     patches
         Poses in change points.
     nearly
-        Poses beside a change point at which branches only nearly cross: closed to some digits, (...).
+        Poses next to a change point where the branches cross only approximately: closed to some digits, (...).
     """
 
     state: list[Value]
@@ -55,7 +55,7 @@ class Along:
     loops
         The loops.
     nominal, start
-        Dimensions of the member that leads and its reference configuration.
+        Dimensions and reference configuration of the leading member, whose path the others are compared with.
     starts
         Reference configurations of all members; None where all are the same.
     drive
@@ -74,7 +74,7 @@ class Along:
     def poses(self, driven: Sequence[Array], parameters: Sequence[Value], shape: Shape) -> Found:
         """Poses at the driven states, which broadcast with the starts to `shape`."""
         s = driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]]
-        # The others rest, and may have more axes all the same.
+        # The other drives do not move, but their values may have batch axes of their own.
         common = np.broadcast_shapes(*(np.shape(x) for x in driven))
         s = s if np.shape(s) == common else np.broadcast_to(s, common)
         single = SingleDrive(self.loops, self.nominal, self.start, self.drive, self.switch)
@@ -95,7 +95,7 @@ class Along:
     # -- one set of dimensions ----------------------------------------------------------------------------------------
 
     def _nominal(self, single: SingleDrive, guess: Guess) -> Found:
-        """Close the guesses; those that are not near enough are followed step by step."""
+        """Close the interpolated guesses; where Newton's method fails, follow the path in short steps."""
         shape = guess.reached.shape
         found = self.loops.close_all(list(guess.state), self.nominal)
         good = np.broadcast_to(found.trusted & guess.reached & same_signs(found.determinants, guess.signs), shape)
@@ -133,7 +133,7 @@ class Along:
     def _members(
         self, single: SingleDrive, guess: Guess, starts: Starts, parameters: Sequence[Value], shape: Shape
     ) -> Found:
-        """Close all members from the poses of the one that leads, or on paths of their own where that is not sure."""
+        """Close all members from the poses of the leading member, or along their own paths where that is not safe."""
         assert guess.s is not None
         assert guess.guide is not None
         found = self._nominal(single, guess)
@@ -155,7 +155,7 @@ class Along:
         return Found(state, good)
 
     def _alone(self, guess: Guess, starts: Starts, parameters: Sequence[Value], state: list[Value], good: Mask) -> None:
-        """Put right the members that are not yet `good`, each by the path that it takes alone."""
+        """Find the poses of members that are not yet `good`, each along its own path."""
         assert guess.s is not None
         shape = good.shape
         left = np.flatnonzero(np.broadcast_to(~good & starts.closed, shape))
@@ -188,13 +188,13 @@ class Along:
 
 
 class Paths:
-    """The paths of some members, each as it is followed alone.
+    """The paths of some members, each followed as it would be alone.
 
     Attributes
     ----------
     signs, beyond
-        Of what was last read off: signs of the determinants, (blocks, asked), and by how much it lies beyond the end
-        of its path, (asked,).
+        Of the poses of the last call of `at`: signs of the determinants, (blocks, asked), and distance by which each
+        pose lies beyond the end of its path, (asked,).
     """
 
     def __init__(self, along: Along, parameters: Sequence[Value], begin: Array) -> None:
@@ -202,7 +202,7 @@ class Paths:
         self.singles: dict[int, SingleDrive] = {}
 
     def at(self, who: NDArray[np.intp], s: Array) -> tuple[Array, Mask]:
-        """Guesses (n, asked) at lengths of the paths of members, and where these lead so far."""
+        """States (n, asked) interpolated at lengths s of the paths of members, and whether each path is that long."""
         states = self.begin[:, who].copy()
         reached, self.beyond = np.zeros(s.shape, dtype=bool), np.full(s.shape, np.inf)
         own = [np.sign(x)[who] for x in self._determinants()]
@@ -233,7 +233,7 @@ class Paths:
         return states, reached
 
     def exactly(self, who: int, s: float, given: Array) -> list[float] | None:
-        """The state of a member at one value, step by step, and with the driven states that are given there."""
+        """The state of a member at one value of the drive, followed in short steps, with the driven states `given`."""
         single = self._single(who)
         at = single.exactly(s)
         if at is None:
@@ -280,7 +280,7 @@ class Paths:
 
 
 def same_signs(determinants: Sequence[Value], signs: Sequence[Value]) -> Mask:
-    """Where determinants have the signs that they should have."""
+    """Whether all determinants have the expected signs, (...); a sign of 0 allows both."""
     same: Mask = np.ones((), dtype=bool)
     for determinant, sign in zip(determinants, signs, strict=True):
         same = same & (np.asarray(determinant) * sign >= 0.0)
@@ -292,7 +292,7 @@ def _members(value: Value, shape: Shape, names: NDArray[np.intp]) -> Array:
 
 
 def _given(loops: Loops, state: Sequence[Value], shape: Shape) -> list[Value]:
-    """A state whose unknown entries are arrays of their own."""
+    """The state with its unknown entries copied to arrays of the batch shape."""
     unknown = set(loops.unknown_states)
     return [np.array(np.broadcast_to(x, shape)) if k in unknown else x for k, x in enumerate(state)]
 

@@ -1,4 +1,4 @@
-"""All poses of a batch: each closed on the path that leads to it from the reference configuration, or told why not."""
+"""Poses of a batch: each is closed on the path from the reference configuration, or marked as not reached."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from .start import leader
 from .sweep import swept
 
 Mask = NDArray[np.bool_]
-# Closed means a residual below this share of the size.
+# Residual, as a share of the mechanism's size, below which loops count as closed.
 CLOSED = 1e-12
-# What moves by less, in radians and sizes, stands still.
+# Change of a drive, in radians and mechanism sizes, below which it counts as standing still.
 STILL = 1e-14
-# Of a single pose that was found.
+# `reached` of a single pose that was found.
 _REACHED: Mask = np.ones((), dtype=bool)
 _REACHED.setflags(write=False)
 
@@ -63,11 +63,11 @@ class Assembly:
     patches
         Poses in change points; their rates are those of the branch on both sides.
     other_modes
-        Whether poses that are not reached are put together anew.
+        Whether poses that are not reached are sought in other assembly modes.
     switch
         Whether the other branch is taken at change points.
     how
-        Why machine code has found the poses, in words; empty where it has not.
+        Why machine code found the poses, in words; empty where it did not.
     """
 
     loops: Loops
@@ -84,17 +84,17 @@ class Assembly:
 
     @cached_property
     def closed(self) -> Mask:
-        """Where there is a position, (...)."""
+        """Whether each pose has a position, (...)."""
         return self.reached | self.other if self.other_modes else self.reached
 
     @cached_property
     def all_closed(self) -> bool:
-        """Whether there is a position everywhere."""
+        """Whether all poses have a position."""
         return bool(self.closed.all())
 
     @property
     def told(self) -> str:
-        """Who has found the poses, and why, in words."""
+        """Which back end found the poses, and why, in words."""
         written = self.loops.closing.close()
         if self.how or written is None:
             return self.how or "by NumPy, as the equations take a choice of pivots at each pose"
@@ -102,12 +102,12 @@ class Assembly:
 
     @property
     def other(self) -> Mask:
-        """Where the linkage can be assembled, but in another assembly mode, (...)."""
+        """Whether the linkage can be assembled, but in another assembly mode only, (...)."""
         return self._anew[0]
 
     @property
     def gap(self) -> Array:
-        """Closure error, a length; where the linkage cannot be assembled, the least that was found, (...)."""
+        """Closure error, a length, (...); the least one found where the linkage cannot be assembled."""
         return self._anew[1] * self.loops.mechanism.size
 
     @property
@@ -117,7 +117,11 @@ class Assembly:
 
     @cached_property
     def _anew(self) -> tuple[Mask, Array, NDArray[np.intp]]:
-        """What is not reached, put together anew; the states are put in where other modes are asked for."""
+        """`other`, closure error and its row, where poses that are not reached are assembled from other starting
+        states.
+
+        The states found are stored where other modes are asked for.
+        """
         other = np.zeros(self.shape, dtype=bool)
         if self.reached.all():
             return other, self.error, self.row
@@ -166,7 +170,7 @@ def assembled(
 def _swept(
     loops: Loops, nominal: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
 ) -> Assembly | None:
-    """A long sweep of one drive as machine code, and a closer look at what that leaves."""
+    """A long sweep of one drive by machine code; the poses that this leaves open are found as in a short batch."""
     moving = _moving(loops, start, driven)
     if len(moving) != 1 or loops.driven_spherical or not loops.determined:
         return None
@@ -196,7 +200,7 @@ def _looked_at(
     shape: Shape,
     switch: bool,
 ) -> Assembly:
-    """Poses of a batch with all that may be special about them."""
+    """Poses of a batch, with change points, dead points and poses out of reach."""
     found = _found(loops, nominal, start, starts, parameters, driven, shape, switch)
     error, row = _measured(loops, parameters, found, shape)
     closed = error < max(CLOSED, loops.tolerance)
@@ -206,13 +210,13 @@ def _looked_at(
 
 
 def _moving(loops: Loops, start: Pose, driven: Sequence[Array]) -> list[int]:
-    """Which of the driven states move in some pose."""
+    """Indices of the driven states that move in some pose."""
     begin = [start.state[place] for place in loops.driven_states]
     return [k for k, (x, at) in enumerate(zip(driven, begin, strict=True)) if _farthest(x, at) > STILL]
 
 
 def _farthest(values: Array, begin: float) -> float:
-    """How far from a number they go."""
+    """Largest distance of the values from `begin`."""
     return max(float(values.max(initial=begin)) - begin, begin - float(values.min(initial=begin)))
 
 
@@ -226,7 +230,7 @@ def _found(
     shape: Shape,
     switch: bool,
 ) -> Found:
-    """Poses of a batch; those at which one drive alone has moved lie on one line."""
+    """Poses of a batch, grouped by the drives that have moved: poses of one moving drive lie on one path."""
     moving = _moving(loops, start, driven)
     if len(moving) <= 1 and not loops.driven_spherical and loops.driven_states:
         along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
@@ -257,7 +261,7 @@ def _apart(
     shape: Shape,
     switch: bool,
 ) -> Found:
-    """Poses at which one drive alone has moved, by drive, and those at which several have."""
+    """Poses where only one drive has moved, drive by drive, and those where several have moved."""
     out = _standing(loops, start, starts, driven, shape)
     for drive, chosen in _groups(loops, moved, shape):
         own = [np.broadcast_to(x, shape)[chosen] if np.ndim(x) else x for x in parameters]
@@ -279,7 +283,7 @@ def _apart(
 
 
 def _groups(loops: Loops, moved: Sequence[Mask], shape: Shape) -> Iterator[tuple[int | None, Mask]]:
-    """By drive, where it alone has moved; at last None, where several drives have."""
+    """Each drive with the poses where only it has moved; last None, with the poses where several have moved."""
     count = np.zeros(shape, dtype=int)
     for each in moved:
         count += each
@@ -308,7 +312,7 @@ def _on_rays(
     parameters: Sequence[Value],
     aims: Sequence[Array],
 ) -> tuple[list[Value], Mask]:
-    """States of poses (M,) at which several drives have moved, and which of them are reached."""
+    """States of the poses (M,) where several drives have moved, and which of them are reached."""
     targets = np.stack(aims)
     if starts is None:
         states, reached = from_one(loops, nominal, start, targets)
@@ -330,10 +334,10 @@ def _on_rays(
 
 
 def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
-    """Closure error of every pose, and the row with the largest."""
+    """Closure error of every pose, (...), and the closing row with the largest error, (...)."""
     error, row = loops.gaps(found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
     if error is not None:
-        # Which row is farthest open is told of poses that are not closed, when they have been put together anew.
+        # The row matters only for poses that are not closed; it is found when other assembly modes are tried.
         return error, row
     error = np.zeros(shape)
     for block in blocks(shape):

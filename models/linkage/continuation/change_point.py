@@ -1,8 +1,8 @@
-"""Poses in a change point, where the drive says nothing: taken from the branch on both sides.
+"""Poses in a change point, where the drive does not determine the pose: interpolated along the branch through it.
 
-In a change point the equations are singular and Newton's method finds a pose to half the digits at best. The branch
-that passes through is smooth, so that the polynomial through poses around it, each solved to rounding, gives it to
-rounding as well.
+In a change point the equations are singular, and Newton's method finds a pose to half the digits at best. The branch
+through the change point is smooth, so the polynomial through poses on both sides, each solved to rounding, gives the
+pose to rounding as well.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from .interpolation import weights
 from .predictor_corrector import OPEN
 
 Mask = NDArray[np.bool_]
-# Distance of the poses through which the polynomial goes, how many there are on each side, and where it is used.
+# Spacing of the interpolated poses, their number on each side, and the distance up to which the polynomial is used.
 STEP = 0.03
 SIDE = 8
 WITHIN = 0.025
 EXACTLY = 1e-7
 CLOSED = 1e-13
-# A pose beside a crossing is moved by no more than this share of its distance to close it.
+# Closing a pose near a crossing may move it by no more than this share of its distance from the crossing.
 BESIDE = 0.05
 
 
@@ -41,7 +41,7 @@ class Patch:
     Attributes
     ----------
     members
-        Which they are, over the batch shape; M in number.
+        Mask of the poses over the batch shape; M are True.
     follow, bend
         First and second derivative of each unknown velocity coordinate's integral by the drive, (M,) each.
     drive
@@ -54,7 +54,7 @@ class Patch:
     drive: int
 
     def of(self, chosen: Mask) -> Patch:
-        """The same, of a batch of which the poses are those that are `chosen`."""
+        """The same patch in the batch of which the present one holds the `chosen` entries."""
         members = np.zeros(chosen.shape, dtype=bool)
         members[chosen] = self.members
         return replace(self, members=members)
@@ -63,10 +63,11 @@ class Patch:
 def patched(
     loops: Loops, guess: Guess, parameters: Sequence[Value], state: list[Value], reached: Mask
 ) -> tuple[list[Patch], Mask | None]:
-    """Put right the poses that lie in change points of the only moving drive, and tell which those are.
+    """Interpolate the poses that lie in change points of the only moving drive.
 
-    Where branches cross but nearly, as those of a parallelogram with bars equal to eight digits, there may be no pose
-    that closes: the second result tells where the loops are left open by these digits.
+    Puts them into `state` and `reached`, and returns them. Where the branches cross only approximately, as those of a
+    parallelogram with bars that are equal to eight digits, no pose may close exactly: the second result marks poses
+    whose loops are left open by that much.
     """
     if guess.s is None or not guess.around:
         return [], None
@@ -75,7 +76,7 @@ def patched(
     for where, guide in guess.around.items():
         chosen = np.asarray(np.abs(s - where) <= WITHIN)
         if guess.switched:
-            # beyond it, the path goes on along the other branch
+            # beyond the change point the path continues on the other branch
             chosen = np.asarray(chosen & (np.sign(where) * (s - where) <= EXACTLY))
         if chosen.any():
             around = _around(loops, guess, guide, parameters, where, s[chosen], chosen)
@@ -88,7 +89,7 @@ def patched(
 
 @dataclass(frozen=True, eq=False)
 class Around:
-    """What the poses on both sides of a change point tell of those in it.
+    """Poses near a change point, interpolated from those on both sides of it.
 
     Attributes
     ----------
@@ -97,15 +98,15 @@ class Around:
     s
         Values of the drive, (M,).
     drive
-        Which of the drives moves.
+        Index of the drive that moves.
     state
-        Entries of the state that the polynomial gives, (M,).
+        Entries of the interpolated state, (M,).
     gap
-        By how much the loops are open there, (M,).
+        Closure error of the interpolated state, (M,).
     sure
-        Whether the poses on both sides are closed, (M,).
+        Whether all poses on both sides are closed, (M,).
     follow, bend
-        As of the `Patch`, of all velocity coordinates, (M,) each.
+        As in `Patch`, for all velocity coordinates, (M,) each.
     """
 
     parameters: list[Value]
@@ -148,7 +149,7 @@ def _around(
 
 
 def _patch(loops: Loops, around: Around, state: list[Value], reached: Mask, chosen: Mask) -> Patch | None:
-    """The poses at which the branch through the change point closes."""
+    """The poses whose interpolated state closes the loops; they are stored in `state` and `reached`."""
     good = (around.gap < max(CLOSED, loops.tolerance)) & around.sure
     if not good.any():
         return None
@@ -166,7 +167,7 @@ def _patch(loops: Loops, around: Around, state: list[Value], reached: Mask, chos
 def _nearly(
     loops: Loops, around: Around, where: float, state: list[Value], reached: Mask, nearly: Mask, chosen: Mask
 ) -> None:
-    """The poses at which it closes but nearly: close them, if that takes them no nearer to another branch."""
+    """Close the poses whose interpolated state closes only approximately, if that keeps them on their branch."""
     rest = ~(around.gap < max(CLOSED, loops.tolerance)) & around.sure & (around.gap < OPEN)
     if not rest.any():
         return

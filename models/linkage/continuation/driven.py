@@ -1,4 +1,4 @@
-"""Whether a linkage has as many drives as it takes: no freedom left that moves points, no drive too many."""
+"""Check that the drives determine the motion: no undriven degree of freedom moves a point, and no drive is too many."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from .start import jacobian_at, rank_of
 
-# What moves by less, in units of the linkage's size and radians, does not move.
+# Motion, in units of the linkage's size and radians, below which a point or link counts as at rest.
 STILL = 1e-6
-# Equations that differ by less may be meant as the same; a gap below this share of the size may come of that.
+# Relative difference below which two equations may have been meant to be equal, and the gap, as a share of the size,
+# that this may cause.
 ALIKE = 1e-3
 
 
 def check_driven(loops: Loops, parameters: Sequence[float], start: Pose, member: int) -> None:
-    """See that nothing is free that moves points, as the spin of a rod between two balls does not.
+    """Check that no undriven degree of freedom moves a point; the spin of a rod between two balls moves none.
 
-    A linkage without drives stands still in the reference configuration, and may.
+    A linkage without drives is accepted: it rests in the reference configuration.
 
     Parameters
     ----------
@@ -36,7 +37,7 @@ def check_driven(loops: Loops, parameters: Sequence[float], start: Pose, member:
     Raises
     ------
     FrameError
-        If something is; it names the joints that move with it.
+        If one does; the message names the joints that it moves.
     """
     linkage = loops.mechanism.linkage
     if loops.determined or not linkage.drives:

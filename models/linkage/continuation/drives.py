@@ -1,4 +1,4 @@
-"""Values, rates and accelerations of the drives as they arrive from the user."""
+"""Values, rates and accelerations of the drives, as given by the user."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..kinematics.mechanism import Mechanism
 
-# Rate and acceleration of what stands still.
+# Rate and acceleration of a drive that stands still.
 _STILL = np.zeros(())
 _STILL.setflags(write=False)
 
@@ -34,7 +34,7 @@ class Drives:
     shape
         Broadcast of the driven states.
     full_shape
-        That of the rates and accelerations too.
+        Broadcast with the rates and accelerations.
     """
 
     states: list[Array]
@@ -51,7 +51,7 @@ def given_drives(
     rates: Mapping[str, ArrayLike],
     accelerations: Mapping[str, ArrayLike],
 ) -> Drives:
-    """Check what the user gave and order it as the mechanism's drives."""
+    """Check the values given for the drives, and put them in the order of the mechanism's drives."""
     for what, given in (("value", values), ("rate", rates), ("acceleration", accelerations)):
         for name in given:
             linkage.joint(name)
@@ -83,12 +83,12 @@ def given_drives(
 
 
 def _broadcast(shapes: set[Shape]) -> Shape:
-    """Shape that all broadcast to; one alone, as of a single pose, is that."""
+    """Shape to which all broadcast."""
     return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def by_joint(what: str, given: Mapping[str, ArrayLike] | None) -> Mapping[str, ArrayLike]:
-    """Numbers by joint, as they were given; none for None."""
+    """Numbers by joint, as given; an empty mapping for None."""
     if given is None or isinstance(given, Mapping):
         return given or {}
     raise FrameError(f"{what} is {given!r}: give numbers by joint, such as {what}={{'A': 1.0}}")

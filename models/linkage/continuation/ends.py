@@ -1,4 +1,4 @@
-"""Poses in dead points, at the very end of the path that leads to them."""
+"""Poses in dead points, where the path of the drives ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest
 from ..kinematics.terms import Value
 
-# So near, in radians and sizes, a path comes to the dead point in which it ends, and the pose there to its end.
+# Largest distance, in radians and mechanism sizes, of a path's last node from the dead point in which it ends, and of
+# the states of the two.
 SHORT, AWAY = 1e-6, 1e-2
 CLOSED = 1e-13
 
@@ -26,10 +27,11 @@ def at_dead_points(
     left: Array,
     targets: Array,
 ) -> None:
-    """Close the poses just beyond the last to which Newton's method leads; there each step halves the gap at best.
+    """Close the poses just beyond the last one that Newton's method reaches.
 
-    Puts into `states` (n, poses) and `reached` (poses,) what is found; `left` is how far it is from the states to the
-    driven states `targets`, (f, poses).
+    Near a dead point the equations are singular and each step of Newton's method halves the gap at best, so the gap is
+    minimised instead. Results go into `states` (n, poses) and `reached` (poses,); `left` (poses,) is the distance from
+    the states to the driven states `targets`, (f, poses).
     """
     chosen = np.flatnonzero(~reached & (left < SHORT))
     if not chosen.size:
@@ -42,9 +44,10 @@ def at_dead_points(
 
 
 def sharpened(loops: Loops, parameters: Sequence[Value], states: Array, chosen: NDArray[np.bool_]) -> None:
-    """Close chosen poses to rounding, whose gap is that of a state farther off: in dead points it grows as the square.
+    """Improve the chosen poses near dead points to rounding.
 
-    Puts into `states` (n, poses) what is nearer.
+    There the gap grows as the square of the error, so a pose with a small gap may still be inaccurate. Improved states
+    go into `states`, (n, poses).
     """
     places = np.flatnonzero(chosen)
     if places.size:

@@ -1,4 +1,4 @@
-"""First guesses for all poses: from nodes along the path of the drives."""
+"""Starting values for all poses, interpolated between the nodes of the path of the drives."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .predictor_corrector import RayPath
 
 @dataclass(frozen=True, eq=False)
 class PathNodes:
-    """What a `Guide` tells of its nodes, as plain numbers."""
+    """The nodes of a `Guide` as lists of floats."""
 
     s: list[float]
     states: list[list[float]]
@@ -41,7 +41,7 @@ class Guide:
     crossings
         Lengths of the change points.
     low, high
-        What was reached.
+        Ends of the path.
     """
 
     s: Array
@@ -73,15 +73,15 @@ class Guide:
         )
 
     def reached(self, s: Array) -> NDArray[np.bool_]:
-        """Whether the path got as far as s."""
+        """Whether s lies within the ends of the path, (...)."""
         return (s >= self.low) & (s <= self.high)
 
     def at(self, s: Array) -> Array:
-        """States (..., n) by the cubic through the neighbouring nodes; outside, that of the last node."""
+        """States (..., n) by the cubic between neighbouring nodes; beyond the ends, the state of the last node."""
         return np.stack(self.entries(s), axis=-1)
 
     def entries(self, s: Array) -> list[Array]:
-        """As `at`, by entries of the state, (...)."""
+        """As `at`, a list of the entries of the state, (...) each."""
         if len(self.s) == 1:
             return [np.broadcast_to(x, np.shape(s)) for x in self.states[0]]
         out = [np.empty(np.shape(s)) for _ in self.states.T]
@@ -94,8 +94,10 @@ class Guide:
         return out
 
     def one(self, s: float) -> tuple[list[float], list[float]]:
-        """State and signs of the determinants at one s within the path and off its change points, as `at` and
-        `signs_at`."""
+        """State and signs of the determinants at one s, as by `at` and `signs_at`.
+
+        The path must have that length, and no change point there.
+        """
         nodes = self._floats
         k = min(max(bisect_right(nodes.s, s) - 1, 0), len(nodes.s) - 2)
         h = nodes.s[k + 1] - nodes.s[k]
@@ -111,7 +113,7 @@ class Guide:
         return PathNodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
 
     def before(self, s: Array) -> NDArray[np.intp]:
-        """The node before each s."""
+        """Index of the node before each s, (...)."""
         return np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, max(len(self.s) - 2, 0))
 
     def _place(self, s: Array) -> tuple[NDArray[np.intp], Array, Array]:

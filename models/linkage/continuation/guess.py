@@ -1,4 +1,4 @@
-"""What is known of the poses before they are closed."""
+"""Starting values of the poses of one moving drive, before Newton's method closes them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from ....framework.batch import Array
 from ..kinematics.terms import Value
 from .follow import Guide
 
-# Signs of determinants are not compared so near a change point.
+# Distance from a change point within which signs of determinants are not compared.
 NEAR = 0.02
 
 
 @dataclass(eq=False)
 class Guess:
-    """Nominal states over the drives' shape.
+    """Starting values for the leading member, of the batch shape of the drives.
 
     Attributes
     ----------
@@ -26,19 +26,19 @@ class Guess:
     signs
         Signs that the determinants must have, 0 where they may have either, (...).
     reached
-        Where the path leads, (...).
+        Whether the path leads to the pose, (...).
     s
         Value of the only moving drive, (...); None where several move.
     guide
-        What led along it.
+        The path of that drive.
     drive
-        Which of the driven states it is.
+        Index of that drive among the driven states.
     around
-        What leads smoothly through each change point.
+        By change point, the smooth branch through it.
     switched
-        Whether the path takes the other branch there.
+        Whether the path takes the other branch at change points.
     closed
-        Whether all states are closed for the nominal dimensions, and borne out.
+        Whether all states are closed, with the expected signs, for the dimensions of the leading member.
     """
 
     state: list[Value]

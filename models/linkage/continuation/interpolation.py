@@ -1,4 +1,4 @@
-"""Polynomials through closed poses: between two by their rates, and through several on both sides of a place."""
+"""Interpolation of closed poses: cubic Hermite between two nodes, and polynomials through several."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import ArrayLike
 
 from ....framework.batch import Array
 
-# Places on both sides of one that they leave out, in steps.
+# Interpolation points on both sides of the one in the middle, which is left out, in units of their spacing.
 SIDES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
 
 Number = TypeVar("Number", float, Array)
 
 
 def shares(t: Number, width: Any) -> tuple[Number, Number, Number, Number]:
-    """By how much state and rate of the first, then of the second of two nodes count in the cubic through them.
+    """Weights of state and rate of the first node, then of the second, in the cubic Hermite interpolant.
 
     Parameters
     ----------
     t
-        Place between the nodes, as a share of the distance from the first, or beyond.
+        Position from 0 at the first node to 1 at the second; beyond 1 it extrapolates.
     width
         Distance of the nodes.
     """
@@ -39,7 +39,7 @@ def cubic(a: Array, u: Array, b: Array, v: Array, t: Array, width: Array) -> Arr
 
 
 def weights(knots: ArrayLike, s: ArrayLike) -> Array:
-    """Value at s (M,) of the polynomial that is 1 at one knot and 0 at the others, (knots, M); one s gives (knots,)."""
+    """Lagrange basis polynomials of the knots at s (M,), (knots, M); a single s gives (knots,)."""
     places, at = np.asarray(knots, dtype=np.float64), np.asarray(s, dtype=np.float64)
     out = np.ones((len(places), *at.shape))
     for j, knot in enumerate(places):

@@ -1,4 +1,4 @@
-"""Continuation of many poses at once, each along a straight line of its own."""
+"""Continuation of many poses at once, each along its own straight line in the space of the drives."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .interpolation import cubic
 from .predictor_corrector import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
 
 Mask = NDArray[np.bool_]
-# The first step of a path that is followed to its end, for which the second derivative is known.
+# First step of a path that is followed to a given end: longer than `FIRST`, as the second derivative is known there.
 FAR = 0.7
-# Poses that are followed together, so that what is needed of them fits the cache.
+# Number of poses that are followed together, so that their arrays fit the cache.
 TOGETHER = 2048
 
 
@@ -31,13 +31,13 @@ class Ends:
     Attributes
     ----------
     states
-        Where each path has ended, (n, poses).
+        State at the end of each path, (n, poses).
     reached
-        Whether that is where it was to lead, (poses,).
+        Whether the path has arrived at its target, (poses,).
     left
-        How far it is from there to where it was to lead, (poses,).
+        Distance from its end to its target, (poses,).
     crossing
-        Whether a determinant changes its sign where it was stuck, as it does at a change point, (poses,).
+        Whether a determinant changes its sign where the path was stuck, as it does at a change point, (poses,).
     """
 
     states: Array
@@ -49,10 +49,10 @@ class Ends:
 def followed(
     loops: Loops, parameters: Sequence[Value], states: Array, change: Array, common: Derivatives | None = None
 ) -> Ends:
-    """Follow each of many poses from its own state (n, poses) by its own change of the driven states (f, poses).
+    """Follow each pose from its state (n, poses) while the driven states change by `change`, (f, poses).
 
-    `parameters` are the same for all, or one for each pose; `common` are the derivatives at the beginning, where all
-    begin in one pose.
+    Each of the `parameters` is one number, or one for each pose; `common` holds the derivatives at the start if all
+    poses start from the same one.
     """
     count = states.shape[1]
     ends = Ends(states.copy(), np.zeros(count, dtype=bool), np.zeros(count), np.zeros(count, dtype=bool))
@@ -68,12 +68,12 @@ def followed(
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """How a pose follows the drives.
+    """Derivatives of a pose by the drives.
 
     Attributes
     ----------
     follow, determinants
-        As of a `Pose`.
+        As in `Pose`.
     rate, bend
         First and second derivatives of the state by the driven states, (n, f) and (n, f, f).
     """
@@ -86,7 +86,8 @@ class Derivatives:
     def along(self, change: Array) -> tuple[Array, Array]:
         """First and second derivatives of the state (n, poses) along changes of the driven states (f, poses).
 
-        In the same sums for each pose, however many there are: a product of matrices takes others at its edges.
+        Summed term by term, so that the result of a pose has the same bits for any number of poses; a matrix product
+        sums in another order at the edges of its blocks.
         """
         first, second = (np.zeros((len(self.rate), change.shape[1])) for _ in range(2))
         part = np.empty_like(first)
@@ -100,7 +101,7 @@ class Derivatives:
 
     @classmethod
     def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
-        """Those at a pose; the drives must not be balls."""
+        """Derivatives at a pose; spherical joints must not be driven."""
         f, state = len(loops.driven_states), [np.array(x) for x in pose.state]
         both = np.eye(f)[:, :, None] + np.eye(f)[:, None, :]
         # By polarisation: 2 B(u, v) = B(u + v, u + v) - B(u, u) - B(v, v).
@@ -129,9 +130,9 @@ class Read:
     Attributes
     ----------
     states
-        Guesses at the lengths that were asked for, (n, asked).
+        Interpolated states at the lengths asked for, (n, asked).
     reached
-        Whether the path leads so far, (asked,).
+        Whether the path is that long, (asked,).
     end
         Length that each path has reached, (paths,).
     crossing
@@ -147,9 +148,10 @@ class Read:
 def read_off(
     loops: Loops, parameters: Sequence[Value], states: Array, direction: Array, path: NDArray[np.intp], s: Array
 ) -> Read:
-    """Follow long paths from `states` (n, paths) in `direction` (f, paths), and read off the lengths s (asked,).
+    """Follow long paths from `states` (n, paths) in `direction` (f, paths), and interpolate at the lengths s (asked,).
 
-    `path` tells the path of each. The nodes of a path are those of `PredictorCorrector`, whatever is asked for.
+    `path` (asked,) is the index of the path of each length. The nodes of a path are those of `PredictorCorrector` and
+    do not depend on the lengths asked for.
     """
     count = states.shape[1]
     need = np.zeros(count)
@@ -162,7 +164,7 @@ def read_off(
 
 @dataclass(eq=False)
 class Asked:
-    """What is to be read off: path and length of each, the states found, and which are."""
+    """Points to interpolate on paths: path and length of each, (asked,); states (n, asked), and which are found."""
 
     path: NDArray[np.intp]
     s: Array
@@ -172,7 +174,7 @@ class Asked:
 
 @dataclass(frozen=True, eq=False)
 class PosesAhead:
-    """Poses a step ahead on some paths, how they follow the drives, and their determinants, (entries, paths)."""
+    """Poses one step ahead on some paths, with their derivatives by the drives and determinants, (entries, paths)."""
 
     found: Poses
     follow: Array
@@ -180,10 +182,10 @@ class PosesAhead:
 
 
 class ManyPaths(PathBatch[PosesAhead]):
-    """Straight paths that are followed side by side, each in steps of its own.
+    """Straight paths that are followed side by side, each with its own step length.
 
-    A path takes its steps as it would alone: as long as Newton's method contracts fast, no determinant changes its
-    sign, and the rates by which the unknowns follow change little from one step to the next.
+    The steps of a path are those that it would take alone. A step is accepted if Newton's method converges fast, no
+    determinant changes its sign, and the derivatives by the drives change little from one step to the next.
 
     Parameters
     ----------
@@ -194,9 +196,13 @@ class ManyPaths(PathBatch[PosesAhead]):
     state
         Closed states from which the paths lead, (n, poses).
     change
-        By how much the driven states change on each, (f, poses).
-    need, asked
-        How far to follow each path, which does not end there then, (poses,); what to read off them.
+        Change of the driven states along each, (f, poses).
+    need
+        Length to which each path is followed without ending there, (poses,); None if it ends where `change` says.
+    asked
+        Points to interpolate on the paths.
+    common
+        Derivatives at the start if all paths start from the same pose.
     """
 
     def __init__(
@@ -225,7 +231,7 @@ class ManyPaths(PathBatch[PosesAhead]):
         self._begin(common)
 
     def wanted(self) -> NDArray[np.intp]:
-        """Paths that have neither reached their ends nor stalled."""
+        """Indices of the paths that have neither reached their ends nor stalled."""
         return np.flatnonzero(~(self.reached | self.stalled))
 
     def _begin(self, common: Derivatives | None) -> None:
@@ -248,7 +254,7 @@ class ManyPaths(PathBatch[PosesAhead]):
             self.bend[~np.isfinite(self.bend)] = 0.0
 
     def attempt(self, paths: NDArray[np.intp]) -> tuple[PosesAhead, Mask]:
-        """Poses a step further, no farther than the paths lead, and whether they follow on from those before."""
+        """Poses one step ahead, at most at the ends of the paths, and whether each step may be accepted."""
         left = self.length[paths] - self.s[paths]
         step = np.minimum(self.step[paths], left)
         self.step[paths] = step = np.where(left < 1.01 * step, left, step)
@@ -259,13 +265,13 @@ class ManyPaths(PathBatch[PosesAhead]):
         return found, good
 
     def shortened(self, paths: NDArray[np.intp]) -> None:
-        """Look once beyond what may be a change point where steps have become short."""
+        """Where steps have become short, try once to step over what may be a change point."""
         sharp = paths[(self.step[paths] < SHARPEST) & ~self.jumped[paths]]
         if sharp.size:
             self._jump(sharp)
 
     def _go(self, paths: NDArray[np.intp], step: Array) -> tuple[PosesAhead, Mask]:
-        """Poses a step further, and whether these are near enough to go on from."""
+        """Poses one step ahead, and whether each is closed and near the one before."""
         found = self.loops.poses(self._predicted(paths, step), self._own(paths))
         follow, determinants = self._told(found)
         old = self.follow[:, paths]
@@ -275,7 +281,7 @@ class ManyPaths(PathBatch[PosesAhead]):
         return PosesAhead(found, follow, determinants), near
 
     def accept(self, paths: NDArray[np.intp], points: PosesAhead, good: Mask) -> None:
-        """Go on to the good ones of some poses."""
+        """Make the good ones of some poses the new ends of their paths."""
         found, follow, step = points.found, points.follow[:, good], self.step[paths]
         self.before[:, paths], self.before_rate[:, paths] = self.state[:, paths], self.rate[:, paths]
         state = np.stack([np.broadcast_to(x, good.shape)[good] for x in found.state])
@@ -292,11 +298,11 @@ class ManyPaths(PathBatch[PosesAhead]):
         self.jumped[paths] = False
 
     def _read_off(self, asked: Asked, paths: NDArray[np.intp], step: Array) -> None:
-        """What is asked for within the last step of some paths, by the cubic."""
+        """Interpolate the points asked for within the last step of some paths."""
         width = np.zeros(self.s.shape)
         width[paths] = step
         beyond = asked.s - self.s[asked.path]
-        # In the same sums as the lengths of the paths, so that what lies on a node is not lost by rounding.
+        # Summed like the lengths of the paths, so that a point on a node is not lost by rounding.
         ends = self.s + width
         chosen = np.flatnonzero((beyond > 0.0) & (asked.s <= ends[asked.path]))
         k, h = asked.path[chosen], width[asked.path[chosen]]
@@ -305,14 +311,14 @@ class ManyPaths(PathBatch[PosesAhead]):
         asked.reached[chosen] = True
 
     def _jump(self, paths: NDArray[np.intp]) -> None:
-        """Whether a change point lies before paths that are stuck."""
+        """Mark paths that are stuck before a change point."""
         self.jumped[paths] = True
         for jump in JUMPS:
             found, near = self._go(paths, np.full(paths.shape, jump))
             self.crossing[paths] |= near & self._changes_sign(paths, found.determinants)
 
     def _predicted(self, active: NDArray[np.intp], step: Array) -> list[Value]:
-        """Guesses a step further: by the second derivative at first, then as `PredictorCorrector.predict`."""
+        """Predicted states one step ahead: by the second derivative at first, then as `PredictorCorrector.predict`."""
         state, rate, before = self.state[:, active], self.rate[:, active], self.before[:, active]
         width, old = self.width[active], self.before_rate[:, active]
         safe = np.where(width > 0.0, width, 1.0)
@@ -333,7 +339,7 @@ class ManyPaths(PathBatch[PosesAhead]):
         return np.asarray(np.any(determinants * self.determinants[:, paths] < 0.0, axis=0))
 
     def _rates(self, state: Array, follow: Array, direction: Array) -> Array:
-        """Derivative of the states by the length of the path, (n, poses)."""
+        """Derivatives of the states by the length of the path, (n, poses)."""
         return self._spread(self.loops.rate_along(list(state), list(direction), list(follow)), state.shape[1])
 
     def _told(self, found: Poses) -> tuple[Array, Array]:
@@ -341,7 +347,7 @@ class ManyPaths(PathBatch[PosesAhead]):
         return self._spread(found.follow, count), self._spread(found.determinants, count)
 
     def _spread(self, entries: Sequence[Value], count: int | None = None) -> Array:
-        """Entries as rows, (entries, poses)."""
+        """Entries, which may broadcast, as the rows of one array, (entries, poses)."""
         poses = self.state.shape[1] if count is None else count
         out = np.empty((len(entries), poses))
         for row, x in zip(out, entries, strict=True):

@@ -1,4 +1,8 @@
-"""Members of a batch of dimensions: each on the path that it takes alone, by a shorter way where that is sure."""
+"""Members of a batch of dimensions: which of them may start from the poses of the leading member.
+
+Each member must arrive at the poses that it would reach alone. Where its path runs beside that of the leading member,
+Newton's method from the leading member's poses finds the same.
+"""
 
 from __future__ import annotations
 
@@ -19,23 +23,23 @@ from .predictor_corrector import BEYOND, OPEN
 
 Mask = NDArray[np.bool_]
 CLOSED = 1e-12
-# A member goes along with the one that leads where its determinants are at least this share of those, at all poses of
-# the path at which the determinants are least or the path is most curved.
+# A member accompanies the leading one as far as its determinants are at least this share of the leading member's at all
+# poses where these are least or the path is most curved.
 SHARE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Reference configurations of all members, each closed for itself from the points as described.
+    """Reference configurations of all members, each closed from the points as described.
 
     Attributes
     ----------
     state
         Entries of their states, of the linkage's batch shape.
     determinants
-        Of the blocks of equations.
+        Determinants of the blocks of equations.
     closed
-        Whether each can be assembled.
+        Whether each member can be assembled.
     """
 
     state: list[Value]
@@ -66,15 +70,16 @@ def own_starts(loops: Loops, parameters: Sequence[Value], shape: Shape) -> Start
 def accompanied(
     loops: Loops, guide: Guide, parameters: Sequence[Value], nominal: Sequence[float], starts: Starts, s: Array
 ) -> Array:
-    """How far back and ahead each member goes along with the path that leads, (2, ...) of the linkage's batch shape.
+    """How far back and ahead each member accompanies the leading path, (2, ...) of the linkage's batch shape.
 
-    That is seen where the path comes nearest to a singular pose, or is most curved: there each member must be found
-    from the one that leads in few steps, on the same side of its singular poses and no nearer to them. Through a change
-    point it goes where it has one in the same place. Only what lies on the way to the lengths s is looked at.
+    It is tested where the leading path comes nearest to a singular pose or is most curved: there Newton's method must
+    reach the member from the leading one in few steps, on the same side of its singular poses and not much nearer to
+    them. It passes a change point together with the leading path if it has one in the same place. Only poses on the way
+    to the lengths s are tested.
     """
     shape = starts.closed.shape
     limits = np.stack([np.full(shape, -np.inf), np.full(shape, np.inf)])
-    # How far what is free has moved by itself depends on the whole path, so that each must take its own.
+    # How far idle degrees of freedom have moved depends on the whole path, so each member must follow its own.
     limits[:, ~_begin_alike(guide, starts) if loops.determined else slice(None)] = 0.0
     low, high = min(float(np.min(s, initial=0.0)), 0.0), max(float(np.max(s, initial=0.0)), 0.0)
     for k in _turning(guide):
@@ -88,7 +93,7 @@ def accompanied(
 
 
 def _begin_alike(guide: Guide, starts: Starts) -> Mask:
-    """Which members begin beside the one that leads, as far from singular poses as it does."""
+    """Whether each member starts near the leading one, and about as far from singular poses, (...)."""
     zero = int(np.argmin(np.abs(guide.s)))
     same = starts.closed.copy()
     for own, lead in zip(starts.state, guide.states[zero], strict=True):
@@ -106,7 +111,7 @@ def _limit(limits: Array, s: float, good: Mask) -> None:
 
 
 def _turning(guide: Guide) -> list[int]:
-    """Nodes at which a determinant is least, or a rate greatest, of those around."""
+    """Indices of nodes where a determinant has a local minimum, or the greatest rate a local maximum."""
     found: set[int] = set()
     firm = np.abs(guide.determinants)
     for values in (*firm.T, -np.abs(guide.rates).max(axis=1)):
@@ -117,7 +122,7 @@ def _turning(guide: Guide) -> list[int]:
 
 
 def _beside(loops: Loops, state: Array, parameters: Sequence[Value], nominal: Sequence[float], shape: Shape) -> Mask:
-    """Which members are like the one that leads at one of its poses."""
+    """Whether each member is near the leading one at one of its poses, (...)."""
     leads = loops.close_all([np.full((1,) * len(shape), x) for x in state], nominal)
     found = loops.close_all([np.full(shape, x) for x in state], parameters)
     good = np.array(np.broadcast_to(found.trusted, shape))
@@ -127,7 +132,7 @@ def _beside(loops: Loops, state: Array, parameters: Sequence[Value], nominal: Se
 
 
 def _crosses(loops: Loops, guide: Guide, where: float, parameters: Sequence[Value], shape: Shape) -> Mask:
-    """Which members have a change point at `where`: what leads through it smoothly closes in it."""
+    """Whether each member has a change point at `where`, (...): its smooth branch through it closes there."""
     spacing = 0.03
     knots = where + spacing * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
     if not guide.reached(knots).all():

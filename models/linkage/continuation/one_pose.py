@@ -1,4 +1,4 @@
-"""One pose of one linkage in plain numbers: the same sums as for a batch, where nothing is special about the pose."""
+"""One regular pose of one linkage in floats, with the same operations as for a batch and so the same bits."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .guess import NEAR
 from .rays import at_once, begins
 from .single_drive import MANY, SingleDrive
 
-# What moves by less, in radians and sizes, stands still.
+# Change of a drive, in radians and mechanism sizes, below which it counts as standing still.
 STILL = 1e-14
-# So near a change point of the drive's path a pose is looked at more closely.
+# Distance from a change point within which a pose is left to the closer search of a batch.
 ASIDE = 2.0 * max(NEAR, WITHIN)
 
 
 @dataclass(frozen=True, eq=False)
 class OnePose:
-    """A closed pose: its state, its closure error, and the closing row with the largest."""
+    """A closed pose: its state, its closure error, and the closing row with the largest error."""
 
     state: list[float]
     error: float
@@ -34,7 +34,7 @@ class OnePose:
 def one_pose(
     loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[float], closed: float
 ) -> OnePose | None:
-    """The pose at driven states, as a batch has it; None where it is to be sought along the path.
+    """The pose at driven states, with the bits that a batch gives; None where it must be sought along the path.
 
     That is so in and beside a change point, in a dead point and beyond, many turns away, where the drives turn balls,
     and where Newton's method does not lead from the path's nodes to a pose that closes better than `closed`.
@@ -62,7 +62,7 @@ def one_pose(
 
 
 def _closed(loops: Loops, parameters: Sequence[float], state: list[float], closed: float) -> OnePose | None:
-    """A state with its closure error; None where that is not small."""
+    """A state with its closure error; None if the loops are not closed."""
     error, row = open_by_one(loops, state, parameters)
     return OnePose(state, error, row) if error < closed else None
 
@@ -70,7 +70,7 @@ def _closed(loops: Loops, parameters: Sequence[float], state: list[float], close
 def _on_path(
     loops: Loops, parameters: Sequence[float], start: Pose, drive: int, driven: Sequence[float]
 ) -> tuple[list[float] | None, list[float]]:
-    """Guess and signs of the determinants between two nodes of the path of the only drive that moves."""
+    """Interpolated state and signs of the determinants on the path of the only drive that moves."""
     s = driven[drive] - start.state[loops.driven_states[drive]]
     if abs(s) > MANY:
         return None, []

@@ -1,4 +1,4 @@
-"""Poses to which no path leads: the linkage put together anew, or the least gap that is left."""
+"""Poses that no path reaches: another assembly mode is sought, or the least gap."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.terms import Value
 
-# From how many positions beside the reference configuration a pose is tried, and how far these are from it.
+# Number of starting states near the reference configuration, and their distance from it.
 TRIES, FAR = 8, 2.0
 CLOSED = 1e-12
-# Poses that are tried together.
+# Number of poses that are tried together.
 TOGETHER = 512
 
 
 def least_gaps(
     loops: Loops, parameters: Sequence[Value], begin: Array, *, alike: bool
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """States (n, poses) that close, or with the least gap; that gap, (poses,), and the row that is off most.
+    """States (n, poses) that close the loops, or have the least gap found; that gap, (poses,), and its largest row.
 
     Each pose is tried from `begin`, the last on the path to it, from the reference configuration and from positions
     at random around that. Of those that close, the first is taken; if it is to be `alike`, the first whose determinants
@@ -41,7 +41,7 @@ def least_gaps(
 
 
 def _best(loops: Loops, parameters: Sequence[Value], begin: Array, enough: float) -> Array:
-    """The states of the least rank: 0 or 1 for those that close, alike or not, and more for others by their gap."""
+    """The state of least rank for each pose: 0 or 1 where it closes, with the same signs or not, more by its gap."""
     count = begin.shape[1]
     signs = _signs(loops)
     best, best_rank = begin.copy(), np.full(count, np.inf)
@@ -59,7 +59,7 @@ def _best(loops: Loops, parameters: Sequence[Value], begin: Array, enough: float
 
 
 def _trials(loops: Loops, begin: Array) -> list[Array]:
-    """States to begin from, with the drives given: the last on the path, the reference configuration, some near it."""
+    """Starting states with the given drives: the last on the path, the reference configuration, and some near it."""
     reference_state: list[Value] = [np.full(begin.shape[1], x) for x in loops.reference_state]
     steps = FAR * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIES, loops.columns))
     steps[0] = 0.0
@@ -76,7 +76,7 @@ def _signs(loops: Loops) -> Array:
 
 
 def _other_side(loops: Loops, states: Array, parameters: Sequence[Value], signs: Array) -> Array:
-    """0 where all determinants have their signs, else 1, (poses,)."""
+    """0 where all determinants have the signs of the reference configuration, else 1, (poses,)."""
     determinants = loops.poses(list(states), parameters).determinants
     other = np.zeros(states.shape[1], dtype=bool)
     for determinant, sign in zip(determinants, signs, strict=True):

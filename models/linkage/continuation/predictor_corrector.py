@@ -17,35 +17,36 @@ from .interpolation import SIDES, at_zero, shares, weights
 FIRST = 0.1
 LONGEST = 0.35
 SHORTEST = 1e-10
-# The step before serves the next where it is at least this share of it.
+# The cubic through the last two nodes is used if the last step was at least this share of the next.
 LONG = 0.49
-# Steps may grow fast where Newton's method has this little to do.
+# First step of Newton's method below which the step length may double.
 EASY = 0.03
-# A step to the other side of a change point may be longer than its turn.
+# A step longer than planned by this factor has passed a change point.
 LONGER = 1.01
-# How much a pose may change the way it follows the drives from one step to the next.
+# Largest change of the derivatives by the drives from one step to the next, relative to their size.
 TURN = 0.4
-# Where the path ends before a change point, how far to jump over it.
+# Lengths of jumps that are tried over a change point in front of which steps have become too short.
 JUMPS = (6e-2, 2e-2, 5e-3, 2e-3)
 SHARPEST = 1e-4
-# A determinant that falls faster than so, from two knots to one beside a simple zero, has a multiple one.
+# Ratio of a determinant at two points and at one spacing from a zero, above which the zero is multiple.
 STEEP = 3.2
-# How far beyond a change point it must be seen to be interpolated.
+# Length of path beyond a change point that is needed to interpolate the pose in it.
 BEYOND = 0.35
-# A determinant between two that are so much greater may have come down to a double zero and gone up again. It has where
-# the least singular value so near it is below that share of what it is at the nodes.
+# A double zero may lie near a node whose determinant is below the first share of those of both neighbours. It does if
+# the least singular value at the second distance from it is below the third share of that at the nodes.
 DOUBLE_ZERO, BESIDE, TOUCHED = 0.3, 2e-3, 0.05
-# Distance of the poses from which its closure is judged, in shares of the step over it too, and how far it may be open:
-# lengths that are equal to eight digits are meant to be equal.
+# Distance of the poses from which closure in a change point is judged, at most the given share of the step over it, and
+# the gap that is allowed: lengths that agree to eight digits are meant to be equal.
 KNOT, SHARE = 0.02, 0.4
 OPEN = 1e-8
-# Where another branch is looked for, as shares of the length gone beyond a change point.
+# Displacements along the free motion at which the other branch is sought, as shares of the length beyond a change
+# point.
 AWAY = (0.5, 1.0, 2.0, 4.0, 0.25, 0.1, 8.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ContinuationPoint:
-    """A closed pose at the length `s` of the path, and the rate of its state by s."""
+    """A closed pose at the length `s` of the path, and the derivative of its state by s."""
 
     s: float
     pose: Pose
@@ -65,9 +66,11 @@ class RayPath:
     crossings
         Lengths at which a change point was passed.
     sides
-        Where the other branch was taken: for each crossing, the path so far and a little on along its own branch.
+        Where the other branch was taken: for each crossing, the path to it and a little beyond it on the smooth branch.
     complete
-        False where the path ended: in a dead point, or out of reach.
+        False if the path has ended, in a dead point or at the limit of reach.
+    jumped
+        Whether jumping over a change point has been tried from the last node.
     """
 
     nodes: list[ContinuationPoint]
@@ -84,10 +87,10 @@ class RayPath:
 
 
 class PredictorCorrector:
-    """Steps along a ray, as long as Newton's method and the path's curvature allow.
+    """Predictor-corrector steps along a ray, as long as Newton's method and the curvature of the path allow.
 
-    Where the steps end depends on the ray alone, never on how far it is to be followed: a path that is followed
-    further has the same nodes as before.
+    The nodes depend on the ray alone, not on how far it is to be followed: a path that is followed further keeps its
+    nodes.
 
     Parameters
     ----------
@@ -96,7 +99,7 @@ class PredictorCorrector:
     parameters
         Its dimensions.
     start
-        The closed pose from which the drives go.
+        The closed pose at which the ray begins.
     direction
         Change of the driven states per unit of length: radians, and displacements in units of the mechanism's size.
     switch
@@ -110,12 +113,12 @@ class PredictorCorrector:
         self.origin = [start.state[place] for place in loops.driven_states]
 
     def node(self, s: float, pose: Pose) -> ContinuationPoint:
-        """A node of the pose at s."""
+        """The node at s, from its pose."""
         rate = self.loops.rate_along(pose.state, self.direction, pose.follow)
         return ContinuationPoint(s, pose, rate)  # type: ignore[arg-type]
 
     def place(self, state: Sequence[float], s: float) -> list[float]:
-        """`state` with the driven entries as they are at `s`, and balls of unit Euler parameters."""
+        """`state` with the driven entries at `s`, and Euler parameters of spherical joints scaled to unit length."""
         out = list(state)
         for place, value, slope in zip(self.loops.driven_states, self.origin, self.direction, strict=True):
             out[place] = value + s * slope
@@ -138,7 +141,7 @@ class PredictorCorrector:
         return path
 
     def exactly(self, node: ContinuationPoint, s: float) -> list[float] | None:
-        """The state at `s`, reached from a node in steps as short as it takes; None where the path ends before."""
+        """The state at `s`, reached from a node in steps as short as needed; None if the path ends before."""
         path = RayPath([node], min(LONGEST, s - node.s))
 
         def attempt(step: float) -> ContinuationPoint | None:
@@ -153,7 +156,7 @@ class PredictorCorrector:
         return path.nodes[-1].pose.state if arrived else None
 
     def _attempt(self, path: RayPath, step: float) -> ContinuationPoint | None:
-        """The next node, a step further or, where steps have become short, beyond a change point."""
+        """The node one step ahead or, if steps have become short, beyond a change point; None if the step fails."""
         here = path.nodes[-1]
         found = self._go(path, self._across(path, here.s + step))
         if found is not None and not self._passes(here, found, step):
@@ -164,13 +167,13 @@ class PredictorCorrector:
         return found
 
     def _accept(self, path: RayPath, found: ContinuationPoint, step: float, switch: bool) -> bool:
-        """Go on to a node that was found by a step; False where the path ends there."""
+        """Append a node that was found by a step; False if the path ends there."""
         gone, easy = found.s - path.end, found.pose.first_step < EASY
         path.jumped, path.step = False, min(LONGEST, max(step, gone) * (2.0 if easy else 1.2))
         return self._append(path, found, gone > LONGER * step, switch)
 
     def _passes(self, here: ContinuationPoint, found: ContinuationPoint, step: float) -> bool:
-        """Whether a step stays on its branch: what changes sides, or goes far, does so over a change point."""
+        """Whether a step stays on its branch: a change of sign, or a long step, is allowed over a change point only."""
         if not changes_sign(here.pose, found.pose) and found.s - here.s <= LONGER * step:
             return True
         return self._closes(here, found, self._root(here, found))
@@ -188,10 +191,11 @@ class PredictorCorrector:
         return self.node(target, pose)
 
     def predict(self, nodes: Sequence[ContinuationPoint], s: float) -> list[float]:
-        """State at s, by the cubic through the last two nodes; or from their rates where that would not hold.
+        """State at s, by the cubic through the last two nodes; by their rates where that would be unstable.
 
-        What moves by itself is not put right by Newton's method, and would be blown up by the cubic: its parasitic
-        root is -5, that of the rates 0 (Hairer, Nørsett and Wanner, Solving Ordinary Differential Equations I, III.3).
+        Newton's method does not correct idle degrees of freedom, so the predictor must be stable by itself. That by the
+        cubic is not: its parasitic root is -5, that of the rates 0 (Hairer, Nørsett and Wanner, Solving Ordinary
+        Differential Equations I, III.3).
         """
         b = nodes[-1]
         h, change = s - b.s, 0.0
@@ -203,7 +207,7 @@ class PredictorCorrector:
         return [x + h * (v + change * (v - u)) for x, v, u in zip(b.pose.state, b.rate, a.rate, strict=True)]
 
     def _across(self, path: RayPath, target: float) -> float:
-        """The target, or where it lies near a change point as far behind that as the last node is before it."""
+        """The target; if a change point lies near it, the point as far beyond that as the last node is before it."""
         if len(path.nodes) < 2:
             return target
         a, b = path.nodes[-2:]
@@ -222,7 +226,7 @@ class PredictorCorrector:
         return None
 
     def _append(self, path: RayPath, found: ContinuationPoint, far: bool, switch: bool) -> bool:
-        """Go on to the node `found`, over a change point if one lies before it; False if its other branch is lost."""
+        """Append the node `found`, over a change point if one lies before it; False where the other branch is lost."""
         here = path.nodes[-1]
         if not far and not changes_sign(here.pose, found.pose):
             path.nodes.append(found)
@@ -249,9 +253,9 @@ class PredictorCorrector:
         return True
 
     def _touch(self, path: RayPath) -> None:
-        """Find a change point beside the last node but one at which no determinant changes its sign.
+        """Find a change point near the last node but one where no determinant changes its sign.
 
-        So many loops change there at once that its zero is double, or of any even multiplicity.
+        An even number of loops passes a change point there at once, so that the zero has even multiplicity.
         """
         if len(path.nodes) < 3 or not has_double_zero([node.pose.determinants for node in path.nodes[-3:]]):
             return
@@ -263,7 +267,7 @@ class PredictorCorrector:
                 return
 
     def _root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
-        """Where a determinant vanishes between two nodes: false position, then inverse interpolation from around."""
+        """Length at which a determinant vanishes between two nodes: false position, then inverse interpolation."""
         pairs = list(zip(a.pose.determinants, b.pose.determinants, strict=True))
         changes = [i for i, (x, y) in enumerate(pairs) if x * y < 0.0]
         if not changes:
@@ -284,9 +288,9 @@ class PredictorCorrector:
         return better if abs(better - s) < width else s
 
     def _multiple_root(self, a: ContinuationPoint, b: ContinuationPoint) -> float:
-        """Where several loops change at once, so that a determinant has a multiple zero.
+        """Length at which several loops pass a change point at once, so that a determinant has a multiple zero.
 
-        The least singular value of the equations has a simple one there: it comes down to zero and goes up again.
+        The least singular value of the equations falls linearly to zero there and rises again.
         """
         left, right = (self._least(node.pose) for node in (a, b))
         s, width = a.s + (b.s - a.s) * left / (left + right), 0.25 * (b.s - a.s)
@@ -301,10 +305,10 @@ class PredictorCorrector:
         return better if abs(better - s) < width else s
 
     def _between(self, a: ContinuationPoint, b: ContinuationPoint, s: float) -> Pose | None:
-        """The pose at s between two nodes, or a little aside, with the determinants that it has there."""
+        """The pose at s between or next to two nodes, with its determinants."""
         guess = _cubic(a, b, (s - a.s) / (b.s - a.s), b.s - a.s)
         pose = self.loops.close(self.place(guess, s), self.parameters)
-        # the determinants are those of the last step but one
+        # `close` returns the determinants of the iterate before the last, hence the second call
         return pose and self.loops.close(pose.state, self.parameters)
 
     def _least(self, pose: Pose | None) -> float:
@@ -339,12 +343,13 @@ def other_branch(
     where: float,
     state: Sequence[float],
 ) -> ContinuationPoint | None:
-    """A pose on the branch that crosses, at `where` and `state`, the one on which two nodes lie.
+    """A pose on the branch that crosses that of two nodes at the length `where` and the state `state`; None if not
+    found.
 
-    Beyond a change point the branches lie apart along the motion that is free in it: the null vector of the equations.
-    Newton's method starts from the known branch displaced along it, either way and farther and farther. What it finds
-    is the other branch if it leads back to the change point, and if the determinants keep the sign that they had
-    before: they change it on the branch that goes on smoothly.
+    Beyond a change point the branches differ along the free motion in it, the null vector of the equations. Newton's
+    method starts from the known branch displaced along that motion, both ways and by several distances. It has found
+    the other branch if the pose leads back to the change point, and if the determinants keep the signs that they had
+    before it: on the smooth branch they change.
     """
     loops, n, m = continuation.loops, continuation.loops.columns, continuation.loops.rows
     entries = loops.mechanism.newton[0](state, continuation.parameters)[m:]
@@ -367,18 +372,18 @@ def other_branch(
 
 
 def follows(one: Pose, other: Pose) -> bool:
-    """Whether a pose follows the drives much as the one before it does."""
+    """Whether the derivatives by the drives of two successive poses are close."""
     bound = TURN * (0.5 + max(map(abs, one.follow), default=0.0))
     return all(abs(x - y) <= bound for x, y in zip(one.follow, other.follow, strict=True))
 
 
 def changes_sign(one: Pose, other: Pose) -> bool:
-    """True where a determinant has another sign at the other pose."""
+    """Whether a determinant has opposite signs at two poses."""
     return any(x * y < 0.0 for x, y in zip(one.determinants, other.determinants, strict=True))
 
 
 def has_double_zero(determinants: Sequence[Sequence[float]]) -> bool:
-    """Whether a determinant is far smaller at the second of three poses than at the others, and of one sign."""
+    """Whether a determinant is far smaller at the second of three poses than at the others, without change of sign."""
     return any(
         abs(y) <= DOUBLE_ZERO * max(abs(x), abs(z)) and abs(y) <= min(abs(x), abs(z)) and x * y >= 0.0 and y * z >= 0.0
         for x, y, z in zip(*determinants, strict=True)

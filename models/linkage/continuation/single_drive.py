@@ -1,4 +1,4 @@
-"""One moving drive: every pose lies on one line, whatever the order of its values."""
+"""The path of one moving drive, followed both ways from the reference configuration; every pose lies on it."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from .guess import NEAR, Guess
 from .predictor_corrector import BEYOND, PredictorCorrector, RayPath, changes_sign
 
 TURN = 2.0 * np.pi
-# How far the drive is followed turn by turn, and how near to its place everything is after a turn.
+# Angle up to which the drive is followed all the way, and the tolerance within which a turn is closed.
 MANY = 6.0 * TURN
 SAME = 1e-10
-# Beyond, the other angles are not counted on: their rounding would leave the loops open.
+# Number of turns beyond which other angles are not counted on: their rounding would leave the loops open.
 WOUND = 1000.0
 
 
@@ -32,7 +32,7 @@ class SingleDrive:
     loops, parameters, start
         The loops, their dimensions and the reference configuration.
     drive
-        Which of the driven states moves.
+        Index of the driven state that moves.
     switch
         Whether the other branch is taken at change points.
     """
@@ -44,18 +44,18 @@ class SingleDrive:
     switch: bool
 
     def guess(self, s: Array) -> Guess:
-        """First guesses at values s of the drive.
+        """Starting values at values s of the drive.
 
-        A drive that turns goes round the other way to what lies beyond an end of its range. Where it is to go round
-        many times, what it has found once is taken again, if there everything is back in its place.
+        A rotating drive reaches values beyond an end of its range the other way round. If it makes many turns, the
+        poses of the first are used again, provided that the linkage returns to its configuration after a turn.
         """
         again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
         return self._followed(s) if again is None else again
 
     def guide_to(self, s: float) -> Guide:
-        """The guide both ways from the reference configuration, ahead or back as far as s where the path leads there.
+        """The path both ways from the reference configuration, at least to s if it leads there.
 
-        Nodes do not depend on how far a path is followed, so that one that was followed farther before serves as well.
+        Nodes do not depend on how far a path is followed, so a path that was followed farther before serves as well.
         """
         kept, key, none = self.loops.kept, (self.start, self.drive, self.switch), (None, None)
         paths = [kept.get(ahead, none)[1] for ahead in (True, False) if kept.get(ahead, none)[0] == key]
@@ -65,17 +65,17 @@ class SingleDrive:
         return self._guide(*paths)
 
     def guide_over(self, low: float, high: float) -> Guide:
-        """The guide both ways from the reference configuration, from `low` to `high` where the path leads there."""
+        """The path both ways from the reference configuration, from `low` to `high` if it leads there."""
         return self._guide(*(self._path(sign, max(end, 0.0) + BEYOND) for sign, end in ((1.0, high), (-1.0, -low))))
 
     def exactly(self, s: float) -> list[float] | None:
-        """The state at one value of the drive, step by step from the node before it; None where that is lost."""
+        """The state at one value of the drive, in short steps from the node before it; None if they fail."""
         path = self._path(1.0 if s >= 0.0 else -1.0, abs(s) + BEYOND)
         before = [node for node in path.nodes if node.s <= abs(s)][-1]
         return self._continue(1.0 if s >= 0.0 else -1.0).exactly(before, abs(s))
 
     def _again(self, s: Array) -> Guess | None:
-        """First guesses by whole turns, one or two at a time, after which everything is in its place."""
+        """Starting values by whole turns, if the linkage returns to its configuration after one or two; else None."""
         if self.switch or not self.loops.is_rotation(self.drive) or not self.loops.determined:
             return None
         for period in (TURN, 2.0 * TURN):
@@ -89,7 +89,7 @@ class SingleDrive:
         return None
 
     def _winding(self, period: float) -> list[float] | None:
-        """By how much the state has grown after a period, in whole turns of joints; None where that leads elsewhere."""
+        """Change of the state over a period, in whole turns of joints; None if the configuration is another one."""
         path = self._path(1.0, period + BEYOND)
         there = self.loops.close(Guide.of(path).at(np.array(period)).tolist(), self.parameters)
         if not path.complete or there is None or changes_sign(self.start, there):
@@ -101,7 +101,7 @@ class SingleDrive:
         return None if np.abs(away - turns).max() > SAME or np.any(turns[np.logical_not(turning)]) else turns.tolist()
 
     def _followed(self, s: Array) -> Guess:
-        """First guesses at values s of the drive, all the way."""
+        """Starting values at values s of the drive, by following it all the way."""
         ahead, back = (self._path(sign, float(np.max(sign * s, initial=0.0)) + BEYOND) for sign in (1.0, -1.0))
         within = s
         if self.loops.is_rotation(self.drive):
@@ -120,7 +120,7 @@ class SingleDrive:
         return out
 
     def _guide(self, ahead: RayPath, back: RayPath) -> Guide:
-        """The guide along both paths from the reference configuration; the last one is kept."""
+        """Both paths from the reference configuration as one; the last result is kept."""
         kept, key = self.loops.guide, (ahead, back, len(ahead.nodes), len(back.nodes))
         if kept is None or kept[0] != key:
             kept = self.loops.guide = key, Guide.of(ahead, back)
@@ -132,20 +132,20 @@ class SingleDrive:
         return PredictorCorrector(self.loops, self.parameters, self.start, direction, self.switch)
 
     def _path(self, sign: float, until: float) -> RayPath:
-        """The path of the drive one way, at least to `until`; the last one each way is kept, and taken further."""
+        """The path of the drive in one direction, at least to `until`; the last one is kept and extended."""
         key, continuation = (self.start, self.drive, self.switch), self._continue(sign)
         if self.loops.kept.get(sign > 0.0, (None, None))[0] != key:
             self.loops.kept[sign > 0.0] = key, continuation.begin(self.start)
         return continuation.extend(self.loops.kept[sign > 0.0][1], until)
 
     def _other_way_round(self, s: Array, ended: RayPath, sign: float) -> RayPath:
-        """The path the other way, as far as it takes to come to all that lies beyond the one that `ended`."""
+        """The path in the other direction, far enough to reach all values beyond the end of `ended`."""
         beyond = sign * s[sign * s > ended.end]
         around = beyond - TURN * np.ceil((beyond - ended.end) / TURN)
         return self._path(-sign, float(np.max(-around, initial=0.0)) + BEYOND)
 
 
 def _sides(path: RayPath) -> Iterator[tuple[float, RayPath]]:
-    """Change points of a path, and what leads through each of them smoothly."""
+    """Change points of a path, each with the smooth branch through it."""
     sides = path.sides or [path] * len(path.crossings)
     return zip(path.crossings, sides, strict=False)

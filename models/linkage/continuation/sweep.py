@@ -1,7 +1,7 @@
-"""Long sweeps of one drive as machine code: what `one_pose` does for one, for all poses at once.
+"""Long sweeps of one drive by machine code: what `one_pose` does for one pose, for all at once.
 
-What is special about a pose, in and beside a change point, in a dead point and beyond, many turns away, or where
-Newton's method does not lead to it from the nodes of the path, is left to those who take a closer look.
+Poses in and near change points and dead points, many turns away, or that Newton's method does not reach from the nodes
+of the path, are left to the closer search of `assemble`.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ class Swept:
     state
         Entries of the state, (...).
     good
-        Which poses are found, (...).
+        Whether each pose is found, (...).
     error
-        Their closure errors, (...).
+        Closure errors, (...), in units of the mechanism's size.
     reason
-        Why it is done by machine code, in words.
+        Why machine code was chosen, in words.
     """
 
     state: list[Value]
@@ -53,7 +53,7 @@ def swept(
     shape: Shape,
     closed: float,
 ) -> Swept | None:
-    """Poses at driven states of which one alone moves; None where machine code does not pay or does not serve.
+    """Poses at driven states of which only one moves; None where machine code does not pay or cannot be used.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def swept(
     parameters, start
         Dimensions and reference configuration.
     drive
-        Which of the driven states moves.
+        Index of the driven state that moves.
     driven
         The driven states, which broadcast.
     shape
@@ -94,22 +94,22 @@ def swept(
 
 
 def table(guide: Guide, unknown: Sequence[int]) -> tuple[Array, list[Array]]:
-    """What leads along a path, in pieces in which it does so in the same way.
+    """The path as a table of pieces, each with the data of its interpolation.
 
     Parameters
     ----------
     guide
         The path.
     unknown
-        Entries of the state that are looked for.
+        Indices of the unknown entries of the state.
 
     Returns
     -------
     nodes
-        Where pieces begin, from -inf to inf, (pieces + 1,).
+        Ends of the pieces, from -inf to inf, (pieces + 1,).
     columns
-        For each piece, (pieces,): whether poses in it are nothing special; where its node lies, and how far the next
-        is; for each unknown entry state and rate at the node, and at the next; the signs of the determinants.
+        For each piece, (pieces,): whether it is off all change points; length at its node, and distance of the next
+        node; for each unknown entry state and rate at the node and at the next; the signs of the determinants.
     """
     crossings = guide.crossings
     ends = np.clip([guide.low, guide.high], -MANY, MANY)
