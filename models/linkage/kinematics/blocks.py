@@ -1,4 +1,4 @@
-"""Cut a batch into blocks that fit the cache."""
+"""Division of a batch into blocks whose intermediate arrays fit the cache."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ....framework.batch import Shape
 from .terms import Value
 
 Block = tuple[slice, ...]
-# Members of a block: some hundred intermediate arrays of this length stay in the cache.
+# Members of a block: about a hundred intermediate arrays of this length fit the cache.
 MEMBERS = 4096
 
 
 def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
-    """Index ranges that cover an array of `shape`, each of about `members` entries at most."""
+    """Index ranges that cover an array of `shape`, each of at most about `members` entries."""
     whole, axis = 1, len(shape)
     while axis > 0 and whole * shape[axis - 1] <= members:
         axis -= 1
@@ -34,7 +34,7 @@ def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
 
 
 def parts(shape: Shape, members: int = 4 * MEMBERS) -> Iterator[tuple[Block, int, slice]]:
-    """Index ranges along the longest axis of an array, each of about `members` entries; the axis; its own range."""
+    """Index ranges along the longest axis, each of about `members` entries; with the axis, and the range along it."""
     axis = int(np.argmax(shape))
     step = max(1, members * shape[axis] // max(1, math.prod(shape)))
     for start in range(0, shape[axis], step):
@@ -43,7 +43,7 @@ def parts(shape: Shape, members: int = 4 * MEMBERS) -> Iterator[tuple[Block, int
 
 
 def cut(value: Value, block: Block) -> Value:
-    """The part of a value that broadcasts with the block's members."""
+    """The part of a value, which broadcasts with the batch, that belongs to a block."""
     if not isinstance(value, np.ndarray) or value.ndim == 0:
         return value
     chosen = block[len(block) - value.ndim :]
@@ -56,10 +56,10 @@ def cut_all(values: Sequence[Value], block: Block) -> list[Value]:
 
 
 def taken(values: Sequence[Value], chosen: NDArray[np.intp] | NDArray[np.bool_] | slice) -> list[Value]:
-    """The `chosen` members of values (members,); numbers stay as they are."""
+    """The `chosen` members of values (members,); scalars are returned as they are."""
     return [x[chosen] if isinstance(x, np.ndarray) and x.ndim else x for x in values]
 
 
 def members_of(values: Sequence[Value], chosen: NDArray[np.bool_]) -> list[Value]:
-    """The `chosen` members of values that broadcast with them, (members,); numbers stay as they are."""
+    """The `chosen` members of values that broadcast to the mask's shape, (members,); scalars are kept."""
     return [np.broadcast_to(x, chosen.shape)[chosen] if np.ndim(x) else x for x in values]

@@ -1,4 +1,4 @@
-"""Closed poses of a mechanism, one or a batch, with the determinants of their equations."""
+"""Results of Newton's method on the closing equations: closed poses, of one linkage or of a batch."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .terms import Value
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A closed position: its state, how it follows the drives, and the determinants of its equations.
+    """A closed pose with its derivatives by the drives.
 
     Attributes
     ----------
     state
-        State of all joints.
+        State of all joints, (n,).
     follow
-        Velocity of each unknown per unit of each drive, drive by drive.
+        Velocity of each unknown per unit velocity of each drive, drive by drive.
     determinants
-        Of the blocks of equations.
+        Determinants of the blocks of equations.
     first_step, last_step
-        Largest change that the first and the last Newton step made.
+        Largest change of a coordinate in the first and in the last Newton step.
     """
 
     state: list[float]
@@ -37,7 +37,19 @@ class Pose:
 
 @dataclass(frozen=True, eq=False)
 class Closed:
-    """Closed positions of a batch: state entries, where they are trusted, their first step and determinants."""
+    """Closed poses of a batch.
+
+    Attributes
+    ----------
+    state
+        Entries of the state, (...) each.
+    trusted
+        Whether Newton's method converged, and contracted from the first step on, (...).
+    converged
+        Whether its last step was small enough, (...).
+    determinants
+        Determinants of the blocks of equations, (...) each.
+    """
 
     state: list[Value]
     trusted: NDArray[np.bool_]
@@ -47,7 +59,7 @@ class Closed:
 
 @dataclass(frozen=True, eq=False)
 class ClosedOne:
-    """A closed position: its state, and the determinants of its equations."""
+    """A closed pose: its state, and the determinants of the blocks of equations."""
 
     state: list[float]
     determinants: list[float]
@@ -55,7 +67,7 @@ class ClosedOne:
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """As `Pose`, of all members of a batch, and which of them are found."""
+    """As `Pose` for a batch, entries of shape (...); `good` marks the poses that are found, (...)."""
 
     state: list[Value]
     follow: list[Value]

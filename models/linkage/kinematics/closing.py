@@ -1,7 +1,7 @@
-"""Newton's method on the loops as one program, rounds and all: as machine code for long batches of poses.
+"""Newton's method on the loops recorded as programs, iterations included, to run as machine code on long batches.
 
-What it says is what `Loops.close_all` says, whose rounds it takes. A pose that it does not close, for whatever reason,
-is left to that.
+The programs do the same operations as `Loops`. A pose that they do not close, for whatever reason, is left to
+`Loops.close_all`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Mask = NDArray[np.bool_]
 
 
 class ClosingArithmetic(Protocol):
-    """What of the loops is done alike on arrays and on what is written down; see `Loops`."""
+    """The part of `Loops` that works on arrays and on recorded terms alike."""
 
     mechanism: Mechanism
     linear: Linear
@@ -52,17 +52,17 @@ class ClosingArithmetic(Protocol):
         ...
 
     def placed(self, unknown: Sequence[Any], state: Sequence[Any]) -> list[Any]:
-        """A state with other unknowns."""
+        """A state with these values of the unknowns."""
         ...
 
     def unit(self, state: list[Any]) -> list[Any]:
-        """A state with unit Euler parameters."""
+        """A state with Euler parameters of unit length."""
         ...
 
     def contracted(
         self, step: Sequence[Any], state: list[Any], trusted: Any, moving: Any, before: Any
     ) -> tuple[list[Any], Any, Any, Any]:
-        """A round of the closure."""
+        """An iteration of `Loops.close_all`."""
         ...
 
     def converged(self, before: Any) -> Any:
@@ -72,13 +72,13 @@ class ClosingArithmetic(Protocol):
     def approached(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
     ) -> tuple[list[Any], Any, Any, Any, Any]:
-        """A round towards a pose from which a path goes on."""
+        """An iteration of `Loops.poses`."""
         ...
 
     def arrived(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
     ) -> tuple[list[Any], Any]:
-        """The last step to it."""
+        """The last step of `Loops.poses`."""
         ...
 
     def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
@@ -86,26 +86,26 @@ class ClosingArithmetic(Protocol):
         ...
 
     def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
-        """Their derivatives."""
+        """Time derivatives of all velocity coordinates."""
         ...
 
     def standing(self, drives: Sequence[Any]) -> list[Any]:
-        """Velocity coordinates with the unknowns at rest."""
+        """Derivatives of the velocity coordinates if only the drives move."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
-class WrittenDown:
-    """A program and what it takes.
+class RecordedProgram:
+    """A recorded program with the places of its inputs and outputs.
 
     Attributes
     ----------
     program
         The program.
     given
-        In which group its given values come, and where there.
+        Group and place in it of each given value.
     outputs
-        How many outputs each part of the result has.
+        Number of outputs in each part of the result.
     """
 
     program: Program
@@ -113,12 +113,12 @@ class WrittenDown:
     outputs: tuple[int, ...]
 
     def choice(self, shape: Shape) -> Choice:
-        """Who makes them where they vary over the whole of a batch."""
+        """The back end for values that vary over the whole batch."""
         whole = (1 << len(shape)) - 1
         return choose(self.program.over([whole] * self.program.given), shape)
 
     def run(self, inputs: Sequence[Sequence[Value]], shape: Shape) -> tuple[list[list[Any]], str] | None:
-        """Its results over a batch, part by part, and why machine code makes them; None where it does not pay."""
+        """Results over a batch, part by part, and why machine code makes them; None where that does not pay."""
         work = calculation(self.program, [inputs[group][place] for group, place in self.given], shape)
         if work is None:
             return None
@@ -130,7 +130,7 @@ class WrittenDown:
 
 
 class Closing:
-    """Programs of the closure of loops.
+    """Recorded programs that close loops; each documents its inputs by group, then its results.
 
     Parameters
     ----------
@@ -142,30 +142,30 @@ class Closing:
         self.loops = loops
         self.residual = loops.mechanism.residual
         self.step = loops.equations.written(0)
-        # All that the programs depend on.
+        # Everything that the programs depend on beside the functions in them.
         states = loops.singles, loops.spherical, loops.driven_spherical, loops.driven_states
         columns = loops.mechanism.unknown, loops.mechanism.driven, loops.linear.pattern.tobytes()
         self._layout = loops.mechanism.entries, repr(states), repr(columns)
 
     @property
     def shares(self) -> list[float]:
-        """What scales the pivots of the equations, where they have such."""
+        """Inverse sizes of the reference pivots, if the equations are solved by a recorded elimination; else none."""
         return self.loops.equations.shares if self.step is not None and self.step[1] else []
 
-    def close(self) -> WrittenDown | None:
-        """(guess, parameters, shares) to the unknown states, whether they are trusted, and the determinants."""
+    def close(self) -> RecordedProgram | None:
+        """(guess, parameters, shares) to the unknown states, `trusted`, and the determinants."""
         return self._found("close", self._close)
 
-    def poses(self) -> WrittenDown | None:
-        """(guess, parameters, shares) to what `Loops.poses` says: states, follow, determinants, first step, good."""
+    def poses(self) -> RecordedProgram | None:
+        """(guess, parameters, shares) to results of `Loops.poses`: states, follow, determinants, first step, good."""
         exact = self.loops.equations.written(len(self.loops.mechanism.driven))
         return None if exact is None else self._found("poses", self._poses, exact[0])
 
-    def sweep(self) -> WrittenDown | None:
-        """(driven states with that which moves first, parameters, shares, tables) to poses along a path; see `way`."""
+    def sweep(self) -> RecordedProgram | None:
+        """(driven states, parameters, shares, tables of `continuation.sweep`) to poses along a path."""
         return self._found("sweep", self._sweep, self.residual)
 
-    def rates(self) -> WrittenDown | None:
+    def rates(self) -> RecordedProgram | None:
         """(state, parameters, -, rates and accelerations of the drives) to velocity coordinates and their derivatives.
 
         None where the equations are not solved by Cramer's rule.
@@ -175,35 +175,35 @@ class Closing:
             return None
         return self._found("rates", self._rates, mechanism.full, mechanism.bias)
 
-    def gap(self) -> WrittenDown:
+    def gap(self) -> RecordedProgram:
         """(state, parameters) to the closure error."""
         key = "gap", *_told(self.residual)
-        made: WrittenDown = KERNELS.found(key, self._gap, len(self.residual.program.steps))
+        made: RecordedProgram = KERNELS.found(key, self._gap, len(self.residual.program.steps))
         return made
 
-    def _found(self, what: str, make: Callable[[], WrittenDown], *also: Functions) -> WrittenDown | None:
-        """A program that is made of the step and of what these functions do."""
+    def _found(self, what: str, make: Callable[[], RecordedProgram], *also: Functions) -> RecordedProgram | None:
+        """A program made of the Newton step and of other functions, kept by content."""
         if self.step is None:
             return None
         parts = self.step[0], *also
         key = what, self.step[1], self._layout, *(part for functions in parts for part in _told(functions))
         weight = 2 * sum(len(functions.program.steps) for functions in parts)
-        made: WrittenDown = KERNELS.found(key, make, weight)
+        made: RecordedProgram = KERNELS.found(key, make, weight)
         return made
 
-    # -- written down ------------------------------------------------------------------------------------------------
+    # -- recording ---------------------------------------------------------------------------------------------------
 
-    def _close(self) -> WrittenDown:
-        sheet = _Sheet(self.loops)
+    def _close(self) -> RecordedProgram:
+        sheet = _ProgramRecording(self.loops)
         state, trusted, determinants = self._rounds(sheet, list(sheet.state))
         return sheet.written([self._unknown(state), [trusted], determinants])
 
-    def _gap(self) -> WrittenDown:
-        sheet = _Sheet(self.loops)
+    def _gap(self) -> RecordedProgram:
+        sheet = _ProgramRecording(self.loops)
         return sheet.written([[self._error(sheet, sheet.state)]])
 
-    def _rates(self) -> WrittenDown:
-        loops, sheet = self.loops, _Sheet(self.loops)
+    def _rates(self) -> RecordedProgram:
+        loops, sheet = self.loops, _ProgramRecording(self.loops)
         mechanism = loops.mechanism
         drives, changes = (sheet.more(len(mechanism.driven)) for _ in range(2))
         entries = sheet.done(mechanism.full, sheet.state)
@@ -211,9 +211,9 @@ class Closing:
         bias = sheet.done(mechanism.bias, sheet.state, v, loops.standing(changes))
         return sheet.written([v, loops.accelerations_of(entries[loops.rows :], bias, changes)])
 
-    def _sweep(self) -> WrittenDown:
-        """Guesses by the cubic between the nodes of a path, closed; good are those that are closed on its branch."""
-        loops, sheet = self.loops, _Sheet(self.loops)
+    def _sweep(self) -> RecordedProgram:
+        """Close guesses by the cubic between the nodes of a path; good are poses that are closed on its branch."""
+        loops, sheet = self.loops, _ProgramRecording(self.loops)
         recording, unknown = sheet.recording, loops.unknown_states
         along, least = sheet.more(2)
         nodes = sheet.more(1)[0]
@@ -238,8 +238,8 @@ class Closing:
         error = self._error(sheet, state)
         return sheet.written([self._unknown(state), [good & (error < least)], [error]])
 
-    def _rounds(self, sheet: _Sheet, state: list[Any]) -> tuple[list[Any], Any, list[Any]]:
-        """States, whether they are trusted, and determinants, of Newton's method from a guess."""
+    def _rounds(self, sheet: _ProgramRecording, state: list[Any]) -> tuple[list[Any], Any, list[Any]]:
+        """State, `trusted` and determinants by Newton's method from a guess."""
         loops, n = self.loops, self.loops.columns
         assert self.step is not None
         functions, pivots = self.step
@@ -261,8 +261,8 @@ class Closing:
         determinants = found[n : len(found) - pivots]
         return loops.placed(entries, state), sure & trusted & loops.converged(last), determinants
 
-    def _poses(self) -> WrittenDown:
-        loops, sheet = self.loops, _Sheet(self.loops)
+    def _poses(self) -> RecordedProgram:
+        loops, sheet = self.loops, _ProgramRecording(self.loops)
         n, count = loops.columns, len(loops.mechanism.driven)
         assert self.step is not None
         functions, pivots = self.step
@@ -292,7 +292,7 @@ class Closing:
             [self._unknown(at), found[n:behind], found[behind : len(found) - pivots], [first], [good & sure]]
         )
 
-    def _error(self, sheet: _Sheet, state: Sequence[Any]) -> Any:
+    def _error(self, sheet: _ProgramRecording, state: Sequence[Any]) -> Any:
         square: Any = 0.0
         for row in sheet.done(self.residual, state):
             square = square + row * row
@@ -306,8 +306,8 @@ def _told(functions: Functions) -> tuple[Program, Places]:
     return functions.program, functions.places
 
 
-class _Sheet:
-    """A recording that takes a state, dimensions, shares of pivots, and what else is asked for."""
+class _ProgramRecording:
+    """A recording whose inputs are groups: state, parameters, inverse pivots, and further values as needed."""
 
     def __init__(self, loops: ClosingArithmetic) -> None:
         mechanism = loops.mechanism
@@ -321,11 +321,11 @@ class _Sheet:
 
     @property
     def yes(self) -> Any:
-        """What holds."""
+        """A term that is always true."""
         return self.recording.write(Operation.LESS, 0.0, 1.0)
 
     def more(self, count: int) -> list[Any]:
-        """As many values as are asked for, of the last group."""
+        """`count` further inputs of the last group."""
         self._more += count
         return self._later(3, count, self._more - count)
 
@@ -334,19 +334,19 @@ class _Sheet:
         return [cast(Any, self.recording.later(0)) for _ in range(count)]
 
     def done(self, functions: Functions, state: Sequence[Any], *others: Sequence[Any]) -> list[Any]:
-        """Results of functions of (state, parameters), or of others too."""
+        """Results of functions of (state, parameters, others...)."""
         groups = state, self.parameters, *others
         return done(functions.program, [groups[group][place] for group, place in functions.places])
 
-    def written(self, parts: Sequence[Sequence[Any]]) -> WrittenDown:
-        """The program that makes these parts of a result."""
+    def written(self, parts: Sequence[Sequence[Any]]) -> RecordedProgram:
+        """The program whose outputs are these parts of a result."""
         outputs = [x if hasattr(x, "number") else self.recording.constant(x) for part in parts for x in part]
         program, given = self.recording.program(outputs)
-        return WrittenDown(program, tuple(self._given[k] for k in given), tuple(map(len, parts)))
+        return RecordedProgram(program, tuple(self._given[k] for k in given), tuple(map(len, parts)))
 
 
 def _firm(shares: Sequence[Any], pivots: Sequence[Any]) -> Any:
-    """Whether no pivot is much smaller than in the pose that gave their order."""
+    """Whether no pivot is much smaller than in the pose from which their order was chosen."""
     least = abs(shares[0] * pivots[0])
     for share, pivot in zip(shares[1:], pivots[1:], strict=True):
         least = np.minimum(least, abs(share * pivot))

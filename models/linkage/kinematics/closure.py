@@ -17,7 +17,7 @@ NOTHING: Vector = [0.0, 0.0, 0.0]
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One equation: its component, its residual, and its entry for each velocity coordinate."""
+    """One closing equation: its component, its residual, and its Jacobian entry for each velocity coordinate."""
 
     component: str
     residual: Scalar
@@ -26,10 +26,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class ComponentConstraint:
-    """A component that a joint holds: direction of force or moment, and by how much it is off.
-
-    The direction turns with the joint's links as the product of `on_first` and `on_second`, or with the first alone.
-    """
+    """A component that a joint constrains: direction of its reaction force or moment, and the residual `off`."""
 
     component: str
     direction: Vector
@@ -37,10 +34,10 @@ class ComponentConstraint:
 
 
 def constraints(pair: Pair, joined: Joined) -> Iterator[ComponentConstraint]:
-    """Components that a joint holds: those of position, then those of rotation.
+    """Components that a joint constrains: those of position, then those of rotation.
 
-    Where all three components of position are held, they are taken along the axes of the ground, else along the
-    joint's axes on the first link; rotations about the latter.
+    Three constrained components of position are taken along the axes of the ground, fewer along the joint's axes on its
+    first link; rotations are about those axes.
     """
     first, here, second, there = joined
     gap = minus(there, here)
@@ -64,10 +61,10 @@ def constraints(pair: Pair, joined: Joined) -> Iterator[ComponentConstraint]:
 def closing_rows(
     pair: Pair, joined: Joined, columns: Sequence[Column], first: frozenset[int], second: frozenset[int]
 ) -> Iterator[Row]:
-    """Rows of a joint that closes a loop; `first` and `second` are the columns on the ways to its links.
+    """Equations of a joint that closes a loop; `first` and `second` are the columns that move its links.
 
-    The entries are those of the closed loop (geometric Jacobian). Off it they differ from the derivatives of the
-    residual by as much as the loop is open, so that Newton's method keeps its order.
+    The entries are those of the geometric Jacobian, exact for a closed loop. In an open loop they differ from the
+    derivatives of the residual in proportion to the gap, so that Newton's method keeps its order.
     """
     there = joined[3]
     for one in constraints(pair, joined):
@@ -84,7 +81,7 @@ def closing_rows(
 
 
 def closing_bias(pair: Pair, joined: Joined, first: Rates, second: Rates) -> Iterator[Scalar]:
-    """Second time derivative of the rows of a joint, given the motion of its links."""
+    """Second time derivatives of the residuals of a joint, at given rates of its links."""
     axes, _, others, there = joined
     away = minus(second.velocity(there), first.velocity(there))
     difference = minus(second.acceleration(there), first.acceleration(there))

@@ -1,7 +1,7 @@
-"""The dimensions of a linkage on its tree of links: numbers, and what of them its formulas know beforehand.
+"""The dimensions of a linkage on its spanning tree: which are constants of its formulas, and which are parameters.
 
-A number that is always 0, 1 or -1 is part of a formula. Any other is one of its parameters; equal ones are the same.
-Linkages that agree in all but the values of their parameters have the same formulas.
+A dimension that is 0, 1 or -1 in the whole batch is a constant of the formulas. Any other is a parameter, and equal
+ones share one. Linkages that differ only in the values of their parameters have the same formulas.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ EPS = float(np.finfo(np.float64).eps)
 
 
 class Parameter(NamedTuple):
-    """A dimension that formulas take when they are evaluated: its place among the parameters."""
+    """A dimension that is given when formulas are evaluated: its index among the parameters."""
 
     place: int
 
@@ -32,7 +32,7 @@ Number = float | Parameter
 
 
 class Mount(NamedTuple):
-    """Where a joint sits on a link, along the axes of the link: its axes, None where they are these, and its point."""
+    """Placement of a joint on a link, in the link's axes: its axes, None where they are the link's, and its point."""
 
     axes: tuple[tuple[Number, ...], ...] | None
     point: tuple[Number, ...]
@@ -56,7 +56,7 @@ class Dimensions:
     linkage
         The description.
     counted
-        A joint whose coordinates must be among the state, so that their whole turns are known; else None.
+        A joint whose coordinates must be part of the state, so that their whole turns are counted; or None.
 
     Attributes
     ----------
@@ -69,15 +69,15 @@ class Dimensions:
     bodies
         Its links, the ground and the twins of links.
     mounts
-        By joint and link where the joint sits; a link has the axes and the point of the joint that carries it.
+        By joint and link, the placement of the joint; a link has the axes and the point of the joint that carries it.
     pitches
         Advance of screws per radian, by joint.
     columns
-        Joint and component of each velocity coordinate: angular velocity, in the joint's axes on its first link, for
-        a ball; rate of the coordinate otherwise.
+        Joint and component of each velocity coordinate: for a spherical joint the angular velocity in the joint's axes
+        on its first link, for others the rate of the coordinate.
     states, velocities
-        Where each joint's numbers lie in the state, zero in the reference configuration (four Euler parameters for a
-        ball), and among the velocity coordinates, by joint.
+        By joint, the slice of its coordinates in the state, zero in the reference configuration (four Euler parameters
+        for a spherical joint), and in the velocity coordinates.
     entries
         Number of entries of the state.
     driven, unknown
@@ -114,7 +114,7 @@ class Dimensions:
         self.unknown = [k for k in range(len(self.columns)) if k not in self.driven]
 
     def _ground(self) -> ReferenceLink:
-        """The ground's axes are those of the first joint on it, so that what is planar looks planar."""
+        """The ground with the axes of the first joint on it: in these, a planar linkage has many zero dimensions."""
         if not self.tree.branches:
             return ReferenceLink(np.zeros(3), np.eye(3))
         pair = self.tree.branches[0].edge
@@ -129,7 +129,7 @@ class Dimensions:
         self.states[pair.name] = slice(begin, self.entries)
 
     def formula_key(self) -> tuple[object, ...]:
-        """All that the formulas of the linkage depend on."""
+        """Key of the formulas: everything on which they depend."""
         linkage, tree = self.linkage, self.tree
         return (
             tuple(linkage.links), tuple(linkage.drives.items()),
@@ -139,14 +139,17 @@ class Dimensions:
         )  # fmt: skip
 
     def place(self, link: str, point: str) -> Array:
-        """Where a link has a point, in the reference configuration, (..., 3), with the link's true length."""
+        """Position of a point of a link in the reference configuration, (..., 3), with the link's true length."""
         own = self.tree.twins.get(link, link), point
         if own not in self._points:
             self._points[own] = place_of(self.linkage, *own)
         return self._points[own]
 
     def arm(self, link: str, place: Array) -> list[Value]:
-        """Components, by `size`, of the vector from a link's reference point to a place before it moves."""
+        """Components, over `size`, of the vector from a link's reference point to a position on it, in the link's axes.
+
+        The position (..., 3) is that in the reference configuration.
+        """
         key = link, place.tobytes() if place.ndim == 1 else b""
         if key in self._arms:
             return self._arms[key]
@@ -171,12 +174,12 @@ class Dimensions:
         self.mounts[pair.name, link] = Mount(axes, self._numbers(self._along(body, self.place(link, pair.point))))
 
     def _along(self, body: ReferenceLink, place: Array) -> Array:
-        """Components (..., 3), by `size`, of the vectors from the reference point of a link to places, in its axes."""
+        """Components (..., 3), over `size`, of vectors from a link's reference point to positions, in its axes."""
         axes, arm = body.reference_axes, place - body.place
         return np.asarray(arm @ axes if axes.ndim == 2 else np.einsum("...ji,...j->...i", axes, arm)) / self.size
 
     def _numbers(self, value: Array) -> tuple[Number, ...]:
-        """Numbers (..., 3) of the description: those that are always 0, 1 or -1 as such, others as parameters."""
+        """Constants or parameters for three numbers (..., 3) of the description."""
         return tuple(map(self._number, value.tolist() if value.ndim == 1 else np.moveaxis(value, -1, 0)))
 
     def _number(self, part: float | Array) -> Number:
@@ -198,7 +201,7 @@ class Dimensions:
 
 
 def _size(linkage: LinkageDescription) -> float:
-    """Power of two just above the extent of the linkage; 1 where it has none."""
+    """Power of two just above the extent of the linkage; 1 if all its points coincide."""
     corners = [point.reshape(-1, 3) for point in linkage.points.values()]
     places = np.concatenate(corners) if corners else np.zeros((1, 3))
     extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))

@@ -1,8 +1,8 @@
-"""Elimination written down: equations of any size solved entry by entry, in an order chosen beforehand.
+"""Recorded Gaussian elimination: equations of any size solved entry by entry, in an order chosen beforehand.
 
-The order of pivots is taken from the equations of one pose: the sparsest of those that are not small there
-(H. M. Markowitz, The elimination form of the inverse, Management Science 3 (1957) 255). At another pose pivots may be
-small. The program returns them, so that the equations can be solved with a choice of pivots there.
+The order of pivots is chosen from the equations of one pose: of the pivots that are not small there, those that cause
+least fill (H. M. Markowitz, The elimination form of the inverse, Management Science 3 (1957) 255). At another pose a
+pivot may be small. The program returns all pivots, so that such equations can be solved with pivoting instead.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from ....framework.program.recording import Term
 from .linear import Linear
 from .terms import Scalar
 
-# A pivot is at least this share of the largest entry of its row and column in the pose that gives the order.
+# Least ratio of a pivot to the largest entry of its row and column in the pose from which the order is chosen.
 SHARE = 0.2
-# Most multiplications of an elimination that is written down.
+# Largest number of multiplications of a recorded elimination.
 MOST = 1500
 
 Pivots = list[tuple[int, int]]
@@ -29,14 +29,14 @@ Matrix = list[list[Scalar]]
 
 @dataclass(frozen=True, eq=False)
 class PivotOrder:
-    """In which order blocks of equations are eliminated: of each its pivots, row and column, and their sizes."""
+    """Order of elimination: for each block its pivots as (row, column), and their sizes in its pose."""
 
     pivots: list[Pivots]
     sizes: list[list[float]]
 
 
 def order_of(linear: Linear, jacobian: Array) -> PivotOrder | None:
-    """The order of elimination at one matrix (m, n); None where elimination without a choice does not serve."""
+    """The order of elimination for one matrix (m, n); None if the equations cannot be eliminated in a fixed order."""
     if linear.compact or not linear.square:
         return None
     found = [_pivots(jacobian[np.ix_(*block)], linear.pattern[np.ix_(*block)]) for block in linear.blocks]
@@ -47,7 +47,7 @@ def order_of(linear: Linear, jacobian: Array) -> PivotOrder | None:
 
 
 def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[float], int] | None:
-    """Pivots, their sizes, and the number of multiplications; None where the matrix is singular."""
+    """Pivots, their sizes, and the number of multiplications; None if the matrix is singular."""
     a, there = matrix.copy(), pattern.copy()
     rows, columns = list(range(len(a))), list(range(len(a)))
     pivots, sizes, work = [], [], 0
@@ -58,7 +58,7 @@ def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[flo
         if not fit.any():
             return None
         cost = np.outer(fill.sum(axis=1) - 1, fill.sum(axis=0) - 1)
-        # Of equally sparse ones the largest, so that rounding does not choose.
+        # among equally sparse pivots the largest, so that the choice does not depend on rounding
         least = fit & (cost == cost[fit].min())
         i, j = np.unravel_index(int(np.argmax(np.where(least, np.round(sub, 6), -1.0))), sub.shape)
         row, column = rows.pop(int(i)), columns.pop(int(j))
@@ -72,7 +72,7 @@ def _pivots(matrix: Array, pattern: NDArray[np.bool_]) -> tuple[Pivots, list[flo
 
 
 class Eliminated:
-    """Equations J x = r for several r, whose elimination is written down.
+    """Recorded solution of J x = r for several right sides.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Eliminated:
     solutions
         x of each right side.
     determinants
-        As `Linear.determinants` has them.
+        As those of `Linear.determinants`.
     pivots
         All pivots, block by block in the order of elimination.
     """
@@ -160,7 +160,7 @@ def _nothing(x: Scalar) -> bool:
 
 
 def _sign(pivots: Pivots) -> float:
-    """Sign of the permutation that brings the pivots to the diagonal."""
+    """Sign of the permutation that moves the pivots to the diagonal."""
     k = len(pivots)
     order = np.zeros((k, k))
     for place, (i, _) in enumerate(pivots):

@@ -1,4 +1,4 @@
-"""Vectors by their entries, which are arrays or numbers; what is always zero costs nothing."""
+"""Vector algebra on lists of entries, each a number or an array; products with exact zeros are skipped."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from .terms import Value
 
 
 def combined(axes: Sequence[Sequence[Value]], components: Sequence[Value]) -> list[Value]:
-    """Sum of components times axes."""
+    """Vector with these components along three axes."""
     used = [(axis, x) for axis, x in zip(axes, components, strict=True) if not _is_zero(x)]
     return [_sum([(axis[k], x) for axis, x in used]) for k in range(3)]
 

@@ -1,4 +1,4 @@
-"""The Newton step of the closing equations as a program."""
+"""Programs of the Newton step of the closing equations, with and without the derivatives by the drives."""
 
 from __future__ import annotations
 
@@ -16,12 +16,15 @@ from .linear import Linear
 from .mechanism import Mechanism
 from .terms import Scalar, Value
 
-# An elimination is taken whose pivots are at least this share of what they were where their order was chosen.
+# Least ratio of a pivot to its size in the pose from which the order was chosen, for the elimination to be accepted.
 LEAST_PIVOT_RATIO = 1e-3
 
 
 class Equations:
-    """Programs for the Newton step; where the equations fall into blocks of two at most, without a call in them.
+    """Programs of the Newton step.
+
+    Equations in blocks of one or two are solved within the program, larger ones by a recorded elimination or by
+    matrices.
 
     Parameters
     ----------
@@ -36,12 +39,12 @@ class Equations:
         self._programs: dict[int, tuple[Functions, int]] = {}
 
     def __getstate__(self) -> dict[str, object]:
-        """What another process needs; it composes its programs anew."""
+        """State for another process, without programs: they are made there again."""
         return {"mechanism": self.mechanism, "linear": self.linear, "_programs": {}}
 
     @cached_property
     def step(self) -> tuple[Function, Function]:
-        """(state, parameters) to the step of each unknown, and for arrays the determinants of the blocks."""
+        """(state, parameters) to the step of each unknown; for arrays, followed by the determinants of the blocks."""
         if self.linear.compact:
             return self.mechanism.program("step", self._step)
         return self._step_by_matrix, self._of_arrays(self.mechanism.newton, 0)
@@ -52,7 +55,7 @@ class Equations:
 
     @cached_property
     def pose(self) -> tuple[Function, Function]:
-        """As `step`, with the velocity of each unknown per unit of each drive, drive by drive, in between."""
+        """As `step`; between steps and determinants, the velocity of each unknown per unit of each drive, by drive."""
         if self.linear.compact:
             return self.mechanism.program("closed pose", self._pose)
         return self._pose_by_matrix, self._of_arrays(self.mechanism.full, len(self.mechanism.driven))
@@ -67,9 +70,9 @@ class Equations:
         return [*step, *follow, *self.linear.determinants(jacobian)]
 
     def written(self, drives: int) -> tuple[Functions, int] | None:
-        """The whole of `step`, or of `pose` with so many drives, and how many pivots are told behind its results.
+        """`step`, or `pose` with so many drives, as one program, and the number of pivots after its results.
 
-        None where the equations take a choice of pivots, and where there is nothing to solve.
+        None if the equations need pivoting, or if there are none.
         """
         if not self.linear.columns:
             return None
@@ -78,9 +81,9 @@ class Equations:
         return None if self.linear.order is None else self._eliminated(drives)
 
     def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
-        """As `step` for floats, with the determinants, in the sums in which it is taken for arrays.
+        """As `step` for floats, with the determinants, and with the bits that arrays give.
 
-        Where these are to be compiled first, a single pose may do without, to rounding.
+        With ``compiled=False`` a single pose does not wait for the recorded elimination; its bits may differ.
         """
         if self.linear.compact:
             return list(self.step[0](state, parameters))
@@ -136,7 +139,7 @@ class Equations:
         return arrays
 
     def _eliminated(self, drives: int) -> tuple[Functions, int]:
-        """The program of `step`, or of `pose` with so many drives, with the pivots behind; and their number."""
+        """The recorded elimination of `step`, or of `pose` with so many drives, pivots last; and their number."""
         if drives not in self._programs:
             pivots = self.linear.order.pivots
             key = "eliminated", drives, tuple(map(tuple, pivots))
@@ -152,7 +155,7 @@ class Equations:
 
     @cached_property
     def shares(self) -> list[float]:
-        """One over the size of each pivot in the pose that gave the order."""
+        """Inverse size of each pivot in the pose from which the order was chosen."""
         return [1.0 / size for sizes in self.linear.order.sizes for size in sizes]
 
     def _mended(
@@ -163,10 +166,10 @@ class Equations:
         state: Sequence[Value],
         parameters: Sequence[Value],
     ) -> list[Value]:
-        """Results of an elimination, anew where its pivots are small shares of what they were."""
+        """Results of an elimination; where a pivot is too small, those of `anew`."""
         least = np.abs(self.shares[0] * pivots[0])
         for share, pivot in zip(self.shares[1:], pivots[1:], strict=True):
-            # NaN counts as small.
+            # NaN counts as small
             least = np.minimum(least, np.abs(share * pivot))
         bad = ~(least >= LEAST_PIVOT_RATIO)
         if not np.any(bad):

@@ -1,4 +1,4 @@
-"""The formulas of a linkage: where its links are, and what holds in its joints, as functions of its state."""
+"""The recorded formulas of a linkage: places of its links and its closing equations as functions of its state."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from .moving_links import Column, MovingLink
 from .rates import Rates, rates_of
 from .terms import Scalar, Vector, combine, minus, plus, times
 
-# Groups of numbers that programs take: state, parameters, velocities and their time derivatives; what else is given
-# stands where velocities do.
+# Groups of inputs of a program: state, parameters, velocities and their time derivatives; further inputs take the place
+# of the velocities.
 STATE, PARAMETERS, VELOCITIES, CHANGES, FURTHER = 0, 1, 2, 3, 2
 
 
@@ -31,13 +31,13 @@ class ClosingEquations(NamedTuple):
     Attributes
     ----------
     rows
-        Joint and component of each.
+        Joint and component of each row.
     acting, active
-        Rows that some coordinate, and that some unknown acts on; the others hold by construction, or not at all.
+        Rows on which some coordinate acts, and on which some unknown acts; other rows do not depend on the motion.
     pattern
-        Which unknown acts on which active row, (rows, unknowns).
+        Whether each unknown acts on each active row, (rows, unknowns).
     acting_places
-        Row, counted among those in `acting`, and column of each entry of their Jacobian that is not always zero.
+        Row, as an index into `acting`, and column of each Jacobian entry that is not identically zero.
     """
 
     rows: list[tuple[str, str]]
@@ -48,10 +48,10 @@ class ClosingEquations(NamedTuple):
 
 
 class Formulas:
-    """The links of a linkage as functions of its state and parameters, and its loops.
+    """Places of the links and closing equations, recorded as functions of state and parameters.
 
-    Joints of the tree hold by construction. Each other joint closes a loop with as many equations as it holds
-    components.
+    Joints of the tree are satisfied by construction. Every other joint closes a loop, with one equation for each
+    component that it constrains.
 
     Parameters
     ----------
@@ -61,25 +61,25 @@ class Formulas:
     Attributes
     ----------
     bodies, frames
-        Places of the links; and by joint axes and point on the first and on the second link.
+        Places of the links; by joint, its axes and point on the first link and on the second.
     rows, residual, jacobian
-        Of each closing equation its joint and component, its residual, and an entry for each velocity coordinate.
+        For each closing equation its joint and component, its residual, and an entry for each velocity coordinate.
     unknown, driven
-        As those of `Dimensions`.
+        As in `Dimensions`.
     """
 
     def __init__(self, dimensions: Dimensions) -> None:
         self._dimensions = dimensions
         self.unknown, self.driven = dimensions.unknown, dimensions.driven
         self.recording = Recording(fixed=True)
-        # Of what is given when a program runs: its group (state, parameters, v, dv/dt), and its place there.
+        # For each input: its group (state, parameters, v, dv/dt) and its place in it.
         self._places: list[tuple[int, int]] = []
         self._parameters: dict[int, Term] = {}
         axes: list[Vector] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
         self.bodies: dict[str, MovingLink] = {GROUND: MovingLink([0.0, 0.0, 0.0], axes)}
         self.frames: dict[str, Joined] = {}
         self._columns: list[Column] = []
-        # By link: numbers of the velocity coordinates that move it.
+        # By link, indices of the velocity coordinates that move it.
         self._paths: dict[str, frozenset[int]] = {GROUND: frozenset()}
         tree = dimensions.tree
         for branch in tree.branches:
@@ -96,7 +96,7 @@ class Formulas:
                 self.jacobian.append(row.entries)
 
     def program(self, outputs: Iterable[Scalar]) -> Functions:
-        """(state, parameters) to `outputs`; (state, parameters, v, dv/dt) where these come in."""
+        """Program from (state, parameters), or (state, parameters, v, dv/dt), to `outputs`."""
         terms = [x if isinstance(x, Term) else self.recording.constant(x) for x in outputs]
         program, given = self.recording.program(terms)
         return Functions.of(program, tuple(self._places[k] for k in given))
@@ -104,7 +104,7 @@ class Formulas:
     # -- links and joints -------------------------------------------------------------------------------------------
 
     def _later(self, group: int, place: int) -> Term:
-        """What is given when a program runs."""
+        """An input of the programs."""
         self._places.append((group, place))
         return cast(Term, self.recording.later(0))
 
@@ -116,7 +116,7 @@ class Formulas:
         return self._parameters[number.place]
 
     def _mounted(self, mount: Mount, body: MovingLink) -> tuple[list[Vector], Vector]:
-        """Axes and point of a joint on a link."""
+        """Axes and point of a joint on a link, in the axes of the ground."""
         axes = body.axes
         if mount.axes is not None:
             axes = [combine(body.axes, [*map(self._scalar, axis)]) for axis in mount.axes]
@@ -159,7 +159,7 @@ class Formulas:
 
     @cached_property
     def equations(self) -> ClosingEquations:
-        """The closing equations, which of them are solved, and for what."""
+        """The closing equations, which of them are solved, and their pattern."""
         rows = range(len(self.rows))
         acting = [i for i in rows if any(map(_acts, self.jacobian[i]))]
         active = [i for i in rows if any(_acts(self.jacobian[i][k]) for k in self.unknown)]
@@ -181,18 +181,18 @@ class Formulas:
 
     @property
     def acting_closure(self) -> list[Scalar]:
-        """Residuals of the acting rows, then the entries of their Jacobian that are not always zero."""
+        """Residuals of the acting rows, then the entries of their Jacobian that are not identically zero."""
         acting, places = self.equations.acting, zip(*self.equations.acting_places, strict=True)
         return [*(self.residual[i] for i in acting), *(self.jacobian[acting[i]][k] for i, k in places)]
 
-    # -- what programs make -----------------------------------------------------------------------------------------
+    # -- outputs of programs ----------------------------------------------------------------------------------------
 
     def pose_of(self, links: Iterable[str]) -> list[Scalar]:
-        """Reference point and axes, twelve numbers of each link."""
+        """Reference point and axes of each link, twelve numbers."""
         return [x for link in links for v in (self.bodies[link].origin, *self.bodies[link].axes) for x in v]
 
     def point_of(self, link: str, kept: tuple[int, ...]) -> list[Scalar]:
-        """A place of a link, to which an arm leads that has the components `kept`; with the size behind, all given."""
+        """Position of a point of a link, by its arm's nonzero components `kept` and the size, which are inputs."""
         body, given = self.bodies[link], [self._later(FURTHER, k) for k in range(len(kept) + 1)]
         there: Vector = [0.0, 0.0, 0.0]
         for k, x in zip(kept, given, strict=False):
@@ -200,13 +200,13 @@ class Formulas:
         return times(given[-1], plus(body.origin, there))
 
     def rates_of(self, links: Iterable[str]) -> list[Scalar]:
-        """ω, velocity of the reference point, α and its acceleration, of each link."""
+        """ω, velocity of the reference point, α, and acceleration of the reference point, of each link."""
         moves = [self._moving[1][link] for link in links]
         return [x for own in moves for v in (own.omega, own.v, own.alpha, own.a) for x in v]
 
     @property
     def bias(self) -> list[Scalar]:
-        """Second time derivative of the active rows."""
+        """Second time derivatives of the active rows."""
         return [self._moving[0][i] for i in self.equations.active]
 
     @cached_property

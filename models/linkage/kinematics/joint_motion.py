@@ -1,4 +1,4 @@
-"""What a joint does between its two links: how it turns and shifts the second relative to the first."""
+"""Relative motion in a joint: rotation and translation of its second link relative to the first."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .terms import Scalar, Vector, combine, minus, plus, times
 
 @dataclass(frozen=True, eq=False)
 class JointMotion:
-    """Relative position of a joint's links.
+    """Relative position of the two links of a joint.
 
     Attributes
     ----------
     shift
-        Second point less first, in the axes on the first link.
+        Vector from the first point to the second, in the axes on the first link.
     rotations
-        Turns about own axes one after the other: axis 0 1 2, cosine and sine.
+        Successive rotations about the joint's own axes: axis 0 1 2, cosine and sine.
     spherical
-        Columns of the rotation of a ball; None for other joints.
+        Columns of the rotation matrix of a spherical joint; None for other joints.
     """
 
     shift: Vector
@@ -57,7 +57,7 @@ def _rotated(axes: Sequence[Vector], axis: int, cosine: Scalar, sine: Scalar) ->
 
 
 def motion_at(kind: Kind, state: Sequence[Scalar], pitch: Scalar) -> JointMotion:
-    """What a joint of this kind does at `state`; `pitch` is the advance of a screw per radian."""
+    """Relative position in a joint of this kind at `state`; `pitch` is the advance of a screw per radian."""
     shift: list[Scalar] = [0.0, 0.0, 0.0]
     if kind.name == "spherical":
         return JointMotion(shift, [], _euler(*state))
@@ -74,7 +74,7 @@ def motion_at(kind: Kind, state: Sequence[Scalar], pitch: Scalar) -> JointMotion
 
 
 def _euler(a: Scalar, b: Scalar, c: Scalar, d: Scalar) -> list[Vector]:
-    """Columns of the rotation with unit Euler parameters a b c d."""
+    """Columns of the rotation matrix of unit Euler parameters a b c d."""
     aa, bb, cc, dd = a * a, b * b, c * c, d * d
     return [
         [(aa + bb) - (cc + dd), 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)],

@@ -1,4 +1,4 @@
-"""The linear equations of a Newton step, entry by entry where they fall into small blocks."""
+"""Linear equations of a Newton step, solved block by block: small blocks by Cramer's rule, others by LAPACK."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ Pattern = np.ndarray[tuple[int, int], np.dtype[np.bool_]]
 class Linear:
     """Solver of J x = r for entries that are floats or arrays.
 
-    Where as many equations as unknowns fall into blocks one after the other (a block triangular form, Dulmage and
-    Mendelsohn 1958), blocks of one and two are solved by Cramer's rule: Newton's method mends its rounding. Equations
-    of any other shape are solved as a whole in the sense of least squares, with the least step.
+    Square equations are brought to block triangular form (Dulmage and Mendelsohn 1958). Blocks of one and two are
+    solved by Cramer's rule, whose rounding Newton's method corrects. Other equations are solved as a whole by least
+    squares, with the step of least norm.
 
     Parameters
     ----------
@@ -34,10 +34,10 @@ class Linear:
     Attributes
     ----------
     projection
-        Combinations (n, m) of too many equations whose determinant tells in which sense the unknowns follow.
+        For more equations than unknowns, combinations of them (n, m) with a determinant; its sign tells branches apart.
     order
-        In which order the equations can be eliminated without a choice of pivots; None where they cannot, or nobody
-        has looked. Who knows one of their matrices puts it here.
+        Order in which the equations can be eliminated without pivoting; None if there is none, or before `start` has
+        found it from one of their matrices.
     """
 
     def __init__(self, pattern: Pattern, rank: int | None = None) -> None:
@@ -49,17 +49,17 @@ class Linear:
 
     @cached_property
     def compact(self) -> bool:
-        """True where the equations are solved by Cramer's rule alone, which can be written down."""
+        """Whether the equations are solved by Cramer's rule alone, which can be recorded."""
         return self.square and max((len(rows) for rows, _ in self.blocks), default=0) <= 2
 
     @cached_property
     def square(self) -> bool:
-        """As many independent equations as unknowns, one for one."""
+        """Whether there are as many independent equations as unknowns, with a complete matching."""
         return self.rows == self.columns == self.rank and sum(len(rows) for rows, _ in self.blocks) == self.rows
 
     @cached_property
     def blocks(self) -> Blocks:
-        """Rows and columns of each block, in the order of solution; none where rows and columns do not match."""
+        """Rows and columns of each block in the order of solution; none if rows and columns cannot be matched."""
         key = "blocks of equations", self.pattern.shape, self.pattern.tobytes()
         blocks: Blocks = ORDERS.found(key, self._blocks, self.pattern.size)
         return blocks
@@ -70,7 +70,7 @@ class Linear:
         match = scipy.sparse.csgraph.maximum_bipartite_matching(scipy.sparse.csr_matrix(self.pattern), perm_type="row")
         if np.any(match < 0):
             return []
-        # Row match[j] belongs to column j; an entry (match[j], k) makes column j wait for column k.
+        # row match[j] is solved for column j; an entry (match[j], k) makes column j depend on column k
         waits = self.pattern[match]
         _, label = scipy.sparse.csgraph.connected_components(
             scipy.sparse.csr_matrix(waits.astype(np.int8)), directed=True, connection="strong"
@@ -92,7 +92,7 @@ class Linear:
         return len(self.blocks) if self.square else int(self.projection is not None)
 
     def determinants(self, entries: Sequence[Any]) -> list[Any]:
-        """Determinant of each block; of more equations than unknowns, that of their `projection`."""
+        """Determinant of each block; for more equations than unknowns, that of their `projection`."""
         n = self.columns
         if self.projection is not None:
             a = matrices([list(entries[i * n : i * n + n]) for i in range(self.rows)])
@@ -121,7 +121,7 @@ class Linear:
         return self.solve_all(entries, [right])[0]
 
     def solve_all(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
-        """As `solve`, for several right sides."""
+        """`solve` for several right sides."""
         if not self.square:
             return self._least(entries, rights)
         n = self.columns
@@ -140,7 +140,7 @@ class Linear:
         return outputs
 
     def solve_one(self, entries: Sequence[float], right: Sequence[float]) -> list[float]:
-        """x of J x = r and the determinants, of one matrix, in the sums in which `solve` takes a stack of them.
+        """x of J x = r and the determinants, for one matrix, with the bits that `solve` gives in a stack of matrices.
 
         Raises
         ------
@@ -177,7 +177,7 @@ class Linear:
         return least_squares(jacobian, right, self.rank)
 
     def determinants_of_floats(self, jacobian: Array) -> list[float]:
-        """As `determinants`, of one matrix (m, n)."""
+        """`determinants` of one matrix (m, n)."""
         if self.projection is not None:
             return [float(np.linalg.det(self.projection @ jacobian))]
         if not self.square:
@@ -186,11 +186,11 @@ class Linear:
 
     @cached_property
     def _places(self) -> list[tuple[Any, ...]]:
-        """Where each block is in the matrix."""
+        """Index of each block in the matrix."""
         return [np.ix_(rows, columns) for rows, columns in self.blocks]
 
     def project(self, jacobian: Array) -> None:
-        """Take the equations' projection from one of their matrices (m, n), where they are too many but determine x."""
+        """Set `projection` from one of the matrices (m, n), if the equations are redundant but determine x."""
         if not self.square and self.rank == self.columns > 0:
             self.projection = np.asarray(np.linalg.pinv(jacobian), dtype=np.float64)
 
@@ -212,7 +212,7 @@ class Linear:
 
 
 def _sides(a: Array, rights: Sequence[Sequence[Value]]) -> Array:
-    """Right sides as the columns of matrices (..., m, k) that go with the matrices a."""
+    """Right sides as columns of matrices (..., m, k) of the batch shape of the matrices a."""
     flat = np.broadcast_arrays(a[..., 0, 0], *(x for right in rights for x in right))[1:]
     return np.swapaxes(np.stack(flat, axis=-1).reshape(*flat[0].shape, len(rights), len(rights[0])), -1, -2)
 
@@ -247,7 +247,7 @@ def matrices(entries: list[list[Value]]) -> Array:
 
 
 def stacked_solve(a: Array, b: Array) -> Array:
-    """X (..., n, k) of A X = B; singular systems get NaN, single ones and those of a stack."""
+    """X (..., n, k) of A X = B; NaN where A is singular."""
     try:
         return np.asarray(np.linalg.solve(a, b))
     except np.linalg.LinAlgError:
@@ -256,9 +256,9 @@ def stacked_solve(a: Array, b: Array) -> Array:
 
 
 def least_squares(a: Array, b: Array, rank: int) -> Array:
-    """X (..., n, k) that minimises first |A x - b| and then |x|, for matrices (..., m, n) of the given rank.
+    """X (..., n, k) of least |A x - b| and, among these, least |x|, for matrices (..., m, n) of the given rank.
 
-    Where the rank is full, by the normal equations of either kind: their error is mended by Newton's method.
+    If the rank is full, by the normal equations of the first or second kind; Newton's method corrects their error.
     """
     m, n = a.shape[-2:]
     transposed = np.swapaxes(a, -1, -2)

@@ -1,4 +1,4 @@
-"""The unknown coordinates of the loops of a mechanism: their states and rates, and the closed pose near a state."""
+"""The unknown coordinates of the loops of a mechanism: states and rates, and Newton's method for one pose."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from .linear import Linear
 from .mechanism import Mechanism
 from .terms import Value
 
-# A step below this ends the iteration: the next would be below rounding.
+# Step below which the iteration ends: the next step would be below rounding.
 LAST_STEP = 1e-9
 ITERATIONS = 12
-# Newton's method is trusted where the guess lies no farther off, and each step is at most this share of the one before.
+# Newton's method is trusted if its first step is at most this, and each later one at most the given share of the one
+# before.
 FIRST_STEP = 0.15
 CONTRACTION = 0.5
 
 
 class LoopCoordinates:
-    """The closing equations of a mechanism as a system in its unknown coordinates, whose states and rates they give."""
+    """The unknown coordinates of a mechanism, determined by its closing equations and drives."""
 
     def __init__(self, mechanism: Mechanism, rank: int | None = None, tolerance: float = 0.0) -> None:
         self.mechanism, self.tolerance = mechanism, tolerance
@@ -59,14 +60,14 @@ class LoopCoordinates:
             self.driven_states += range(place, place + (4 if place in self.driven_spherical else 1))
 
     def anew(self) -> Self:
-        """The same loops, of which no path is known."""
+        """The same loops without the paths that have been found."""
         other = copy(self)
         other.kept, other.guide = {}, None
         return other
 
     @property
     def determined(self) -> bool:
-        """True where the drives and the closing equations leave nothing free."""
+        """Whether the drives and the closing equations determine all unknowns."""
         return self.linear.rank == self.columns
 
     @cached_property
@@ -76,7 +77,7 @@ class LoopCoordinates:
 
     @cached_property
     def unknown_states(self) -> list[int]:
-        """Entries of the state that the drives do not give."""
+        """Indices of the entries of the state that are not driven."""
         return [place for place in range(self.mechanism.entries) if place not in self.driven_states]
 
     def placed(self, unknown: Sequence[Any], state: Sequence[Any]) -> list[Any]:
@@ -96,7 +97,7 @@ class LoopCoordinates:
         return state
 
     def advance(self, state: list[Value], step: Sequence[Value], *, sign: float = 1.0) -> list[Value]:
-        """State after the unknowns have moved by `sign` times `step`; balls keep unit Euler parameters."""
+        """State after the unknowns have moved by `sign` times `step`, Euler parameters of unit length."""
         out = list(state)
         for place, k in self.singles:
             out[place] = state[place] + sign * step[k]
@@ -106,7 +107,7 @@ class LoopCoordinates:
         return out
 
     def unit(self, state: list[Value]) -> list[Value]:
-        """`state` with unit Euler parameters of all balls."""
+        """`state`, in place, with the Euler parameters of all spherical joints scaled to unit length."""
         for place in self.driven_spherical + [place for place, _ in self.spherical]:
             state[place : place + 4] = unit_length(state[place : place + 4])
         return state
@@ -121,7 +122,7 @@ class LoopCoordinates:
         return out
 
     def state_bend(self, state: Sequence[Value], velocity: Sequence[Value], change: Sequence[Value]) -> list[Value]:
-        """Second derivative of the state at velocity coordinates and their derivative; 0 for the drives."""
+        """Second time derivative of the state at velocity coordinates and their derivatives; 0 for the drives."""
         unknown = self.mechanism.unknown
         v, w = [velocity[k] for k in unknown], [change[k] for k in unknown]
         out: list[Value] = [0.0] * len(state)
@@ -147,7 +148,7 @@ class LoopCoordinates:
         return out
 
     def rate_along(self, state: Sequence[Value], direction: Sequence[Value], follow: Sequence[Value]) -> list[Value]:
-        """Rate of the state where the driven states move in a direction.
+        """Derivative of the state as the driven states move in a direction.
 
         `follow` holds the velocity of each unknown per unit of each drive, drive by drive.
         """
@@ -159,11 +160,11 @@ class LoopCoordinates:
         return rate
 
     def is_rotation(self, drive: int) -> bool:
-        """True where a full turn of a driven state, counted in `driven_states`, leads back to the same place."""
+        """Whether a full turn of a driven state, by its index in `driven_states`, leads back to the same position."""
         return self.is_angle(self.driven_states[drive])
 
     def is_angle(self, place: int) -> bool:
-        """True where an entry of the state is an angle that comes round again after a full turn."""
+        """Whether an entry of the state is an angle of period 2 pi."""
         joint = next(name for name, those in self.mechanism.states.items() if those.start <= place < those.stop)
         kind = self.mechanism.linkage.joint(joint).kind
         if kind.name in ("screw", "spherical"):
@@ -173,7 +174,7 @@ class LoopCoordinates:
     # -- one pose ---------------------------------------------------------------------------------------------------
 
     def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
-        """The closed pose near `state`; None where Newton's method does not contract from there."""
+        """The closed pose near `state`; None if Newton's method does not contract from there."""
         step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
         first = last = 0.0
         try:
@@ -200,7 +201,7 @@ class LoopCoordinates:
         return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
     def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
-        """`close_all` of a single pose, in the same sums where these are `compiled`; None where it is not trusted."""
+        """`close_all` of a single pose, with the same bits if `compiled`; None if it is not trusted."""
         step_at, n = self.equations.step_of_one, self.columns
         before = np.inf
         try:
@@ -228,7 +229,7 @@ class LoopCoordinates:
             return self.velocities_of(self.mechanism.full[1](state, parameters), drives)
 
     def velocities_of(self, entries: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
-        """`velocities` from the results of ``mechanism.full``, which may be written down."""
+        """`velocities` from the results of ``mechanism.full``, numbers or recorded terms."""
         n, m, f = self.columns, self.rows, len(self.mechanism.driven)
         behind = m + m * n
         right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
@@ -245,11 +246,11 @@ class LoopCoordinates:
             return self.accelerations_of(entries[self.rows :], bias, own)
 
     def standing(self, drives: Sequence[Any]) -> list[Any]:
-        """Derivatives of the velocity coordinates from those of the drives, with the unknowns at rest."""
+        """Derivatives of all velocity coordinates if only those of the drives differ from zero."""
         return self._all([0.0] * self.columns, drives)
 
     def accelerations_of(self, jacobian: Sequence[Any], bias: Sequence[Any], drives: Sequence[Any]) -> list[Any]:
-        """`accelerations` from the Jacobian by the unknowns and the bias, which may be written down."""
+        """`accelerations` from the Jacobian by the unknowns and the bias, numbers or recorded terms."""
         return self._all(self.linear.solve(jacobian, [-x for x in bias]), drives)
 
     def _all(self, unknown: Sequence[Value], drives: Sequence[Value]) -> list[Value]:

@@ -1,4 +1,4 @@
-"""Newton's method on the loops of a mechanism for all poses of a batch, in arrays and in machine code."""
+"""Newton's method on the loops of a mechanism for all poses of a batch, by NumPy or by machine code."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ class Loops(LoopCoordinates):
     mechanism
         The compiled linkage.
     rank
-        Rank of the equations; full where None.
+        Rank of the equations; None for full rank.
     tolerance
-        Greatest gap of a closed pose, in units of the mechanism's size, where that is more than rounding.
+        Largest gap of a closed pose, in units of the mechanism's size, if more than rounding is accepted.
 
     Attributes
     ----------
     kept
-        The last paths of a single drive, ahead (True) and back, and what they depended on.
+        The last paths of a single drive, ahead (True) and back, with the key of what they depend on.
     guide
-        The last paths of which a guide was made, and that.
+        The last pair of paths that was joined to a guide, and the guide.
     derivatives
-        Those at the reference configuration, once they are known. The continuation finds all three and puts them here,
+        Derivatives at the reference configuration, once known. The continuation finds these three and stores them here,
         so that they live as long as the loops.
     """
 
     iterations = ITERATIONS
 
     def gaps(self, state: Sequence[Value], parameters: Sequence[Value], shape: Shape) -> Array | None:
-        """Closure errors of a long batch; None where machine code does not pay, or does not have all of them."""
+        """Closure errors of a long batch by machine code; None if that does not pay, or if any is NaN."""
         made = self.closing.gap().run([state, parameters], shape) if worth_compiling(math.prod(shape)) else None
         if made is None:
             return None
@@ -55,11 +55,11 @@ class Loops(LoopCoordinates):
 
     @property
     def closing(self) -> Closing:
-        """Programs of the closure, for long batches."""
+        """Recorded programs of the closure, for long batches."""
         return Closing(self)
 
     def at_once(self, shape: Shape, *, followed: bool = False) -> bool:
-        """Whether `close_all`, or `poses` where `followed`, is done by machine code, which takes a batch whole."""
+        """Whether machine code runs `close_all`, or `poses` if `followed`; it takes a batch whole."""
         if not worth_compiling(math.prod(shape)):
             return False
         written = self.closing.poses() if followed else self.closing.close()
@@ -78,7 +78,7 @@ class Loops(LoopCoordinates):
         return self._closed_at_once(state, parameters, shape) or self._in_blocks(state, parameters, shape)
 
     def _closed_at_once(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Closed | None:
-        """`close_all` as machine code, where that pays; what it leaves open is closed by arrays."""
+        """`close_all` by machine code, if that pays; poses that it leaves open are closed by NumPy."""
         written = self.closing.close() if worth_compiling(math.prod(shape)) else None
         made = written and written.run([state, parameters, self.closing.shares], shape)
         if not made:
@@ -130,7 +130,7 @@ class Loops(LoopCoordinates):
     def contracted(
         self, step: Sequence[Any], state: list[Any], trusted: Any, moving: Any, before: Any
     ) -> tuple[list[Any], Any, Any, Any]:
-        """One round of `close_all`, on arrays or written down: states a step further, and what is held of them.
+        """One iteration of `close_all`, on arrays or recorded terms: the next state, and the updated marks.
 
         Parameters
         ----------
@@ -139,7 +139,7 @@ class Loops(LoopCoordinates):
         state
             Entries of the state.
         trusted, moving
-            Which poses Newton's method has led on so far, and which of them it still moves.
+            Whether each pose has contracted so far, and whether it is still iterated.
         before
             Size of the last step.
         """
@@ -154,11 +154,11 @@ class Loops(LoopCoordinates):
 
     @staticmethod
     def converged(before: Any) -> Any:
-        """Whether the last step was so small that the next would be below rounding."""
+        """Whether the last step was so small that the next one would be below rounding."""
         return before <= LAST_STEP
 
     def poses(self, state: list[Value], parameters: Sequence[Value]) -> Poses:
-        """`close` for all members of a batch: poses near the guesses `state`, as good as the next step needs them.
+        """`close` for all members of a batch: poses near the guesses `state`, accurate enough for continuation.
 
         Members do not depend on each other.
         """
@@ -166,7 +166,7 @@ class Loops(LoopCoordinates):
         return self._poses_at_once(state, parameters, shape) or self._poses(state, parameters, shape)
 
     def _poses_at_once(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Poses | None:
-        """`poses` as machine code, where that pays; what it does not find is looked for by arrays."""
+        """`poses` by machine code, if that pays; poses that it does not find are sought by NumPy."""
         written = self.closing.poses() if worth_compiling(math.prod(shape)) else None
         made = written and written.run([state, parameters, self.closing.shares], shape)
         if not made:
@@ -201,7 +201,7 @@ class Loops(LoopCoordinates):
     def approached(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
     ) -> tuple[list[Any], Any, Any, Any, Any]:
-        """One round of `poses`, on arrays or written down; `first` is -1 before there is a first step.
+        """One iteration of `poses`, on arrays or recorded terms; `first` is -1 before the first step.
 
         Parameters
         ----------
@@ -210,7 +210,7 @@ class Loops(LoopCoordinates):
         state
             Entries of the state.
         good, moving
-            Which poses Newton's method has led on so far, and which of them it still moves.
+            Whether each pose has contracted so far, and whether it is still iterated.
         first, last
             Sizes of the first and the last step.
         """
@@ -225,7 +225,7 @@ class Loops(LoopCoordinates):
     def arrived(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
     ) -> tuple[list[Any], Any]:
-        """The last step of `poses`, likewise, and which poses are good then."""
+        """The last step of `poses`, on arrays or recorded terms, and which poses are good."""
         size = _largest(step)
         good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
         return self.advance(state, [choose(good, x, 0.0) for x in step], sign=-1.0), good
@@ -238,7 +238,7 @@ class Loops(LoopCoordinates):
         changes: Sequence[Value],
         shape: Shape,
     ) -> tuple[list[Value], list[Value]] | None:
-        """`velocities` and `accelerations` of a long batch as machine code; None where that does not pay."""
+        """`velocities` and `accelerations` of a long batch by machine code; None if that does not pay."""
         written = self.closing.rates() if worth_compiling(math.prod(shape)) else None
         made = written and written.run([state, parameters, (), [*rates, *changes]], shape)
         if not made:
@@ -248,6 +248,6 @@ class Loops(LoopCoordinates):
 
 
 def _largest(step: Sequence[Any]) -> Any:
-    """The largest magnitude of entries, NaN where one is, on arrays or written down."""
+    """The largest magnitude of entries, NaN if one is, for arrays or recorded terms."""
     sizes = [abs(x) for x in step if not (isinstance(x, float) and x == 0.0)]
     return reduce(np.maximum, sizes) if sizes else np.zeros(())

@@ -1,4 +1,4 @@
-"""A linkage compiled: the programs for position, closure and rates of what was written down."""
+"""A compiled linkage: its programs for positions, closure and rates, made from the recorded formulas on demand."""
 
 from __future__ import annotations
 
@@ -20,31 +20,32 @@ from .formulas import Formulas
 from .terms import Scalar, Value
 
 Found = TypeVar("Found")
-# Formulas are written down by one thread at a time: what a program is made of is added to them.
+# Formulas are recorded by one thread at a time, as making a program adds to the recording.
 _WRITING = RLock()
 
 
 class Mechanism(Dimensions):
-    """A linkage with its programs, each made when it is first asked for, and what has been found of it.
+    """A linkage with its programs, each made on first use, and results that are kept with it.
 
     Parameters
     ----------
     linkage, counted
-        As of `Dimensions`.
+        As in `Dimensions`.
 
     Attributes
     ----------
     rows, acting, active, pattern, acting_places
-        The closing equations, as of `ClosingEquations`.
+        The closing equations, as in `ClosingEquations`.
     begun
-        Nominal dimensions, loops and closed reference configuration, once they have been found. The assembly finds them
-        and puts them here, so that they live as long as the mechanism.
+        Nominal dimensions, loops and closed reference configuration, stored here by the assembly once found, so that
+        they live as long as the mechanism.
     starts
-        Closed reference configurations of all members of the batch, likewise.
+        Closed reference configurations of all members of the batch, stored likewise.
     usual_speeds
-        How fast points and links move in general, likewise, by tolerance, point and link.
+        Typical speeds of points and links by tolerance, point and link, stored likewise.
     framed
-        The frame of the linkage at a single pose, and what it was made with, from which those at others are made.
+        The frame of the linkage at a single pose, with the inputs it was made from; frames at other poses are made of
+        it.
     """
 
     def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
@@ -59,11 +60,11 @@ class Mechanism(Dimensions):
         self.rows, self.acting, self.active, self.pattern, self.acting_places = equations
 
     def __getstate__(self) -> dict[str, object]:
-        """What another process needs; it writes the formulas down anew."""
+        """State for another process, without formulas: they are recorded there again."""
         return {name: value for name, value in vars(self).items() if name not in ("formulas", "_known")}
 
     def check_free(self) -> None:
-        """`LinkageDescription.check_free` of what was compiled: looked at once.
+        """`LinkageDescription.check_free`, done once for the compiled linkage.
 
         Raises
         ------
@@ -75,7 +76,7 @@ class Mechanism(Dimensions):
             self._checked = True
 
     def counting(self, joint: str) -> Mechanism:
-        """The linkage as it was compiled, with the coordinates of a joint among its state."""
+        """The same mechanism with the coordinates of a joint in its state, so that its turns are counted."""
         if joint not in self._counting:
             self._counting[joint] = Mechanism(self.linkage, joint)
         return self._counting[joint]
@@ -84,17 +85,17 @@ class Mechanism(Dimensions):
 
     @cached_property
     def formulas(self) -> Formulas:
-        """What the programs are made of, written down for this linkage where one is missing."""
+        """The recorded formulas, made when a program is missing from the cache."""
         return Formulas(self)
 
     @cached_property
     def _known(self) -> dict[Hashable, Any]:
-        """What has been made of these formulas, for whichever linkage that has them."""
+        """Programs made of these formulas, shared by all linkages that have them."""
         known: dict[Hashable, Any] = FORMULAS.found(self.formula_key(), dict, len(self.linkage.joints) + 1)
         return known
 
     def found(self, key: Hashable, make: Callable[[Formulas], Found]) -> Found:
-        """What depends on the formulas alone, made once for all linkages that have them."""
+        """A result that depends on the formulas alone, made once for all linkages that have them."""
         if key not in self._known:
             with _WRITING:
                 self._known.setdefault(key, make(self.formulas))
@@ -102,14 +103,14 @@ class Mechanism(Dimensions):
         return made
 
     def program(self, key: Hashable, outputs: Callable[[Formulas], Iterable[Scalar]]) -> Functions:
-        """(state, parameters) to `outputs` of the formulas; (state, parameters, v, dv/dt) where these come in.
+        """Program from (state, parameters), or (state, parameters, v, dv/dt), to outputs of the formulas.
 
         Parameters
         ----------
         key
-            Name of the program, and all else that `outputs` depends on.
+            Name of the program, and everything that `outputs` depends on.
         outputs
-            What it makes.
+            Function from the formulas to the outputs.
         """
         return self.found(key, lambda formulas: formulas.program(outputs(formulas)))
 
@@ -120,7 +121,7 @@ class Mechanism(Dimensions):
 
     @cached_property
     def full(self) -> Functions:
-        """As `newton`, with the Jacobian of the active rows by the drives behind."""
+        """As `newton`, followed by the Jacobian of the active rows by the drives."""
         return self.program("full", lambda formulas: chain(*formulas.closing))
 
     @cached_property
@@ -139,13 +140,14 @@ class Mechanism(Dimensions):
         return self.program("acting closure", lambda formulas: formulas.acting_closure)
 
     def pose_of(self, link: str) -> Functions:
-        """(state, parameters) to reference point and axes, twelve numbers, of a link."""
+        """(state, parameters) to reference point and axes of a link, twelve numbers."""
         return self.program(("pose", link), lambda formulas: formulas.pose_of([link]))
 
     def point_of(self, link: str, kept: tuple[int, ...]) -> Functions:
-        """(state, parameters, arm and size) to a place of a link, three numbers in the ground's axes.
+        """(state, parameters, arm and size) to the position of a point of a link, three numbers in the ground's axes.
 
-        The arm leads there from the link's reference point; it has the components `kept`, along the link's axes.
+        The arm is the vector to it from the link's reference point; its nonzero components `kept` are along the link's
+        axes.
         """
         return self.program(("point", link, kept), lambda formulas: formulas.point_of(link, kept))
 
@@ -156,27 +158,27 @@ class Mechanism(Dimensions):
         return self.program("joint points", lambda formulas: chain(*(formulas.frames[name][1] for name in names)))
 
     def joint_axes(self, pair: Pair) -> Functions:
-        """(state, parameters) to the axes x y z, nine numbers, of a joint that closes a loop, on its first link."""
+        """(state, parameters) to the axes x y z of a joint that closes a loop, on its first link, nine numbers."""
         name = pair.first if pair.first in self.tree.twins else pair.name
         return self.program(("joint axes", name), lambda formulas: chain(*formulas.frames[name][0]))
 
     def rates_of(self, link: str) -> Functions:
-        """(state, parameters, v, dv/dt) to ω, velocity of the reference point, α and its acceleration, of a link."""
+        """(state, parameters, v, dv/dt) to ω, v, α and a of a link, v and a those of its reference point."""
         return self.program(("rates", link), lambda formulas: formulas.rates_of([link]))
 
     @property
     def poses(self) -> Functions:
-        """As `pose_of`, of all links in the order of the linkage."""
+        """`pose_of` for all links, in the order of the linkage."""
         return self.program("poses", lambda formulas: formulas.pose_of(self.linkage.links))
 
     @property
     def rates(self) -> Functions:
-        """As `rates_of`, of all links in the order of the linkage."""
+        """`rates_of` for all links, in the order of the linkage."""
         return self.program("all rates", lambda formulas: formulas.rates_of(self.linkage.links))
 
     @cached_property
     def bias(self) -> Functions:
-        """(state, parameters, v, dv/dt) to the second time derivative of the active rows."""
+        """(state, parameters, v, dv/dt) to the second time derivatives of the active rows."""
         return self.program("bias", lambda formulas: formulas.bias)
 
     def jacobian(self, state: Array) -> Array:
@@ -186,14 +188,14 @@ class Mechanism(Dimensions):
 
 
 def stacked(entries: tuple[Value, ...]) -> Array:
-    """Entries, which broadcast, along a last axis."""
+    """Entries, which broadcast, stacked along a last axis."""
     if not entries:
         return np.zeros(0)
     return np.stack(np.broadcast_arrays(*entries), axis=-1)
 
 
 def compiled(linkage: LinkageDescription) -> Mechanism:
-    """The linkage's mechanism, compiled once for as long as its description stays the same."""
+    """The linkage's mechanism; compiled again only if the description has changed."""
     last: tuple[tuple[object, ...], Mechanism] | None = COMPILED.get(linkage)
     version = linkage.version
     if last is None or not alike(last[0], version):

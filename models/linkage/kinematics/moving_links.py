@@ -1,4 +1,4 @@
-"""What the formulas of a linkage are written about: links as bodies, and what each velocity coordinate moves."""
+"""Links and velocity coordinates as the formulas of a linkage have them: recorded positions and directions."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .terms import Vector
 
 @dataclass(frozen=True, eq=False)
 class MovingLink:
-    """A link as it is written down: its reference point and its axes, in the axes of the ground."""
+    """A link: its reference point and its axes, in the axes of the ground."""
 
     origin: Vector
     axes: list[Vector]
@@ -17,10 +17,10 @@ class MovingLink:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Motion of a link relative to the one before it on the tree, per unit of one velocity.
+    """Motion of a link relative to its parent in the tree, per unit of one velocity coordinate.
 
-    It turns with `angular` and moves with `linear` at `point`; `sign` is -1 where the tree runs from the joint's
-    second link to its first. `carrier`, 0 or 1, is the link of the joint on which the axis is fixed.
+    `angular` is its angular velocity, `linear` its velocity at `point`; `sign` is -1 where the tree runs from the
+    joint's second link to its first. `carrier`, 0 or 1, is the link of the joint to which the axis is fixed.
     """
 
     sign: float

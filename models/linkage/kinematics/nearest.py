@@ -1,4 +1,4 @@
-"""How far a loop is open, and where it is open least."""
+"""Closure error of the loops, and the state near a given one where it is least."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .terms import Value
 
 ITERATIONS = 80
 UNDAMPED = 20
-# Gaps that need no further step, and such as are left of one that closes.
+# Gap below which no further step is needed, and gap below which a pose may still be closed exactly.
 EXACT, ALMOST = 1e-16, 1e-9
 
 
 def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -> tuple[Array, NDArray[np.intp]]:
-    """Norm of all closing residuals, angles times size, in units of size; and the row with the largest."""
+    """Norm of all closing residuals, in units of the mechanism's size and radians; row of the largest, (...)."""
     rows = loops.mechanism.residual[1](state, parameters)
     shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
     square, largest, which = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.intp)
@@ -35,7 +35,7 @@ def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -
 
 
 def open_by_one(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> tuple[float, int]:
-    """`open_by` of a single state, in the same sums."""
+    """`open_by` of a single state, with the same bits."""
     square, largest, which = 0.0, 0.0, 0
     for index, row in enumerate(loops.mechanism.residual[0](state, parameters)):
         size = abs(row)
@@ -48,9 +48,9 @@ def open_by_one(loops: Loops, state: Sequence[float], parameters: Sequence[float
 def nearest(
     loops: Loops, state: Sequence[Value], parameters: Sequence[Value], *, free: bool = False
 ) -> tuple[list[Value], Array]:
-    """States (M,) with the least gap near `state`, and that gap: Levenberg and Marquardt's method.
+    """States (M,) with the least gap near `state`, and that gap, by the Levenberg-Marquardt method.
 
-    With `free`, the drives are free as well; that takes a mechanism without driven balls. Each member stops at its own
+    With `free`, the drives are unknowns as well; no spherical joint may be driven then. Each member stops at its own
     last step, so that its bits do not depend on its neighbours.
     """
     m, n = loops.rows, loops.columns + (len(loops.mechanism.driven) if free else 0)
@@ -66,8 +66,8 @@ def nearest(
         moving = moving & ~((at.norm < EXACT) | (damping >= 1e6) | (np.abs(step).max(axis=-1) < 1e-15))
         if not moving.any():
             break
-    # What is all but closed is at a singular pose. There each step halves the distance at best, opening the loop a
-    # little on the way; damping stops it.
+    # A pose that is almost closed lies near a singular one. There each step halves the distance at best and may
+    # increase the gap on the way, which damping would prevent.
     best, least = at.state, at.norm
     for _ in range(UNDAMPED if m and n else 0):
         moving = (least > EXACT) & (least < ALMOST)
@@ -81,7 +81,7 @@ def nearest(
 
 
 class _At:
-    """States (M,) with their residuals and Jacobians, each of which moves to what is better."""
+    """States (M,) with their residuals and Jacobians; each moves where a step reduces its gap."""
 
     def __init__(self, loops: Loops, state: list[Value], parameters: Sequence[Value], free: bool) -> None:
         self.loops, self.parameters, self.free, self.state = loops, parameters, free, state
@@ -91,7 +91,7 @@ class _At:
     def moved(
         self, step: Array, chosen: NDArray[np.bool_], anyway: NDArray[np.bool_] | bool = False
     ) -> NDArray[np.bool_]:
-        """Take the step (M, n) of the chosen members where it makes the gap smaller, or `anyway`, and tell where."""
+        """Take the step (M, n) of the chosen members if it reduces the gap, or `anyway`; returns where it was taken."""
         columns = self.loops.columns
         trial = self.loops.advance(self.state, [step[..., k] for k in range(columns)])
         if self.free:

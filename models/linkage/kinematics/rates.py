@@ -24,11 +24,11 @@ class Rates:
     a: Vector
 
     def velocity(self, point: Vector) -> list[Scalar]:
-        """Velocity of the link's point that is at `point`."""
+        """Velocity of the link at the position `point`."""
         return plus(self.v, cross(self.omega, minus(point, self.origin)))
 
     def acceleration(self, point: Vector) -> list[Scalar]:
-        """Acceleration of the link's point that is at `point`."""
+        """Acceleration of the link at the position `point`."""
         arm = minus(point, self.origin)
         return plus(self.a, plus(cross(self.alpha, arm), cross(self.omega, cross(self.omega, arm))))
 
@@ -48,7 +48,7 @@ def rates_of(
 
         v2 = v1 + ω1 × s + s',    a2 = a1 + α1 × s + ω1 × (ω1 × s) + 2 ω1 × s' + s''
 
-    and the axis of each turn is carried round by the link on which it is fixed.
+    and the axis of each rotation turns with the link to which it is fixed.
     """
     out = {GROUND: Rates(NOTHING, NOTHING, NOTHING, NOTHING, NOTHING)}
     for branch in tree.branches:
@@ -59,7 +59,7 @@ def rates_of(
         spin: Vector = combine_many([(v[k], columns[k].angular) for k in own])
         omega = plus(base.omega, times(sign, spin))
         first, second = (omega, base.omega) if branch.is_reversed else (base.omega, omega)
-        # A universal joint's second axis is carried by the second link, each other by the first.
+        # the second axis of a universal joint turns with its second link, all others with the first
         carried = [cross(second if columns[k].carrier else first, columns[k].angular) for k in own]
         spin_up = combine_many(
             [(w[k], columns[k].angular) for k in own] + [(v[k], c) for k, c in zip(own, carried, strict=True)]

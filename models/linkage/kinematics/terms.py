@@ -1,4 +1,4 @@
-"""Vectors of numbers that are written down, and of numbers."""
+"""Vector algebra on scalars that are numbers or recorded terms; operations with exact 0 and 1 are left out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Vector = Sequence[Scalar]
 
 
 def product(x: Scalar, y: Scalar) -> Scalar:
-    """x y; most components of axes are exactly zero or one, and of these nothing is written down."""
+    """x y; nothing is recorded for a factor of exactly 0 or 1, as most components of axes are."""
     if type(x) is float:
         x, y = y, x
     if type(x) is Term and type(y) is float:
@@ -27,14 +27,14 @@ def product(x: Scalar, y: Scalar) -> Scalar:
 
 
 def total(x: Scalar, y: Scalar) -> Scalar:
-    """x + y, likewise."""
+    """x + y; nothing is recorded for a zero."""
     if type(x) is float:
         x, y = y, x
     return x if type(x) is Term and type(y) is float and y == 0.0 else x + y
 
 
 def difference(x: Scalar, y: Scalar) -> Scalar:
-    """x - y, likewise."""
+    """x - y; nothing is recorded for a zero."""
     return x if type(x) is Term and type(y) is float and y == 0.0 else x - y
 
 
@@ -67,7 +67,7 @@ def cross(a: Vector, b: Vector) -> list[Scalar]:
 
 
 def combine(axes: Sequence[Vector], a: Vector) -> list[Scalar]:
-    """Sum of the three `axes` times the components of `a`: the vector that has them along these axes."""
+    """The vector with the components `a` along the three `axes`."""
     out: list[Scalar] = [0.0, 0.0, 0.0]
     for axis, x in zip(axes, a, strict=True):
         out = plus(out, times(x, axis))

@@ -1,4 +1,4 @@
-"""Which joints carry the links from the ground, and which close loops."""
+"""Spanning tree of a linkage: which joints carry the links from the ground outwards, and which close loops."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Tree:
     cuts
         Joints that close loops.
     twins
-        Link by the name of its twin. Where a driven joint, a screw or the joint whose turns are counted would close a
-        loop, its second link gets a twin without mass that the joint carries, and the loop is closed by fixing the twin
-        to the link.
+        By the name of a twin, its link. If a driven joint, a screw or the joint whose turns are counted would close a
+        loop, its second link gets a massless twin that the joint carries, and the loop is closed by fixing the twin to
+        the link.
     """
 
     branches: list[LinkBranch]
@@ -36,10 +36,11 @@ class Tree:
 
 
 def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tree:
-    """The tree with driven joints, screws and the joint `counted` first, and then with the least freedom.
+    """The tree that takes driven joints, screws and the joint `counted` first, then joints with fewest degrees of
+    freedom.
 
-    What it leaves over has the most freedom, so that the loops have the fewest equations; the nearest to the ground
-    first among equals, then by name: not in the order in which they were described.
+    The joints that close loops then have most degrees of freedom, so that the loops have fewest equations. Among equals
+    the joint nearest to the ground comes first, then by name, so that the order of description does not matter.
     """
     pairs = [linkage.joints[name] for name in sorted(linkage.joints)]
     depth = {GROUND: 0}
@@ -63,7 +64,7 @@ def spanning_tree(linkage: LinkageDescription, counted: str | None = None) -> Tr
 
 
 def carried(linkage: LinkageDescription, pair: Pair, counted: str | None = None) -> bool:
-    """True where the joint's coordinates must be known as such: it is driven, a screw, or the one `counted`."""
+    """Whether the joint's coordinates must be part of the state: it is driven, a screw, or the one `counted`."""
     return pair.name in linkage.drives or pair.kind.name == "screw" or pair.name == counted
 
 
