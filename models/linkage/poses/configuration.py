@@ -1,4 +1,4 @@
-"""All assembled positions of a linkage, with its drives released: how it can move from one, and where that leads."""
+"""Assembled positions of a linkage with its drives released: zeros of its closing equations, and its free motions."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, open_by
 from ..kinematics.terms import Value
 
-# Singular values below this share of the largest count as zero. Closed positions are good to some 1e-15, and near a
-# singular one, where they are least certain, to 1e-8.
+# Ratio to the largest singular value below which one counts as zero. Closed positions are accurate to some 1e-15, and
+# to 1e-8 near a singular one.
 DEPENDENT = 1e-7
-# Equations that differ by less may be meant as the same.
+# Relative difference below which two equations may have been meant to be equal.
 ALIKE = 1e-3
 FEW_DIGITS = "if it is meant to move, its points have too few digits: give more, or give tolerance="
-# Closed where no equation is off by more, in units of the linkage's extent and radians.
+# Largest residual of a closed position, in units of the linkage's extent and radians.
 CLOSED = 1e-12
 ITERATIONS = 60
-# Which entry of a batch is meant: one index an axis; None for the first.
+# Entry of a batch: one index an axis; None for the first entry.
 Entry = int | tuple[int, ...] | None
 
 
 class Configurations:
     """Assembled positions of one linkage as the zeros of its closing equations in all of its joint coordinates.
 
-    Lengths are divided by the diagonal of the box that holds the linkage, so that no unit of length matters.
+    Lengths are divided by the linkage's extent, so that results do not depend on the unit of length.
 
     Parameters
     ----------
     linkage
         The description.
     tolerance
-        Greatest gap, a length, with which a position counts as assembled.
+        Largest gap of an assembled position, a length.
     entry
         Entry of the batch.
 
     Attributes
     ----------
     dependent
-        Singular values below this share of the largest count as zero.
+        Ratio to the largest singular value below which one counts as zero.
     row_units, units
-        What equations and joint coordinates are counted in: lengths in extents of the linkage.
+        Units of the equations and of the joint coordinates, in which lengths count in extents of the linkage.
     """
 
     def __init__(self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> None:
@@ -66,7 +66,7 @@ class Configurations:
         )
 
     def of_entry(self, number: Value) -> Value:
-        """A number of the description as the entry has it."""
+        """Value of a number of the description at the entry."""
         return number if np.ndim(number) == 0 else np.broadcast_to(number, self.mechanism.linkage.shape)[self.entry]
 
     @cached_property
@@ -83,14 +83,14 @@ class Configurations:
         return closed
 
     def jacobian(self, state: Array) -> Array:
-        """Closing equations by joint coordinates, without unit, (m, n)."""
+        """Jacobian of the closing equations by the joint coordinates, dimensionless, (m, n)."""
         m, n = len(self.mechanism.rows), len(self.mechanism.columns)
         entries = self.mechanism.all_entries[0](state.tolist(), self.parameters)
         matrix: Array = np.array(entries, dtype=np.float64).reshape(m, n) * self.row_units[:, None] / self.units
         return matrix
 
     def gap(self, state: Array) -> Array:
-        """By how much the closing equations are off, without unit, (m,)."""
+        """Residuals of the closing equations, dimensionless, (m,)."""
         off = np.array(self.mechanism.residual[0](state.tolist(), self.parameters), dtype=np.float64)
         return np.asarray(off * self.row_units)
 
@@ -101,23 +101,24 @@ class Configurations:
         for start, column in self._spherical:
             turn = change[column : column + 3]
             angle = float(np.linalg.norm(turn))
-            # Along the great circle of the unit Euler parameters, so that a finite step turns by its length.
+            # along the great circle of unit Euler parameters, so that a finite step rotates by its length
             rate = np.array(euler_parameter_rate(state[start : start + 4].tolist(), turn.tolist()))
             part = np.cos(angle / 2) * state[start : start + 4] + np.sinc(angle / (2 * np.pi)) * rate
             out[start : start + 4] = part / np.linalg.norm(part)
         return out
 
     def unit(self, state: Array) -> Array:
-        """State with unit Euler parameters of all balls."""
+        """State with the Euler parameters of all spherical joints scaled to unit length."""
         out = state.copy()
         for start, _ in self._spherical:
             out[start : start + 4] /= np.linalg.norm(out[start : start + 4])
         return out
 
     def closed(self, state: Array, locked: tuple[int, ...] = (), tolerance: float = 0.0) -> Array | None:
-        """The closed state nearest to `state`, by Gauss and Newton; None where there is none near.
+        """The closed state nearest to `state`, by the Gauss-Newton method; None if there is none near.
 
-        The columns `locked` stand still. It may be open by the greater of the tolerances, without unit.
+        The columns `locked` do not move. `tolerance` is the largest residual, dimensionless, if above that of the
+        space.
         """
         for _ in range(ITERATIONS):
             gap = self.gap(state)
@@ -132,23 +133,23 @@ class Configurations:
         return state if np.abs(self.gap(state)).max() < max(CLOSED, self.tolerance, tolerance) else None
 
     def free(self, state: Array, locked: tuple[int, ...] = ()) -> Array:
-        """Motions (n, k) that the closing equations let pass, orthonormal; the columns `locked` stand still."""
+        """Orthonormal free motions (n, k), in which the columns `locked` do not move."""
         return null_space(self.locked_equations(state, locked), share=self.dependent)
 
     def locked_equations(self, state: Array, locked: tuple[int, ...]) -> Array:
-        """The equations that anything acts on, and one for each column that stands still, (m + l, n)."""
+        """Jacobian of the acting closing equations, and a unit row for each locked column, (m + l, n)."""
         jacobian = self.jacobian(state)[self.mechanism.acting]
         return np.vstack([jacobian, np.eye(jacobian.shape[1])[list(locked)]])
 
     def places(self, state: Array) -> Array:
-        """Reference points and axes of all links, without unit, (links, 12)."""
+        """Reference points and axes of all links, dimensionless, (links, 12)."""
         links = self.mechanism.linkage.links
         numbers = np.array(self.mechanism.poses[0](state.tolist(), self.parameters)).reshape(len(links), 12)
         numbers[:, :3] *= self._share
         return numbers
 
     def speeds(self, state: Array, motions: Array) -> Array:
-        """Angular velocity, and velocity of the reference point, of all links by motions (n, k), (links, 6, k)."""
+        """Angular velocity and velocity of the reference point of each link in motions (n, k), (links, 6, k)."""
         links, still = self.mechanism.linkage.links, (0.0,) * len(self.units)
         out = np.zeros((len(links), 6, motions.shape[1]))
         for k, motion in enumerate(motions.T):
@@ -171,7 +172,7 @@ class Configurations:
         return tuple(found)
 
     def in_joint_axes(self, state: Array) -> Array:
-        """The Jacobian, (m, n), with the components of position of each joint along the joint's axes."""
+        """The Jacobian, (m, n), with the position components of each joint along the joint's own axes."""
         jacobian, rows = self.jacobian(state), self.mechanism.rows
         for pair in self.mechanism.tree.cuts:
             places = [k for k, (name, component) in enumerate(rows) if name == pair.name and component[0] == "u"]
@@ -213,7 +214,7 @@ class Configurations:
 
 
 def null_space(matrix: Array, size: float | None = None, share: float = DEPENDENT) -> Array:
-    """Orthonormal vectors (n, k) that the matrix (m, n) takes below a share of its size: its norm, where None."""
+    """Orthonormal right singular vectors (n, k) of a matrix (m, n) below a share of `size`, or of its norm."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
     _, values, right = np.linalg.svd(matrix)
@@ -222,7 +223,7 @@ def null_space(matrix: Array, size: float | None = None, share: float = DEPENDEN
 
 
 def extent(linkage: LinkageDescription) -> float:
-    """Diagonal of the box that holds the linkage; 1 where it has no size."""
+    """Diagonal of the linkage's bounding box; 1 if all its points coincide."""
     corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
     if not corners.size:
         return 1.0

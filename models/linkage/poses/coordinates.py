@@ -1,4 +1,4 @@
-"""Joint coordinates and their rates from the motion of a joint's links."""
+"""Joint coordinates and their time derivatives, from the state or from the motion of a joint's links."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         if name[0] == "u":
             out.append(shift[..., "xyz".index(name[1])])
         elif name == "rx":
-            # about the second axis of a cross, seen from the second link
+            # about the second axis of a universal joint, in the axes of its second link
             out.append(_continued(motion, pair, offset, np.arctan2(rotated[..., 2, 1], rotated[..., 2, 2])))
         else:
             out.append(_continued(motion, pair, offset, np.arctan2(rotated[..., 1, 0], rotated[..., 0, 0])))
@@ -45,10 +45,10 @@ def _first(array: Array, trailing: int) -> Array:
 
 
 def _continued(motion: Kinematics, pair: Pair, offset: int, angle: Array) -> Array:
-    """Angles (...) of a joint that closes a loop, in [-π, π], with the turns made on the way to each pose.
+    """Angles (...) of a joint that closes a loop, given in [-π, π], with the whole turns made on the way to each pose.
 
-    They are counted by the same linkage, put together so that the joint's coordinates are among its state: each pose
-    is followed there on the same path. Where none leads, an angle is left as it is.
+    The turns are counted by the same linkage with the joint's coordinates in its state, in which each pose is reached
+    on the same path. An angle that no path reaches is returned unchanged.
     """
     found = motion.counted(pair.name)
     counted = np.broadcast_to(found.state[found.loops.mechanism.states[pair.name].start + offset], motion.shape)
@@ -96,5 +96,5 @@ def _relative(motion: Kinematics, pair: Pair, order: int) -> list[Array]:
 
 
 def _inverse(motion: Kinematics, link: str, place: Array) -> Array:
-    """Where a global place that moves with a link was in the reference configuration."""
+    """Reference position of the point of a link that is now at the global position `place`."""
     return np.asarray(np.einsum("...ji,...j->...i", motion.axes(link), place - motion.origin(link)))

@@ -15,9 +15,10 @@ from .configuration import Configurations, Entry
 from .motion_path import STEP, MotionPath, PathPoint, TracedPath
 from .moving_joints import moving_joints
 
-# Below this share of the drive in the motion, the drive is at rest.
+# Share of the drive in the motion below which the drive counts as at rest.
 AT_REST = 1e-6
-# How far, in extents of the linkage, it has run away, and by what share of its way the drive then still moves.
+# Distance, in extents of the linkage, beyond which it runs away to infinity, and the share of its travel that the drive
+# may still move from half of that way on.
 AWAY = 10.0
 SLOW = 0.1
 
@@ -42,7 +43,7 @@ class DeadPoint:
 
     @property
     def status(self) -> str:
-        """What it is, in words."""
+        """Type of the singularity, in words."""
         kind = "change point" if self.change_point else "dead point"
         return f"singular (direct-kinematic, type II; {kind} of {self.joint})"
 
@@ -55,7 +56,7 @@ class DriveRange:
     ----------
     lower, upper
         Least and greatest coordinate, radians or length; -inf and inf where nothing stops the drive. Where the linkage
-        runs away to infinity as the drive comes near to a value, that value, to about 1e-9.
+        goes to infinity as the drive approaches a value, that value, to about 1e-9.
     lower_joint, upper_joint
         Joints that stop it, see `DeadPoint.joint`; None where nothing does.
     """
@@ -71,9 +72,9 @@ def dead_points(
 ) -> tuple[DeadPoint, ...]:
     """All dead points of a linkage, moved from the reference configuration by one coordinate as its drive.
 
-    The motion is followed by its arc length, on which a dead point is a place like any other, both ways from the
-    reference configuration until it closes; each place at which the linkage can move with the drive locked is then
-    found by Newton's method to about 1e-12. At a change point the smooth branch is followed.
+    The motion is followed by its arc length, on which dead points are regular, both ways from the reference
+    configuration until it closes. Each point where the linkage can move with the drive locked is then found by Newton's
+    method to about 1e-12. At a change point the smooth branch is followed.
     """
     curve = _curve(linkage, joint, coordinate, tolerance, entry)
     found: list[DeadPoint] = []
@@ -102,7 +103,7 @@ def drive_range(
 def _curve(
     linkage: LinkageDescription, joint: str, coordinate: str | None, tolerance: float, entry: Entry
 ) -> MotionPath:
-    """The curve of a linkage with a joint's coordinate as its drive, and the other drives locked."""
+    """The path of a linkage with a joint's coordinate as its drive and the other drives locked."""
     pair = linkage.joint(joint)
     free = linkage.drives.get(joint, pair.kind.coordinates)
     if coordinate is None and len(free) == 1:
@@ -123,29 +124,30 @@ def _curve(
 
 
 def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> LinkageDescription:
-    """The same linkage with another drive: only what drives is sure to be a coordinate of the mechanism."""
+    """The same linkage with another drive, which makes that coordinate part of the mechanism's state."""
     other = copy(linkage)
     other.drives = {joint: (coordinate,)}
     return other
 
 
 def _singular_places(curve: MotionPath) -> list[PathPoint]:
-    """All places of the curve at which something moves with the drive locked."""
+    """All points of the path where something moves with the drive locked."""
     found = map(curve.singular_place, curve.near_singular(curve.traced_both_ways()))
     return [place for place in found if place is not None]
 
 
 def _end(curve: MotionPath, sign: float) -> tuple[DeadPoint | None, bool]:
-    """The dead point at which the drive turns back, one way from the reference configuration; None if it does not.
+    """The dead point where the drive turns back, in one direction from the reference configuration; None if there is
+    none.
 
-    And whether the way has come round to the reference configuration without one, so that there is none in the other
+    And whether the path has returned to the reference configuration without one, so that there is none in the other
     direction either.
     """
     start = curve.start
     traced = curve.trace(start.reversed(sign), until=lambda place: bool(sign * place.tangent[curve.drive] < 0.0))
     forwards = np.array([sign * place.tangent[curve.drive] for place in traced.places])
     if forwards[0] < AT_REST and np.all(forwards[1:2] <= 0.0):
-        # The reference configuration is a dead point: the drive goes one way only, by either motion.
+        # the reference configuration is itself a dead point, from which the drive moves in one direction only
         return _dead_point(curve, start), False
     back = np.flatnonzero(forwards[1:] < 0.0)
     if not back.size:
@@ -156,9 +158,9 @@ def _end(curve: MotionPath, sign: float) -> tuple[DeadPoint | None, bool]:
 
 
 def _asymptote(curve: MotionPath, traced: TracedPath) -> DeadPoint | None:
-    """The value that the drive comes near to but never to, as the linkage runs away to infinity; None if it does not.
+    """The value that the drive approaches as the linkage goes to infinity; None if it does not.
 
-    The coordinate is taken as a polynomial of the way's inverse, at zero.
+    The coordinate is extrapolated as a polynomial in the inverse of the path length.
     """
     count, last = len(traced.places), traced.places[-1]
     if traced.closes or np.abs(curve.space.places(last.state)).max() < AWAY:
@@ -172,8 +174,8 @@ def _asymptote(curve: MotionPath, traced: TracedPath) -> DeadPoint | None:
 
 
 def _dead_point(curve: MotionPath, place: PathPoint) -> DeadPoint:
-    """The dead point at a singular place."""
-    # Beside the place itself, the motion is told from those that move nothing else by a small singular value.
+    """The dead point at a singular point of the path."""
+    # a little beside the point, the free motion is told from idle ones by its small but nonzero singular value
     beside = curve.space.advanced(place.state, 1e-4 * place.tangent)
     motion = np.linalg.svd(curve.locked_equations(beside))[2][curve.rank - 1]
     crossing = bool(abs(place.tangent[curve.drive]) > AT_REST)

@@ -11,8 +11,8 @@ from ....framework.renamed import RenamedAttribute
 from ..description.linkage_description import LinkageDescription
 from .configuration import ALIKE, FEW_DIGITS, Configurations, Entry, null_space
 
-# How far motions are followed, in radians and extents of the linkage, and how many: away from a reference configuration
-# that may be singular, and just so far that curvature does not count.
+# Lengths of trial motions, in radians and extents of the linkage, and their number: FAR leads away from a reference
+# configuration that may be singular, NEAR is so short that curvature does not count.
 FAR, NEAR, TRIALS = 0.05, 1e-3, 8
 
 
@@ -77,13 +77,13 @@ class Mobility:
 
 
 def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> Mobility:
-    """Degrees of freedom of a linkage: counted, and found.
+    """Degrees of freedom of a linkage: by count, and actual.
 
-    The velocities in the reference configuration that the joints permit are the null space of the Jacobian of the
-    closed loops, by singular values. Whether there are motions to them is tried: a step along some of them, at random,
-    then back to a closed position by Gauss and Newton. What falls back to the reference configuration is no motion.
-    From a position that is reached, which is regular where the reference configuration is not, the directions that can
-    be reached in the same way are counted.
+    The velocities that the joints permit in the reference configuration are the null space of the Jacobian of the
+    closing equations, found by singular values. Whether they belong to finite motions is tried by steps along random
+    ones, each corrected to a closed position by the Gauss-Newton method: a step that falls back to the reference
+    configuration is no motion. From a position reached, which is regular even if the reference configuration is not,
+    the independent directions that can be reached in the same way are counted.
     """
     space = Configurations(linkage, tolerance, entry)
     true, state = generic(space)
@@ -101,9 +101,9 @@ def mobility(linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry =
 
 
 def generic(space: Configurations) -> tuple[int, Array]:
-    """Mobility, and a state near the reference configuration that is as regular as they come.
+    """Mobility, and a regular state near the reference configuration.
 
-    Where several motions cross at the reference configuration, it is the mobility of the largest.
+    If several motions cross at the reference configuration, it is that of the largest dimension.
     """
     reference_state = space.reference_state
     freedoms = space.free(reference_state).shape[1]
@@ -126,7 +126,7 @@ def dimension(space: Configurations, state: Array) -> int:
 
 
 def neighbours(space: Configurations, state: Array, step: float, trials: int) -> list[tuple[Array, Array]]:
-    """Closed states a step away, in directions at random, and how the links moved; none that fell back to the start."""
+    """Closed states one random step away, with the displacements of the links; without those that fell back."""
     free, start = space.free(state), space.places(state)
     draws = np.random.default_rng(0).normal(size=(trials, free.shape[1]))
     found = []
@@ -141,7 +141,7 @@ def neighbours(space: Configurations, state: Array, step: float, trials: int) ->
 
 
 def count(linkage: LinkageDescription, freedoms: int) -> int:
-    """Mobility by count, with 3 freedoms a link in the plane or 6 in space."""
+    """Grübler-Kutzbach count, with 3 degrees of freedom a link in the plane or 6 in space."""
     joints = linkage.joints.values()
     return freedoms * (len(linkage.links) - len(joints)) + sum(joint.kind.freedom for joint in joints)
 
@@ -149,7 +149,7 @@ def count(linkage: LinkageDescription, freedoms: int) -> int:
 def is_planar(linkage: LinkageDescription) -> bool:
     """Whether every joint moves parallel to one plane.
 
-    Turning axes stand square to it, sliding axes lie in it, and there is nothing else but planar and fixed joints.
+    Axes of rotation are perpendicular to it, sliding axes lie in it, and all other joints are planar or fixed.
     """
     normals, slides = [], []
     for joint in linkage.joints.values():
@@ -173,7 +173,7 @@ def redundant(space: Configurations, state: Array) -> tuple[tuple[str, str], ...
     basis = np.zeros((0, len(space.mechanism.columns)))
     found = []
     for name, row in zip(space.mechanism.rows, space.in_joint_axes(state), strict=True):
-        # Twice, as the first subtraction leaves some rounding of what was subtracted.
+        # twice, as the first orthogonalisation leaves rounding errors
         rest = row - (row @ basis.T) @ basis
         rest = rest - (rest @ basis.T) @ basis
         if np.linalg.norm(rest) > space.dependent:

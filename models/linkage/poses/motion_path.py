@@ -1,4 +1,4 @@
-"""The path of a linkage with one drive released: through dead points, which are nothing special on it."""
+"""The path of a linkage by arc length, with one drive released: dead points are regular points of it."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ STEP = 0.05
 SHORTEST = 1e-6
 LONGEST_WAY = 6000
 NEWTON = 30
-# How far apart the states beside a change point are that tell where it is.
+# Spacing of the states on both sides of a change point from which it is interpolated.
 BESIDE = 0.005
-# How many times as far apart where the place is known by one step of Newton's method only, and how far it may be.
+# Factor of that spacing if the place is known from one Newton step only, and largest distance of the place.
 FEW, FAR = 3.0, 3.0 * STEP
-# Step of the differences from which the slope of a singular value is taken.
+# Step of the central difference for the derivative of a singular value.
 DIFFERENCE = 1e-5
-# Singular values below this share of the largest vanish where curves cross, as far as a place there is known.
+# Ratio to the largest singular value below which one counts as zero at a crossing, which is known to half the digits.
 CROSSING = 1e-5
-# Where Newton's method has found a singular value's zero.
+# Singular value that counts as zero, found by Newton's method.
 ZERO = 1e-11
-# The same of a place that is taken from those on both sides.
+# Singular value that counts as zero, at an interpolated place.
 BETWEEN = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
 class PathPoint:
-    """A state on the path, and its tangent: unit rate of the joint coordinates, (n,).
+    """A state on the path, with its unit tangent in joint coordinates, (n,).
 
-    `entries` are those of the Jacobian there, as `SparseSteps` has them, where it led there.
+    `entries` are the Jacobian's entries there if `SparseSteps` found the state.
     """
 
     state: Array
@@ -45,7 +45,7 @@ class PathPoint:
     entries: Array | None = None
 
     def reversed(self, sign: float) -> PathPoint:
-        """The same place, looking the other way where `sign` is -1."""
+        """The same point with its tangent multiplied by `sign`."""
         return PathPoint(self.state, sign * self.tangent)
 
 
@@ -54,7 +54,7 @@ Name = tuple[str, str]
 
 @dataclass(frozen=True, eq=False)
 class TracedPath:
-    """Places in their order; whether the last is where the first was, or the one beyond which no way was found."""
+    """Points of a path in order; whether it closes, and whether it stalled at the last one."""
 
     places: list[PathPoint]
     closes: bool
@@ -62,16 +62,16 @@ class TracedPath:
 
 
 class MotionPath:
-    """Connected assembled positions when one joint coordinate drives and other drives are locked.
+    """Connected assembled positions, with one joint coordinate as the drive and other drives locked.
 
     Parameters
     ----------
     space
-        All assembled positions.
+        The assembled positions.
     drive
-        Joint and component of the coordinate that drives.
+        Joint and component of the driving coordinate.
     locked
-        Those that stand still.
+        Joint and component of each locked coordinate.
     """
 
     def __init__(self, space: Configurations, drive: Name, locked: Sequence[Name] = ()) -> None:
@@ -81,7 +81,7 @@ class MotionPath:
 
     @property
     def unit(self) -> float:
-        """What the driving coordinate is counted in: the mechanism's size, or one radian."""
+        """Unit of the driving coordinate: the mechanism's size, or one radian."""
         return self.space.mechanism.size if self.name[1][0] == "u" else 1.0
 
     def coordinate(self, state: Array) -> float:
@@ -105,7 +105,7 @@ class MotionPath:
             raise FrameError(
                 f"joint {self.name[0]!r} cannot move: the linkage has no degree of freedom{least_values}{few}"
             )
-        # Of all motions that with the most of the drive: idle degrees of freedom rest in it.
+        # the motion with the largest share of the drive, in which idle degrees of freedom rest
         tangent = free @ free[self.drive]
         if np.linalg.norm(tangent) < 1e-9:
             tangent = free[:, 0]
@@ -113,18 +113,18 @@ class MotionPath:
 
     @cached_property
     def sparse(self) -> SparseSteps | None:
-        """Steps at a cost that grows with the linkage only, where one motion alone is possible."""
+        """Steps with sparse matrices, if only one motion is possible."""
         steps = SparseSteps(self.space, self.drive, self.locked)
         alone = self.space.free(self.start.state, self.locked).shape[1] == 1
         return steps if steps.regular and alone and not self.space.tolerance else None
 
     def stepped(self, place: PathPoint, step: float) -> PathPoint | None:
-        """As `onwards`, to fewer digits where that is quicker."""
+        """`onwards` by sparse matrices if possible, which is quicker and accurate to fewer digits."""
         found = self.sparse and self.sparse.onwards(place.state, place.tangent, step)
         return PathPoint(found.state, found.tangent, found.entries) if found else self.onwards(place, step)
 
     def near_singular(self, places: list[PathPoint]) -> list[PathPoint]:
-        """Places one behind the other beside which something may move with the drive held."""
+        """Those of successive points near which something may move with the drive locked."""
         if self.sparse is not None:
             entries = [self.sparse.at(x.state)[1] if x.entries is None else x.entries for x in places]
             return [places[k] for k in self.sparse.near_zero(np.array(entries))]
@@ -135,7 +135,7 @@ class MotionPath:
         return [places[k] for k in np.flatnonzero(near)]
 
     def onwards(self, place: PathPoint, step: float) -> PathPoint | None:
-        """The place a step further along the tangent; None where none is found."""
+        """The point one step ahead along the tangent; None if none is found."""
         aim = self.space.advanced(place.state, step * place.tangent)
         state = self.space.closed(aim, self.locked)
         if state is None:
@@ -146,14 +146,13 @@ class MotionPath:
         return None if size < 0.7 else PathPoint(state, tangent / size)
 
     def traced_both_ways(self) -> list[PathPoint]:
-        """Places of the whole path through the reference configuration."""
+        """Points of the whole path through the reference configuration."""
         traced = self.trace(self.start)
         back = [] if traced.closes else self.trace(self.start.reversed(-1.0)).places[:0:-1]
         return [*back, *traced.places]
 
     def trace(self, place: PathPoint, until: Callable[[PathPoint], bool] | None = None) -> TracedPath:
-        """Places one behind the other, until the path closes, ends, or gets too long, or to the first that is
-        wanted."""
+        """Follow the path until it closes, stalls or gets too long, or to the first point for which `until` is true."""
         trace = _Trace(self, place, until)
         arrived = follow(trace.attempt, trace.accept, STEP, SHORTEST)
         if not arrived:
@@ -161,14 +160,14 @@ class MotionPath:
         return TracedPath(trace.places, trace.closes, stalled=not arrived)
 
     def _refuse_few_digits(self, place: PathPoint) -> None:
-        """Refuse where a path has stalled because the linkage is described with too few digits to go on."""
+        """Raise an error if the path has stalled because the linkage is described with too few digits."""
         aim = self.space.advanced(place.state, STEP * place.tangent)
         if self.space.closed(aim, self.locked, ALIKE) is not None:
             at = self.coordinate(place.state)
             raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
 
     def link_places(self, place: PathPoint) -> Array:
-        """Where the links are, but for those that turn by themselves."""
+        """Reference points and axes of the links, without the axes of links with an idle degree of freedom."""
         places = self.space.places(place.state)
         places[self._idle, 3:] = 0.0
         return places
@@ -181,21 +180,21 @@ class MotionPath:
     # -- singular places --------------------------------------------------------------------------------------------
 
     def locked_equations(self, state: Array) -> Array:
-        """Equations with the drive and the locked columns standing still, (m + l, n)."""
+        """Jacobian of the closing equations with the drive and the locked columns at rest, (m + l, n)."""
         return self.space.locked_equations(state, (*self.locked, self.drive))
 
     @cached_property
     def rank(self) -> int:
-        """Rank of the equations with the drive locked, in general: the highest of some places."""
+        """Generic rank of the equations with the drive locked: the largest at some points near the start."""
         near = (self.onwards(self.start, step) for step in (-STEP, 0.0, STEP))
         return max(_rank(self.locked_equations(place.state)) for place in near if place is not None)
 
     def singular_place(self, place: PathPoint) -> PathPoint | None:
-        """Where, near `place`, a motion remains with the drive locked: the singular value number `rank` vanishes.
+        """The point near `place` where a motion remains with the drive locked: singular value number `rank` vanishes.
 
-        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, J being the equations with the drive locked, are solved
-        along the curve: with singular vectors u and v of J, ``u J v`` has a simple zero there, to which Newton's method
-        goes. Where the curve crosses another one there, the place is taken from those on both sides.
+        The fold equations ``Φ = 0``, ``J v = 0``, ``|v| = 1``, with J the Jacobian with the drive locked, are solved
+        along the curve: for singular vectors u and v of J, ``u J v`` has a simple zero there, which Newton's method
+        finds. If the curve crosses another one there, the point is interpolated from both sides.
         """
         found, first = self._by_newton(place)
         if found is not None and not self._crosses(found):
@@ -203,7 +202,7 @@ class MotionPath:
         return self._between(place, first) or found
 
     def _by_newton(self, place: PathPoint) -> tuple[PathPoint | None, float]:
-        """The singular place, None where Newton's method does not lead to one; and the first step towards it."""
+        """The singular point, None if Newton's method does not find one; and its first step."""
         gone, first = 0.0, np.inf
         for _ in range(NEWTON):
             left, values, right = np.linalg.svd(self.locked_equations(place.state))
@@ -224,16 +223,16 @@ class MotionPath:
         return None, first
 
     def _crosses(self, place: PathPoint) -> bool:
-        """Whether other motions than that along the curve begin at a place, if only to about half the digits."""
+        """Whether another motion than that along the curve starts at a point, to half the digits."""
         motions = null_space(self.space.locked_equations(place.state, self.locked), share=CROSSING).shape[1]
         return bool(motions > self.space.free(self.start.state, self.locked).shape[1])
 
     def _between(self, place: PathPoint, ahead: float) -> PathPoint | None:
-        """The singular place about `ahead` of a place; None where nothing vanishes there.
+        """The singular point about `ahead` of a point, interpolated; None if no singular value vanishes there.
 
-        Places aside, where one curve alone is near, are smooth in the step that leads to them, as is the singular value
-        once it has a sign: polynomials through them give the root, the state and the tangent. The second time they are
-        taken nearer, so that the polynomials are exact to rounding.
+        On both sides of a crossing, states and the signed singular value are smooth functions of the step, so
+        polynomials through them give the root, the state and the tangent. A second round with a smaller spacing makes
+        the interpolation exact to rounding.
         """
         for spacing in (FEW * BESIDE, BESIDE):
             steps = ahead + spacing * SIDES
@@ -251,8 +250,7 @@ class MotionPath:
         return place if least < max(BETWEEN, 10.0 * self.space.tolerance) else None
 
     def _signed(self, places: Sequence[PathPoint]) -> Array:
-        """Least singular value with the drive locked at places one behind the other, with a sign that changes at
-        zero."""
+        """Singular value number `rank` with the drive locked at successive points, signed so as to cross zero."""
         out, sign, last = [], 1.0, None
         for place in places:
             left, values, right = np.linalg.svd(self.locked_equations(place.state))
@@ -266,8 +264,8 @@ class MotionPath:
     def crossing_value(self, place: PathPoint) -> float:
         """The driving coordinate at a change point near `place`.
 
-        Where two branches cross, what the closure says of a state vanishes with its distance from the crossing. So the
-        coordinate is taken as a polynomial of the singular value, which changes its sign there, through states aside.
+        Near a crossing of two branches the closing equations determine a state only poorly. So the coordinate is
+        interpolated as a function of the signed singular value, from states on both sides.
         """
         steps = BESIDE * SIDES
         near = [(step, found) for step in steps if (found := self.onwards(place, step)) is not None]
@@ -279,14 +277,14 @@ class MotionPath:
 
 
 class _Trace:
-    """Steps along a path by its length of arc, over which no link goes far at once.
+    """Steps along a path by its arc length, in none of which a link moves far.
 
     Attributes
     ----------
     places
-        Places that were found, the first included.
+        Points of the path, from the first on.
     closes
-        Whether the last is where the first was.
+        Whether the path has returned to the first point.
     """
 
     def __init__(self, path: MotionPath, place: PathPoint, until: Callable[[PathPoint], bool] | None) -> None:
@@ -296,7 +294,7 @@ class _Trace:
         self._last, self._away = 0.0, False
 
     def attempt(self, step: float) -> tuple[PathPoint, Array] | None:
-        """The place a step further, and where its links are."""
+        """The point one step ahead, and where its links are; None if the step fails or is too long."""
         found = self.path.stepped(self.places[-1], step)
         if found is None:
             return None
@@ -304,7 +302,7 @@ class _Trace:
         return None if np.abs(there - self._here).max() > 4.0 * STEP else (found, there)
 
     def accept(self, point: tuple[PathPoint, Array], step: float) -> float | None:
-        """Go on to a place, unless the path closes, is long enough, or the place is one that is wanted."""
+        """Append a point; the next step length, or None if the path closes, is long enough, or `until` is true."""
         found, there = point
         moved, distance = np.abs(there - self._here).max(), np.abs(there - self._start).max()
         self.places.append(found)

@@ -1,4 +1,4 @@
-"""What still moves while the drives are locked, and the joint that is at its dead point."""
+"""The joint that is at its dead point, found from the motions that remain with the drives locked."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from ..description.parts import GROUND
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.terms import Value
 
-# A link or joint moves that has this share of the fastest's speed.
+# Ratio to the largest speed above which a link or joint counts as moving.
 MOVES = 1e-6
 
 
 def moving_joints(
     mechanism: Mechanism, state: Sequence[Value], parameters: Sequence[Value], velocities: Sequence[Value]
 ) -> NDArray[np.str_]:
-    """The joint at each pose that has no hold on either side, (k,).
+    """Name of the joint that is at its dead point, for each pose, (k,).
 
-    Of the joints that move, those between two links that both move, and of them the fastest; where there is none, the
-    fastest of all. For a four-bar with its crank held, this is the joint between coupler and rocker. Where several
-    motions are possible, all of them count.
+    It is the fastest of the moving joints both of whose links move; if there is none, the fastest of all joints. For a
+    four-bar with its crank locked it is the joint between coupler and rocker. If several motions are possible, speeds
+    are taken over all of them.
 
     Parameters
     ----------
@@ -61,13 +61,13 @@ def moving_joints(
         rates.append(_size(second - first))
         holds.append(~(released[0] & released[1] & (rates[-1] > least)))
     rate = np.array(rates) * np.where(holds, MOVES, 1.0)
-    # Of those that are equally fast, but for rounding, the first by name.
+    # among joints that are equally fast within rounding, the first by name
     best = np.argmax(rate >= (1.0 - MOVES) * rate.max(axis=0), axis=0)
     return np.asarray(np.array(names)[best])
 
 
 def _size(speed: Array) -> Array:
-    """Size (k,) of speeds (k, motions, 6) in all motions; it does not depend on which of them stand for the others."""
+    """Norm (k,) of speeds (k, motions, 6) over all motions; it does not depend on the basis of the motions."""
     return np.asarray(np.sqrt((speed**2).sum(axis=(-2, -1))))
 
 

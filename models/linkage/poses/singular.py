@@ -1,4 +1,4 @@
-"""What is special about each pose of a motion: singular, of which kind and at which joint, or near a dead point."""
+"""State of each pose of a motion: regular, near a dead point, or singular, with the type and the joint."""
 
 from __future__ import annotations
 
@@ -19,25 +19,26 @@ from .moving_joints import MOVES, moving_joints
 from .states import PoseState, closure_states, singular_states
 
 Bools = NDArray[np.bool_]
-# A pose is singular below this conditioning: a pose next to a dead point is good to half the digits at best.
+# Conditioning below which a pose is singular: a pose next to a dead point is accurate to half the digits at best.
 SINGULAR = 1e-7
-# Below this it is near a dead point; for a four-bar with bars of like length, some 2° from it.
+# Conditioning below which a pose is near a dead point; some 2° from it for a four-bar with bars of similar length.
 NEAR = 1e-2
-# How many poses around the reference configuration tell what moves in general, and how far they are from it.
+# Number of poses around the reference configuration from which typical speeds are taken, and their distance from it.
 PROBES, BESIDE = 5, 0.1
-# A velocity below this share of what it is elsewhere is none.
+# Ratio to the typical speed below which a speed counts as zero.
 STILL = 1e-9
 
 
 def conditioning(motion: Kinematics) -> tuple[Array, Array]:
-    """How firmly the drives hold each pose, (...), and the motions (..., n, k) of the unknowns that they do not hold.
+    """Conditioning of each pose, (...), and at singular poses the free motions of the unknowns, (..., n, k).
 
-    The least singular value of the closing equations by the unknown coordinates over the greatest, lengths in units of
-    the linkage's extent: 0 where something moves with the drives locked. Those that always vanish, of a rod that can
-    turn about itself, do not count. Where loops can be closed one after the other, each has its own, in units of its
-    own extent, and the least of these counts: a chain is not near a dead point for being long.
+    The conditioning is the ratio of the least to the largest singular value of the closing equations by the unknown
+    coordinates, with lengths in units of the linkage's extent: 0 where something moves with the drives locked. Singular
+    values that always vanish, as for a rod that can spin, do not count. If sets of loops close one after the other,
+    each has its own ratio, in units of its own extent, and the least counts, so that a chain is not near a dead point
+    because it is long.
 
-    Where fewer than k motions are not held, the others are zero; at poses that are not singular all are.
+    Poses with fewer than k free motions have zeros for the others; regular poses have zeros only.
     """
     mechanism, loops = motion.mechanism, motion.assembly.loops
     shape, n, rank = motion.assembly.shape, loops.columns, loops.linear.rank
@@ -60,7 +61,7 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
 
 
 def _free(matrix: Array, rank: int) -> Array:
-    """Motions (poses, n, k) that singular equations (poses, m, n) of a rank let pass: that held least, and others."""
+    """Free motions (poses, n, k) of singular equations (poses, m, n) of a rank: one at least."""
     _, values, right = np.linalg.svd(matrix)
     free = values[:, :rank] < SINGULAR * values[:, :1]
     free[:, -1] = True
@@ -86,22 +87,22 @@ def _constraint_stiffness(motion: Kinematics, matrix: Array) -> Array:
         lengths = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in names]
         own = matrix[..., rows, :][..., columns] * np.array(turns)[:, None] / np.array(lengths)
         values = np.linalg.svd(own, compute_uv=False)
-        # Of one equation alone its size tells: it is a cosine, or an arm in units of the extent.
+        # a single equation counts by its size: it is a cosine, or an arm in units of the extent
         found.append(values[..., -1] / (values[..., 0] if len(rows) > 1 else 1.0))
     return np.asarray(np.min(found, axis=0))
 
 
 def _span(motion: Kinematics, joints: Iterable[str]) -> float:
-    """Extent of the places of some joints in the reference configuration."""
+    """Extent of the positions of some joints in the reference configuration."""
     linkage = motion.linkage
     places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
     return float(np.ptp(places, axis=0).max())
 
 
 def pose_states(motion: Kinematics, conditioned: tuple[Array, Array]) -> tuple[States, NDArray[np.str_]]:
-    """State of each pose and its words, (...) of the assembly; see `PoseState` and `Motion.status`.
+    """State of each pose and its text, (...) of the assembly; see `PoseState` and `Motion.status`.
 
-    `conditioned` is what `conditioning` tells of the motion.
+    `conditioned` is the result of `conditioning`.
     """
     ratio, least = conditioned
     still = standing_still(motion)
@@ -137,10 +138,10 @@ def released_joints(motion: Kinematics, chosen: Bools, least: Array) -> NDArray[
 
 
 def standing_still(motion: Kinematics) -> dict[str, Bools]:
-    """By joint: where drives can move so that its point stands still, though at other poses it moves with them, (...).
+    """By joint, whether some motion of the drives leaves its point at rest that moves it at other poses, (...).
 
-    Where the drives are too many for a point, so that it always can, the link that has it is looked at as a whole. What
-    other poses do is told by some around the reference configuration, not by those that happen to be in the batch.
+    If there are more drives than a point has directions, the link as a whole is considered. Typical speeds come from
+    poses around the reference configuration, so that the result does not depend on the batch.
     """
     count = len(motion.drives.rates)
     if not 0 < count <= 6:
@@ -162,7 +163,7 @@ def standing_still(motion: Kinematics) -> dict[str, Bools]:
 
 
 class Speeds:
-    """How fast points and links move with the drives, at the poses of a motion and around the reference configuration.
+    """Speeds of points and links per unit rate of the drives, at the poses of a motion and around the reference.
 
     Parameters
     ----------
@@ -176,11 +177,11 @@ class Speeds:
 
     @cached_property
     def around(self) -> list[Kinematics]:
-        """The poses around the reference configuration, by drive."""
+        """Poses around the reference configuration, moved by each drive in turn."""
         return list(unit_motions(_around(self.motion)))
 
     def lost(self, point: str | None, link: str) -> tuple[bool, Bools | None]:
-        """Whether every motion of the drives moves a point, or the link, in general, and where one does not, (...)."""
+        """Whether all motions of the drives move a point or link in general; poses where one does not, (...)."""
         here = self._least(self.motions, point, link)
         if not np.any(here < MOVES):
             return True, None
@@ -189,7 +190,7 @@ class Speeds:
         return bool(np.all(usual > MOVES)), lost if lost.any() else None
 
     def _usual(self, point: str | None, link: str) -> Array:
-        """What it is in general, around the reference configuration; kept with the mechanism."""
+        """Typical least speed, from poses around the reference configuration; kept with the mechanism."""
         known, key = self.motion.mechanism.usual_speeds, (self.motion.tolerance, point, link)
         if key in known:
             return known[key]
@@ -219,7 +220,7 @@ def _around(motion: Kinematics) -> Kinematics:
 
 
 def unit_motions(motion: Kinematics) -> Iterator[Kinematics]:
-    """The motion with each drive at a rate of one, the others standing still."""
+    """The motion with each drive in turn at unit rate and the others at rest."""
     count = len(motion.drives.rates)
     for drive in range(count):
         rates = [np.asarray(float(k == drive)) for k in range(count)]
@@ -231,7 +232,8 @@ def unit_motions(motion: Kinematics) -> Iterator[Kinematics]:
 def singular_speeds(motions: Sequence[Kinematics], point: str | None, link: str, size: float) -> Array:
     """Singular values (..., k) of the velocity, in units of `size`, of a point by the rates of the drives.
 
-    Without a point, those of the velocity and angular velocity of the link: a slider has no point that tells of it.
+    Without a point, those of the velocity and angular velocity of the link: a sliding link has no single point to judge
+    by.
     """
     speeds = np.stack([_speed(motion, point, link, size) for motion in motions], axis=-1)
     there = np.asarray(np.isfinite(speeds).all(axis=(-2, -1), keepdims=True))

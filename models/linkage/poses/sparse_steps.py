@@ -1,8 +1,8 @@
-"""Steps along a curve on which one motion alone is possible, at a cost that grows with the linkage and no faster.
+"""Steps along a path of one degree of freedom by sparse matrices, at a cost proportional to the number of links.
 
-Each loop's equations have the coordinates of few joints in them. Where they are independent and leave one motion,
-Newton's method and the tangent take the factors of one sparse matrix, the Jacobian bordered by the last tangent (H. B.
-Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977).
+The equations of a loop contain the coordinates of few joints. If they are independent and leave one motion, Newton's
+method and the tangent need one sparse factorisation, that of the Jacobian bordered by the last tangent (H. B. Keller,
+Numerical solution of bifurcation and nonlinear eigenvalue problems, 1977).
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from ....framework.batch import Array
 from ..kinematics.linear import Linear
 from .configuration import Configurations
 
-# So nearly a place is closed, without unit; how many steps that may take, and the longest of them.
+# Largest residual of a closed point, dimensionless; largest number of Newton steps, and the longest step.
 CLOSED, ITERATIONS, LONGEST = 1e-13, 8, 0.5
-# How little the tangent may turn from one place to the next, by its cosine; what turns more is looked at as a whole.
+# Least cosine of the angle between successive tangents; where they turn more, dense matrices are used.
 TURN = 0.9
-# A least singular value that lies so many times its change to the next places from zero does not vanish between them.
+# A least singular value that is larger than this multiple of its change between points does not vanish near them.
 FAR = 10.0
-# Numbers of a set of equations that are looked at together, over places.
+# Largest number of matrix entries whose singular values are computed together.
 TOGETHER = 2**20
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A place that was reached: state, tangent, and the entries of the Jacobian there."""
+    """A point that was reached: state, tangent, and the entries of the Jacobian there."""
 
     state: Array
     tangent: Array
@@ -40,16 +40,16 @@ class Step:
 
 
 class SparseSteps:
-    """Steps from place to place with some columns standing still.
+    """Steps from point to point of a path, with some columns at rest.
 
     Parameters
     ----------
     space
-        All assembled positions.
+        The assembled positions.
     drive
-        The column that drives.
+        The driving column.
     locked
-        Columns that stand still.
+        Columns that do not move.
     """
 
     def __init__(self, space: Configurations, drive: int, locked: Sequence[int]) -> None:
@@ -65,7 +65,7 @@ class SparseSteps:
         self.regular = below + 1 == self.count and equations > 0
         if not self.regular:
             return
-        # Its pattern is examined once; its numbers are put in place by place.
+        # the pattern is set up once; each point only fills in numbers
         self._matrix = scipy.sparse.coo_matrix(
             (np.arange(1.0, len(rows) + 1.0), (rows, columns)), (self.count, self.count)
         ).tocsc()
@@ -77,7 +77,7 @@ class SparseSteps:
         self.regular = self._locked.square
 
     def onwards(self, state: Array, tangent: Array, step: float) -> Step | None:
-        """The place a step further along the tangent; None where it is not sure to be found so."""
+        """The point one step ahead along the tangent; None if sparse steps cannot be relied on."""
         space, still = self.space, np.zeros(len(self.locked) + 1)
         state = space.advanced(state, step * tangent)
         for _ in range(ITERATIONS):
@@ -96,7 +96,7 @@ class SparseSteps:
         return None
 
     def at(self, state: Array) -> tuple[Array, Array]:
-        """By how much the acting equations are off, and the entries of their Jacobian, without unit."""
+        """Residuals of the acting equations and the entries of their Jacobian, dimensionless."""
         mechanism = self.space.mechanism
         numbers = np.array(mechanism.acting_closure[0](state.tolist(), self.space.parameters))
         return numbers[: len(mechanism.acting)] * self._gap_units, numbers[len(mechanism.acting) :] * self._scales
@@ -115,10 +115,11 @@ class SparseSteps:
             return None
 
     def near_zero(self, entries: Array) -> NDArray[np.intp]:
-        """Places (places, entries) beside which something may move with the drive held.
+        """Indices of points near which something may move with the drive locked, from their `entries` (points,
+        entries).
 
-        Sets of equations that are solved one after the other are singular one by one: of each, the least singular value
-        comes down to zero there.
+        Sets of equations that are solved one after the other become singular one by one: near such a point the least
+        singular value of one set has a minimum near zero.
         """
         chosen = np.zeros(len(entries), dtype=bool)
         for rows, columns in self._locked.blocks:
@@ -132,7 +133,7 @@ class SparseSteps:
         return np.flatnonzero(chosen)
 
     def _least(self, entries: Array, rows: list[int], columns: list[int]) -> Array:
-        """Least over greatest singular value of a set of equations at all places; of one alone, its size."""
+        """Least over largest singular value of a set of equations at all points; for one equation, its size."""
         inside = np.flatnonzero(np.isin(self.rows, rows) & np.isin(self.columns, columns))
         at_row, at_column = (
             np.searchsorted(np.sort(those), own[inside]) for those, own in ((rows, self.rows), (columns, self.columns))

@@ -1,4 +1,4 @@
-"""What a pose of a motion can be: as a number to count and compare, with the words that `Motion.status` begins with."""
+"""States of a pose, as numbers to count and compare, with the text that `Motion.status` begins with."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ....framework.states import State, States, put, states_of
 
 
 class PoseState(State):
-    """State of a pose: `Motion.state` holds these numbers, and `Motion.status` tells more of each in words.
+    """State of a pose: `Motion.state` holds these numbers, `Motion.status` describes each in words.
 
     * ``REGULAR``
     * ``NEAR_DEAD_POINT``: all results hold, with fewer digits.
@@ -44,30 +44,30 @@ class PoseState(State):
 
 
 def closure_states(reached: NDArray[np.bool_], other: NDArray[np.bool_]) -> States:
-    """What closing the loops says of each pose, (...): regular, in another assembly mode, or not assembled.
+    """State of each pose by its closure, (...): regular, in another assembly mode, or not assembled.
 
     Parameters
     ----------
     reached
-        Where the loops close on the path from the reference configuration, (...).
+        Whether the loops close on the path from the reference configuration, (...).
     other
-        Where they close in another assembly mode, (...).
+        Whether they close in another assembly mode, (...).
     """
     states = put(states_of(reached.shape, PoseState.NOT_ASSEMBLED), other, PoseState.OTHER_MODE)
     return put(states, reached, PoseState.REGULAR)
 
 
 def singular_states(ratio: NDArray[np.float64], near: float, singular: float, lost: NDArray[np.bool_]) -> States:
-    """What the Jacobian says of each pose.
+    """State of each pose by its Jacobian, (...).
 
     Parameters
     ----------
     ratio
-        How firmly the drives hold the pose, (...); NaN where it is not assembled.
+        Conditioning, (...); NaN where the pose is not assembled.
     near, singular
-        Below which it is near a dead point, and in one.
+        Conditioning below which a pose is near a dead point, and in one.
     lost
-        Where a joint's point has lost a direction, (...).
+        Whether a joint's point has lost a direction of motion, (...).
     """
     states = put(states_of(ratio.shape, PoseState.REGULAR), lost, PoseState.SINGULAR_INVERSE)
     states = put(states, ratio < near, PoseState.NEAR_DEAD_POINT)
