@@ -1,4 +1,4 @@
-"""What uncertain inputs make of a result: inputs that depend on each other, samples, statistics with their errors."""
+"""Propagation of uncertain inputs through a function: correlated inputs, samples, and statistics with their errors."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ __all__ = [
     "taylor_moments",
 ]
 
-# Each name is loaded where it is first used: to gather samples needs neither chaos expansions nor correlations.
+# Each module is imported when a name of it is first used: sampling needs neither chaos expansions nor correlations.
 _LATER = {
     "Failures": ".failures",
     "GaussianCopula": ".correlation",

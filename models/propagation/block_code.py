@@ -1,8 +1,8 @@
 """Moments and extremes of blocks of samples as machine code: each sample is read from memory once.
 
-NumPy goes through the samples once for each of seven numbers. Here a block is summed, and its deviations from the mean
-are raised and summed while it lies in the processor's first cache. Sums are taken pair by pair in the order in which
-`numpy.add.reduce` takes them, so that the bits are the same. Needs the extra ``fast``.
+NumPy reads the samples once for each of seven statistics. Here a block is summed, and powers of its deviations from the
+mean are summed while it lies in the first-level cache. Sums are taken pairwise in the order of `numpy.add.reduce`, so
+that the bits are the same. Needs the extra ``fast``.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ from ..sampling import BLOCK
 
 Array = NDArray[np.float64]
 
-# Least, greatest, number, mean, and sums of the second, third and fourth powers of the deviations.
+# Number of statistics: least, greatest, number, mean, and sums of the second, third and fourth powers of the
+# deviations.
 NUMBERS = 7
-# Samples that NumPy adds to eight sums before it adds these in pairs (N. J. Higham, SIAM J. Sci. Comput. 14, 1993,
-# doi:10.1137/0914050); a block has as many such leaves as a register has lanes.
+# Samples that NumPy adds to eight partial sums before it adds these pairwise (N. J. Higham, SIAM J. Sci. Comput. 14,
+# 1993, doi:10.1137/0914050); a block has as many such leaves as a register has lanes.
 LEAF = 16 * WIDTH
-# Numbers from which on it pays to load llvmlite, where nothing has loaded it before.
+# Number of samples from which on it pays to load llvmlite, if it is not loaded yet.
 WORTH = 1 << 20
 
 _ZERO = "zeroinitializer"
 
 
 def serves(numbers: int) -> bool:
-    """Whether machine code pays for so many numbers, and can be had."""
+    """Whether machine code is available and pays for so many samples."""
     return (numbers >= WORTH or "llvmlite.binding" in sys.modules) and available() and LEAF * WIDTH == BLOCK
 
 
@@ -44,7 +45,7 @@ def numbers_of_blocks(rows: Array) -> Array:
     Parameters
     ----------
     rows
-        Samples (e, b, `BLOCK`), those of a block side by side in memory.
+        Samples (e, b, `BLOCK`), each block contiguous in memory.
 
     Returns
     -------
@@ -68,10 +69,10 @@ def _function() -> Callable[..., None]:
 
 
 class _BlockText(LoopText):
-    """The function as the text that LLVM reads: for each row, for each of its blocks, two loops over the leaves."""
+    """The function as LLVM's text: for each row and each of its blocks, two loops over the leaves."""
 
     def whole(self) -> str:
-        """All of it."""
+        """The whole text."""
         self._lines = ["define void @run(ptr %table, i64 %rows, i64 %blocks, i64 %0, i64 %1) {", "entry:"]
         self._loop("0", "%rows", self._row)
         return "\n".join([*self._lines, "  ret void", "}"])
@@ -95,7 +96,7 @@ class _BlockText(LoopText):
     def _leaves(
         self, samples: str, first: list[str], body: Callable[[Iterator[str], str, list[str]], list[str]]
     ) -> list[str]:
-        """What becomes of vectors from one leaf of a block to the next."""
+        """Vectors that a loop over the leaves of a block carries from one leaf to the next."""
 
         def leaf(number: str, before: list[str]) -> list[str]:
             return body(self._samples(self._at(samples, number, LEAF)), number, before)
@@ -120,15 +121,15 @@ class _BlockText(LoopText):
         return [self._with(sums, eight, leaf) for sums, eight in zip(before, eights, strict=True)]
 
     def _samples(self, leaf: str) -> Iterator[str]:
-        """The samples of a leaf, some at a time."""
+        """The samples of a leaf, a vector at a time."""
         return (self._load(leaf, str(k)) for k in range(LEAF // WIDTH))
 
     def _with(self, sums: str, eight: str, leaf: str) -> str:
-        """The sums of the leaves with that of one more."""
+        """The vector of the leaves' sums with that of one leaf inserted."""
         return self._vector(f"insertelement {_V} {sums}, double {self._paired(eight)}, i64 {leaf}")
 
     def _paired(self, vector: str) -> str:
-        """Sum of the numbers of a vector: neighbours first."""
+        """Pairwise sum of the numbers of a vector."""
         size = WIDTH
         while size > 1:
             size //= 2
@@ -147,11 +148,11 @@ class _BlockText(LoopText):
         return reduce(lambda a, b: self._closer("double", less, a, b), lanes)
 
     def _closer(self, kind: str, less: str, a: str, b: str) -> str:
-        """The one of two numbers that is less, or greater."""
+        """The lesser of two numbers, or the greater, by the comparison `less`."""
         chosen = self._value("b", f"fcmp {less} {kind} {b}, {a}")
         bits = f"<{WIDTH} x i1>" if kind == _V else "i1"
         return self._vector(f"select {bits} {chosen}, {kind} {b}, {kind} {a}")
 
     def _at(self, base: str, number: str, size: int = 1) -> str:
-        """Where in an array of as many numbers each a part begins."""
+        """Address of part `number` of an array with parts of `size` numbers."""
         return self._value("p", f"getelementptr [{size} x double], ptr {base}, i64 {number}")

@@ -1,4 +1,4 @@
-"""Statistics of samples by blocks, so that they do not depend on the chunk in which the samples came."""
+"""Statistics of samples block by block, so that they do not depend on how the samples are divided into chunks."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from ..sampling import BLOCK
 from . import block_code
 
 Array = NDArray[np.float64]
-# Blocks, rows of samples, and these samples (rows, blocks, samples of a block).
+# Slices of blocks and of rows, and their samples (rows, blocks, samples of a block).
 Tile = tuple[slice, slice, Array]
 
-# Blocks of a row of samples that are worked on at once: with two arrays like them they fit into the processor's cache.
+# Blocks of a row that are processed at once: with two arrays of their size they fit the cache.
 TILE = 64
-# Sets of samples that are pooled; and numbers that wait for it, so that it is done for many sets at once.
+# Number of blocks that are pooled into one set, and numbers that are collected so that many sets are pooled at once.
 POOL = 16
 WAITING = 2**18
 _own = threading.local()
@@ -33,10 +33,10 @@ class BlockStatistics:
     Parameters
     ----------
     numbers
-        Number of samples, mean, and sums of the second, third and fourth powers of the deviations from it, of each of
-        the b blocks of samples, (5, b, ...).
+        For each of the b blocks of samples: number of samples, mean, and sums of the second, third and fourth powers of
+        the deviations from it, (5, b, ...).
     replicated
-        The same of each block by replicate, (5, b, r, ...); None where there is one replicate.
+        The same for each replicate, (5, b, r, ...); None if there is one replicate.
     least, greatest
         Extremes of all samples, (...).
     """
@@ -48,8 +48,8 @@ class BlockStatistics:
 
     @classmethod
     def of(cls, results: Array, nan_policy: str, replicates: int = 1) -> BlockStatistics:
-        """Of samples (m, ...), wherever they lie in memory."""
-        # Entries in the order in which they lie there can be seen as rows of samples without a copy.
+        """Statistics of samples (m, ...) of any memory layout."""
+        # with axes in memory order, entries can be viewed as rows of samples without a copy
         order = sorted(range(1, results.ndim), key=lambda axis: -abs(results.strides[axis]))
         shape = [results.shape[axis] for axis in order]
         entries, blocks = math.prod(shape), -(-len(results) // BLOCK)
@@ -68,7 +68,7 @@ class BlockStatistics:
         places = [order.index(axis) for axis in range(1, results.ndim)]
 
         def back(array: Array) -> Array:
-            """Rows (..., rows) as entries of the results."""
+            """An array (..., rows) with its rows as the entries of the results again."""
             lead = array.ndim - 1
             apart = array.reshape((*array.shape[:-1], *shape))
             return apart.transpose((*range(lead), *(lead + place for place in places)))
@@ -78,17 +78,17 @@ class BlockStatistics:
 
     @property
     def moments(self) -> Moments:
-        """Of each block, (b, ...)."""
+        """Moments of each block, (b, ...)."""
         return _moments(self.numbers)
 
 
 def _extremes(nan_policy: str) -> tuple[np.ufunc, np.ufunc]:
-    """What finds the least and the greatest number."""
+    """The functions that find the least and the greatest number, with or without NaN."""
     return (np.fmin, np.fmax) if nan_policy == "omit" else (np.minimum, np.maximum)
 
 
 def _of_tile(tile: Array, nan_policy: str, room: Sequence[Array], compiled: bool) -> Array:
-    """Extremes, numbers of samples, means and sums of samples (rows, blocks, m), (7, rows, blocks)."""
+    """Extremes, number of samples, mean and sums of powers, (7, rows, blocks), of samples (rows, blocks, m)."""
     if compiled and tile.shape[-1] == BLOCK:
         found = block_code.numbers_of_blocks(tile)
         lost = np.isnan(found[3])
@@ -102,7 +102,7 @@ def _of_tile(tile: Array, nan_policy: str, room: Sequence[Array], compiled: bool
 
 
 def _numbers(moments: Moments) -> Array:
-    """Number of samples, mean and sums, (5, ...)."""
+    """Number of samples, mean and sums of powers, (5, ...)."""
     n = np.broadcast_to(moments.n, np.shape(moments.mean))
     return np.array([n, *(getattr(moments, key) for key in SUMS)])
 
@@ -112,7 +112,7 @@ def _moments(numbers: Array) -> Moments:
 
 
 def _own_memory() -> tuple[Array, Array, Array]:
-    """Three arrays for a tile each, the thread's own: memory that is new for each chunk costs more than its sums."""
+    """Three arrays of the size of a tile, kept by thread: new memory for each chunk would cost more than the sums."""
     if not hasattr(_own, "memory"):
         _own.memory = np.empty(TILE * BLOCK), np.empty(TILE * BLOCK), np.empty(TILE * BLOCK)
     found: tuple[Array, Array, Array] = _own.memory
@@ -120,16 +120,16 @@ def _own_memory() -> tuple[Array, Array, Array]:
 
 
 def _tiles(samples: Array, entries: int, room: Array, compiled: bool) -> Iterator[Tile]:
-    """Samples (..., m) with those of a block side by side, each piece to be used before the next one.
+    """Samples (..., m) in pieces that fit the cache, each block contiguous; a piece is valid until the next one.
 
-    Pieces fit into the cache. Machine code, which reads each number once, gets what lies in order as it is.
+    Machine code reads each number once and takes contiguous samples as they are.
     """
     m = samples.shape[-1]
     rows = samples[..., :1].reshape(entries, 1)
     if np.may_share_memory(rows, samples):
         yield from _tiles_of_rows(samples.reshape(entries, m), 0, room, compiled)
         return
-    # Entries that cannot be seen as rows are laid out block by block.
+    # entries that cannot be viewed as rows are copied block by block
     laid = np.empty((*samples.shape[:-1], BLOCK))
     for block, start in enumerate(range(0, m, BLOCK)):
         size = min(BLOCK, m - start)
@@ -138,7 +138,7 @@ def _tiles(samples: Array, entries: int, room: Array, compiled: bool) -> Iterato
 
 
 def _tiles_of_rows(rows: Array, block: int, room: Array, compiled: bool) -> Iterator[Tile]:
-    """Samples (e, m) from a block on."""
+    """Pieces of samples (e, m), the first of which belong to the given block."""
     entries, m = rows.shape
     full, rest = divmod(m, BLOCK)
     contiguous = rows.strides[1] == rows.itemsize
@@ -148,7 +148,7 @@ def _tiles_of_rows(rows: Array, block: int, room: Array, compiled: bool) -> Iter
         if compiled and contiguous and size == BLOCK:
             yield slice(block, block + full), slice(0, entries), rows[:, : full * BLOCK].reshape(entries, full, BLOCK)
             continue
-        # Along memory first: samples of an entry lie side by side, or entries of a sample.
+        # pieces extend along memory: over the samples of an entry, or over the entries of a sample
         wide = min(blocks, TILE if contiguous else max(1, TILE // max(entries, 1)))
         high = TILE // wide
         for i in range(0, entries, high):
@@ -168,7 +168,7 @@ def _tiles_of_rows(rows: Array, block: int, room: Array, compiled: bool) -> Iter
 
 @dataclass(eq=False)
 class PooledMoments:
-    """Moments of a stream of blocks, pooled in sets that depend on the number of the block alone.
+    """Moments of a stream of blocks, pooled in sets that depend on the index of the block alone.
 
     Memory grows with the logarithm of the number of blocks.
     """
@@ -176,7 +176,7 @@ class PooledMoments:
     _levels: list[list[Array]] = field(default_factory=list)
 
     def add(self, blocks: Array) -> None:
-        """Add the numbers of the next blocks, (5, b, ...)."""
+        """Add the statistics of the next blocks, (5, b, ...)."""
         self._push(0, blocks)
 
     def _push(self, level: int, parts: Array) -> None:
@@ -188,7 +188,7 @@ class PooledMoments:
             self._pool(level)
 
     def _pool(self, level: int) -> None:
-        """Pool the sets of a level that are whole."""
+        """Pool the complete sets of a level."""
         parts = np.concatenate(self._levels[level], axis=1)
         whole = parts.shape[1] // POOL
         self._levels[level] = [parts[:, whole * POOL :]]
@@ -198,7 +198,7 @@ class PooledMoments:
 
     @property
     def moments(self) -> Moments | None:
-        """Of all blocks so far; None of none."""
+        """Moments of all blocks so far; None if there are none."""
         if not self._levels:
             return None
         level = 0

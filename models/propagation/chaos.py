@@ -1,4 +1,4 @@
-"""Polynomial chaos: a polynomial of the inputs in place of the function, with moments and indices in closed form."""
+"""Polynomial chaos: a polynomial of the inputs in place of the function; moments and Sobol indices in closed form."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ Array = NDArray[np.float64]
 Powers = NDArray[np.int64]
 
 METHODS = ("regression", "quadrature")
-# Samples a coefficient, and nodes that are still reasonable.
+# Samples for each coefficient, and the largest number of quadrature nodes.
 OVERSAMPLED, MOST_NODES = 3, 1_000_000
-# Random points at which a quadrature is checked, which goes through its nodes.
+# Number of random points at which a polynomial by quadrature is checked.
 CHECKED = 256
-# The share of what polynomials of the inputs leave that those of normal scores may leave to be preferred.
+# Polynomials of normal scores are preferred if they leave at most this share of what those of the inputs leave.
 PREFERRED = 0.5
 
 
@@ -56,7 +56,7 @@ class LeftOver:
 
     @classmethod
     def of(cls, errors: Array, results: Array, shape: tuple[int, ...], points: str) -> LeftOver:
-        """From errors (m, e) at points and the results (m', e) of the function; nothing is left of a constant."""
+        """Share of variance from errors (m, e) at points and results (m', e) of the function; 0 for a constant."""
         steady = _constant(results)
         square = errors**2 / np.where(steady, 1.0, np.var(results, axis=0))
         share, error = np.mean(square, axis=0), np.std(square, axis=0, ddof=1) / np.sqrt(len(square))
@@ -64,7 +64,7 @@ class LeftOver:
         return cls(share, error, points)
 
     def interval(self, level: float) -> ConfidenceInterval:
-        """Bounds on the share, (...), as of a log-normal estimate."""
+        """Bounds on the share, (...), taking its estimate as log-normal."""
         from scipy.special import ndtri
 
         z = ndtri(0.5 + 0.5 * checked_level(level))
@@ -139,9 +139,9 @@ class PolynomialChaos:
         return SobolIndices(self.inputs, parts[0][0], parts[1][0], parts[0][1], parts[1][1])
 
     def _share(self, which: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """Shares of the variance of the terms of each input, which (terms, k), and their standard errors, (..., k)."""
+        """Shares of the variance by groups of terms, mask (terms, k), and their standard errors, (..., k)."""
         square = self.coefficients**2
-        # Of what does not vary no input has a share.
+        # no input has a share in a constant
         variance = np.where(self.variance == 0.0, 1.0, self.variance)
         share = np.moveaxis(np.tensordot(which.T, square, axes=1) / variance, 0, -1)
         slopes = []
@@ -153,7 +153,7 @@ class PolynomialChaos:
         return share, np.stack(slopes, axis=-1)
 
     def _error(self, slope: Array) -> Array:
-        """Standard error of a number with a slope (terms, ...) over the coefficients; NaN of a quadrature."""
+        """Standard error of a statistic with the gradient (terms, ...) by the coefficients; NaN for a quadrature."""
         if self._covariance is None:
             return np.full(self.mean.shape, np.nan)
         spread = np.einsum("i...,ij,j...->...", slope, self._covariance, slope)
@@ -291,7 +291,7 @@ def _drawn(joint: JointInputs, count: int, root: np.random.SeedSequence, sampler
 
 
 def _powers(k: int, degree: int) -> Powers:
-    """Degrees of the terms in each input, those of a total degree up to the greatest, the constant first."""
+    """Degrees of the terms in each input, up to a total degree, the constant first."""
     if comb(k + degree, degree) > 20_000:
         raise FrameError(f"{comb(k + degree, degree)} coefficients for {k} inputs: give a lower degree than {degree}")
 
@@ -341,7 +341,7 @@ def _by_regression(fn: Function, germ: Germ, powers: Powers, axis: int, inputs: 
     scored = germ.of_scores()
     if scored is not None:
         other = _fitted(scored, powers, there, flat, shape)
-        # What rounding leaves tells nothing.
+        # what rounding leaves has no meaning
         if float(np.sum(other.unexplained)) + 1e-24 < PREFERRED * float(np.sum(found.unexplained)):
             return other
     return found
@@ -350,7 +350,7 @@ def _by_regression(fn: Function, germ: Germ, powers: Powers, axis: int, inputs: 
 def _fitted(
     germ: Germ, powers: Powers, inputs: Mapping[str, Array], flat: Array, shape: tuple[int, ...]
 ) -> PolynomialChaos:
-    """By least squares, from results (m, e)."""
+    """Coefficients by least squares from results (m, e)."""
     terms = germ.terms(powers, inputs)
     q, r = np.linalg.qr(terms)
     if np.linalg.cond(r) > 1e8:
@@ -373,12 +373,12 @@ def _fitted(
 
 
 def _constant(results: Array) -> NDArray[np.bool_]:
-    """Which entries of results (m, e) do not vary but by rounding, (e,)."""
+    """Whether each entry of results (m, e) is constant within rounding, (e,)."""
     return constant(results.min(axis=0), results.max(axis=0))
 
 
 def _of_varying(coefficients: Array, results: Array) -> Array:
-    """Coefficients (terms, e) from results (m, e), of what does not vary the constant one alone."""
+    """Coefficients (terms, e) from results (m, e); entries that are constant have the constant term alone."""
     steady = _constant(results)
     coefficients[:, steady] = 0.0
     coefficients[0, steady] = results[0, steady]
@@ -386,7 +386,7 @@ def _of_varying(coefficients: Array, results: Array) -> Array:
 
 
 def _without_failures(flat: Array, terms: int) -> tuple[Array, NDArray[np.bool_]]:
-    """Samples that have a result wherever another has one, and which they are."""
+    """The samples that have a result in every entry where any has one, and their indices."""
     lost = ~np.isfinite(flat)
     kept = np.asarray(~(lost & ~lost.all(axis=0)).any(axis=1))
     count = int(np.count_nonzero(~kept))

@@ -1,4 +1,4 @@
-"""Chunks on disk, so that a run that was ended goes on where it was: each whole and proven, or not there."""
+"""Chunks of a run on disk, each complete with a check sum, so that an interrupted run can continue."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ Array = NDArray[np.float64]
 FORMAT = 6
 ABOUT = "run.json"
 FUNCTION = "what the function returns for the first samples"
-# The first sample of a chunk, the one behind its last, and where there are samples of several kinds their name.
+# Name of a chunk's file: its first sample, the one after its last, and the kind of samples if there are several.
 CHUNK = re.compile(r"chunk-(\d+)-(\d+)(?:-([a-z]+))?\.bin")
-# A file that is being written, and the process that writes it.
+# Name of a file that is being written, with the process that writes it.
 PART = re.compile(r"\..+\.(.+)\.part")
-# Results of the first samples may differ by that share of themselves from those of an earlier run, on another machine
-# or by another release of a library; and below that share of the greatest of them all is rounding. Results of different
-# units lie far apart: more would hide the small ones.
+# Relative difference by which results of the first samples may differ from those of an earlier run on another machine
+# or with another release of a library; and the share of the largest result below which a difference is rounding. The
+# latter is small, as results of different units may differ by many orders.
 SAME, NOTHING = 1e-9, 1e-15
 
 
@@ -60,7 +60,7 @@ class Checkpoint:
         folder
             Made where it is missing.
         about
-            By what the run depends on, what tells it from another.
+            Everything that the run depends on, by which it is told from another.
 
         Raises
         ------
@@ -90,7 +90,7 @@ class Checkpoint:
         if before is None:
             return False
         other = [what for what in dict.fromkeys([*about, *before]) if before.get(what) != about.get(what)]
-        # Of other inputs the function returns something else in any case.
+        # with other inputs the function returns other results in any case
         other = [what for what in other if what != FUNCTION] or other
         if other:
             raise FrameError(
@@ -101,12 +101,12 @@ class Checkpoint:
 
     @classmethod
     def known(cls, folder: str | os.PathLike[str]) -> dict[str, Any] | None:
-        """What the run in a folder depends on; None where there is none yet."""
+        """Description of the run in a folder; None if there is none yet."""
         return cls(Path(folder))._about()
 
     @staticmethod
     def made(folder: str | os.PathLike[str]) -> None:
-        """Make the folder where it is missing; an error where that cannot be, or nothing can be written there."""
+        """Make the folder if it is missing; an error if that fails, or if it cannot be written to."""
         try:
             Path(folder).mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -137,13 +137,13 @@ class Checkpoint:
         return found
 
     def _begin(self, about: Mapping[str, Any]) -> bool:
-        """Begin the run; False where there is one by now."""
+        """Begin the run; False if another process has begun one meanwhile."""
         self.made(self.folder)
         text = json.dumps({"format": FORMAT, **about}, indent=1)
         return self._write(ABOUT, [text.encode()], "the run cannot be begun there", new=True)
 
     def _remove_abandoned(self) -> None:
-        """Remove what processes that have ended left half written."""
+        """Remove incomplete files of processes that have ended."""
         for path in self.folder.glob(".*.part"):
             match = PART.fullmatch(path.name)
             if match is not None and is_gone(match[1]):
@@ -151,7 +151,7 @@ class Checkpoint:
                     path.unlink()
 
     def stored(self) -> set[tuple[Any, ...]]:
-        """Ranges of the chunks that are there and whole; of those that are damaged a warning tells."""
+        """Ranges of the chunks that are stored and undamaged; each damaged one gives a warning."""
         found: set[tuple[Any, ...]] = set()
         for path in sorted(self.folder.iterdir()):
             match = CHUNK.fullmatch(path.name)
@@ -185,9 +185,9 @@ class Checkpoint:
         return self.folder / f"chunk-{'-'.join([f'{start:012d}', f'{stop:012d}', *of])}.bin"
 
     def _write(self, name: str, content: Sequence[bytes | memoryview], remedy: str, *, new: bool = False) -> bool:
-        """Under a name of its own first: a reader sees all of it or nothing, whenever the process ends.
+        """Write a file under a temporary name and rename it, so that a reader sees all of it or nothing.
 
-        What is to be new is not written where it is there already; whether it was written.
+        With `new`, an existing file is kept. Returns whether the file was written.
         """
         part = self.folder / f".{name}.{self._owner}.part"
         try:
@@ -206,7 +206,7 @@ class Checkpoint:
 
 
 def _moved_to_new(part: Path, path: Path) -> bool:
-    """Give a file its name, but for where another process gave it to one of its own; whether it did."""
+    """Rename a file, unless another process has made one of that name meanwhile; returns whether it was renamed."""
     try:
         os.link(part, path)
     except FileExistsError:
@@ -220,7 +220,7 @@ def _moved_to_new(part: Path, path: Path) -> bool:
 
 
 def _payload(path: Path) -> bytes | None:
-    """Content of a chunk's file; None where it is not what was written."""
+    """Content of a chunk's file; None if it is missing or damaged."""
     try:
         text, _, payload = path.read_bytes().partition(b"\n")
     except OSError:
@@ -229,10 +229,10 @@ def _payload(path: Path) -> bytes | None:
 
 
 def _check_sum(content: Sequence[bytes | memoryview]) -> bytes:
-    """Length and cyclic redundancy check of what a file holds.
+    """Length and cyclic redundancy check of a file's content.
 
-    Nobody forges a chunk; a disk that lost some of it is noticed as in archives and pictures, in a third of the time
-    of a cryptographic sum, which would be half of what it costs to store a chunk.
+    It detects damage by the disk, as in archives and images, in a third of the time of a cryptographic hash, which
+    would be half the cost of storing a chunk.
     """
     length = total = 0
     for piece in content:
@@ -241,13 +241,13 @@ def _check_sum(content: Sequence[bytes | memoryview]) -> bytes:
 
 
 def first_results(results: Array) -> dict[str, Any]:
-    """Results of the first samples, by which another function is told from this one."""
+    """Results of the first samples, by which a checkpoint recognises the function."""
     flat = results.reshape(len(results), -1)[:, :64]
     return {"shape": list(results.shape[1:]), "values": [[repr(float(x)) for x in row] for row in flat]}
 
 
 def same_results(before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Whether results of the first samples are the same but for rounding."""
+    """Whether results of the first samples agree within rounding."""
     if before["shape"] != now["shape"]:
         return False
     a, b = (np.array(each["values"], dtype=object).astype(np.float64) for each in (before, now))

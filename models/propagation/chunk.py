@@ -1,4 +1,4 @@
-"""What one call of the function gives: the statistics of a chunk of samples, the same on whatever machine it runs."""
+"""One call of the function: a chunk of samples and its statistics, the same wherever it is computed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ChunkResult:
     start, count
         Which samples.
     statistics
-        Moments of the blocks of samples, and the extremes.
+        Moments of the blocks of samples, and extremes.
     missing
         Number of samples that are NaN, (...).
     failed
@@ -42,7 +42,7 @@ class ChunkResult:
     comoments
         Of each block, (..., c, c), if asked for.
     bins, counts
-        Where the bins of the histogram lie, and how many samples each holds, if asked for.
+        Bins of the histogram, and the number of samples in each, if asked for.
     samples
         Samples of the result, (count, ...), if asked for.
     """
@@ -60,7 +60,7 @@ class ChunkResult:
 
 @dataclass(frozen=True, eq=False)
 class ChunkTask:
-    """What is to be done with each chunk: sent once to a worker, then told a range of numbers.
+    """Work on a chunk; it is sent to each worker once, and then called with ranges of samples.
 
     Parameters
     ----------
@@ -77,13 +77,13 @@ class ChunkTask:
     axis
         Axis of the samples in what the function returns.
     nan_policy
-        What is done with samples that are NaN.
+        Treatment of samples that are NaN: ``raise``, ``omit`` or ``propagate``.
     also
         Of `ALSO`.
     keep
         Whether to keep the samples.
     bins
-        Where the bins of the histogram lie; None in the first chunk, which lays them out.
+        Bins of the histogram; None in the first chunk, which lays them out.
     replicates
         Number of randomisations of the sampler, which come in turn.
     """
@@ -101,7 +101,7 @@ class ChunkTask:
     replicates: int = 1
 
     def __post_init__(self) -> None:
-        # Each thread goes through the points on its own.
+        # each thread has its own sequence of points
         object.__setattr__(self, "_own", threading.local())
 
     def __reduce__(self) -> tuple[Callable[[bytes], ChunkTask], tuple[bytes]]:
@@ -125,12 +125,12 @@ class ChunkTask:
         return found
 
     def drawn(self, start: int, stop: int) -> dict[str, Array]:
-        """Samples of the inputs by their numbers, (stop − start,) each."""
+        """Inputs of the samples `start` to `stop`, (stop − start,) each."""
         blocks = [self._points.take(first, min(BLOCK, stop - first)) for first in range(start, stop, BLOCK)]
         return self.inputs.samples(np.concatenate(blocks))
 
     def drawn_at(self, numbers: NDArray[np.int64]) -> dict[str, Array]:
-        """Samples of the inputs with certain numbers, in increasing order, (f,) each."""
+        """Inputs of the samples with these increasing numbers, (f,) each."""
         found: list[dict[str, Array]] = []
         for block in np.unique(numbers // BLOCK).tolist():
             inputs = self.drawn(block * BLOCK, min((block + 1) * BLOCK, self.n))
@@ -139,7 +139,7 @@ class ChunkTask:
         return {name: np.concatenate([np.empty(0), *(each[name] for each in found)]) for name in self.inputs.names}
 
     def results(self, start: int, stop: int) -> tuple[Array, NDArray[np.str_] | None]:
-        """Results with the samples first, (m, ...), and their status, (m, s), where the function tells it."""
+        """Results with the sample axis first, (m, ...), and their status, (m, s), if the function returns one."""
         found = self.fn(**self.drawn(start, stop))
         status = None
         if isinstance(found, tuple) and len(found) == 2 and np.asarray(found[1]).dtype.kind in "UT":
@@ -148,11 +148,11 @@ class ChunkTask:
         return results, None if status is None else _status(status, results, self.axis)
 
     def __call__(self, cut: tuple[int, int]) -> ChunkResult:
-        """Call the function for a range of samples, and gather what was asked for."""
+        """Call the function for a range of samples, and take the statistics asked for."""
         return self.gathered(cut[0], *self.results(*cut))
 
     def gathered(self, start: int, results: Array, status: NDArray[np.str_] | None) -> ChunkResult:
-        """What was asked for, from the results of samples from `start` on, and their status."""
+        """Statistics asked for, from the results of samples from `start` on and their status."""
         statistics = BlockStatistics.of(results, self.nan_policy, self.replicates)
         missing, failed = _lost(results, statistics, status)
         comoments = None

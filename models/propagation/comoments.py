@@ -12,7 +12,7 @@ from ..moments import Moments
 
 Array = NDArray[np.float64]
 
-# Samples that give one estimate of the covariance; the scatter of these estimates gives its standard error.
+# Number of samples for one estimate of the covariance; the scatter of these estimates gives its standard error.
 PART = 128
 
 
@@ -39,7 +39,7 @@ class Comoments:
 
     @classmethod
     def of(cls, block: Array, nan_policy: str) -> Comoments:
-        """Of a block of samples (m, ..., c)."""
+        """Comoments of a block of samples (m, ..., c)."""
         parts = list(_parts(block, nan_policy))
         out = parts[0]
         for part in parts[1:]:
@@ -47,7 +47,7 @@ class Comoments:
         return out
 
     def merge(self, other: Comoments) -> Comoments:
-        """Of both sets of samples together, by the formula of Chan, Golub & LeVeque (1983) for products."""
+        """Comoments of two sets of samples together, by the formula of Chan, Golub & LeVeque (1983) for products."""
         a, b = self.n, other.n
         n = a + b
         with np.errstate(invalid="ignore"):

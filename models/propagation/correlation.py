@@ -28,13 +28,13 @@ Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]
 
 OF = ("inputs", "ranks", "scores")
-# Scores beyond which the tails of inputs do not count: farthest where a distribution has an upper tail of its own
-# (`isf`) that is finite there, and no farther than a probability can be told from 1 where it has none.
+# Scores beyond which tails of inputs are neglected: the larger one if a distribution has an inverse survival function
+# (`isf`) that is finite there, else the one up to which a probability can be told from 1.
 FAR, NEARER, WITHOUT_TAIL = 14.0, 8.6, 8.1
 # Greatest ratio of the grid's step to the narrower width of the joint density: an error of exp(-2 (pi/0.65)²) = 5e-21.
 FINE = 0.65
 COARSEST = 2.0**-4
-# Correlations of scores between which the one sought is looked for.
+# Bounds of the correlation of scores in the root search.
 MOST = (0.99, 1.0 - 2.0**-10)
 
 
@@ -129,7 +129,7 @@ def _matrix(given: Pairs | ArrayLike, names: Sequence[str]) -> Array:
 
 
 def nataf(pair: tuple[str, str], rho: float, one: Distribution, other: Distribution) -> float:
-    """Correlation of the normal scores of two inputs whose own is `rho`: closed where it can be, else by quadrature."""
+    """Correlation of the normal scores of two inputs with correlation `rho`, in closed form or by quadrature."""
     closed = _closed(rho, _kind(one), _kind(other))
     if closed is None:
         return by_quadrature(pair, rho, one, other)
@@ -146,7 +146,7 @@ def _impossible(pair: tuple[str, str], rho: float, reach: str = "") -> FrameErro
 
 
 def _kind(distribution: Any) -> tuple[str, float]:
-    """``normal``, ``uniform`` or ``lognormal`` with the deviation of its logarithm; else nothing."""
+    """``normal``, ``uniform``, or ``lognormal`` with the standard deviation of its logarithm; else empty."""
     if isinstance(distribution, Normal):
         return "normal", 0.0
     if isinstance(distribution, Interval):
@@ -165,7 +165,7 @@ def _kind(distribution: Any) -> tuple[str, float]:
 
 
 def _closed(rho: float, one: tuple[str, float], other: tuple[str, float]) -> float | None:
-    """Correlation of scores by the closed forms of Liu & Der Kiureghian's table, NaN where there is none."""
+    """Correlation of scores by the closed forms in Liu & Der Kiureghian's table, NaN if there is none."""
     from scipy.special import ndtri
 
     kinds, sigma = {one[0], other[0]}, max(one[1], other[1])
@@ -197,7 +197,7 @@ def by_quadrature(pair: tuple[str, str], rho: float, one: Distribution, other: D
     from scipy.optimize import brentq
 
     integral = _Correlated(one, other)
-    # Closer to 1 the grid has to be finer, which is seldom needed.
+    # closer to 1 the grid must be finer, which is seldom needed
     for most in MOST:
         low, high = integral(-most), integral(most)
         if low < rho < high:
@@ -249,7 +249,7 @@ def over_scores(name: str, distribution: Distribution) -> tuple[Array, Array]:
 
 
 def _scores(step: float, *distributions: Distribution) -> Array:
-    """Equidistant normal scores as far as the distributions can be told at them."""
+    """Equidistant normal scores, as far out as the distributions can be evaluated."""
     far = min(map(_far, distributions))
     return np.asarray(step * np.arange(-np.floor(far / step), np.floor(far / step) + 1))
 

@@ -1,4 +1,4 @@
-"""Samples without a result: counted by reason, with their numbers and the inputs that they came from."""
+"""Samples without a result: counted by reason, with their numbers and inputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...framework.errors import FrameError
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-# Samples that are named in a message, and whose numbers are held.
+# Number of failed samples that a message names, and whose numbers are kept.
 MOST_NAMED, MOST_KEPT = 10, 10_000
 UNTOLD = "no result"
 
@@ -54,7 +54,7 @@ class Reasons:
         return cls(np.array(short, dtype=np.str_), which.astype(np.uint16))
 
     def count(self, rows: NDArray[np.int64] | slice = slice(None)) -> Counter[str]:
-        """How many samples failed for each reason."""
+        """Number of failed samples for each reason."""
         times = np.bincount(self.which[rows], minlength=len(self.texts))
         found: Counter[str] = Counter()
         for text, count in zip(self.texts.tolist(), times.tolist(), strict=True):
@@ -86,7 +86,7 @@ class FailedRows:
 
     @classmethod
     def none(cls, status: NDArray[np.str_] | None) -> FailedRows:
-        """Of samples of which none is NaN."""
+        """Value for samples of which none is NaN."""
         nowhere = np.zeros((0, 1), dtype=bool)
         return cls(np.zeros(0, np.int64), Reasons.of(nowhere, None if status is None else status[:0]), None, None)
 
@@ -147,12 +147,12 @@ class Failures:
 
 
 def _told(reasons: Mapping[str, int]) -> list[str]:
-    """A line a reason."""
+    """One line for each reason."""
     return [f"  {times:>8} {reason}" for reason, times in reasons.items()]
 
 
 def in_words(failures: Failures, of: str) -> str:
-    """What a message says of failed samples."""
+    """Text of a message about failed samples."""
     first = failures.numbers[:MOST_NAMED]
     inputs = ", ".join(f"{name} = {values[0]:.6g}" for name, values in failures._drawn(first[:1]).items())
     numbers = ", ".join(map(str, first)) + (", ..." if failures.count > len(first) else "")
@@ -165,8 +165,8 @@ def in_words(failures: Failures, of: str) -> str:
 class FailureCount:
     """Counts the failed samples of one chunk after the other.
 
-    An entry that is NaN for every sample of the run is so not for a sample's sake, and does not count; whether it is,
-    only the end can tell.
+    An entry that is NaN for every sample of the run does not count as a failure of samples; that is known at the end
+    only.
 
     Parameters
     ----------
@@ -200,14 +200,14 @@ class FailureCount:
                 raise FrameError(f"{text}: find why, or choose the nan_policy 'omit' or 'propagate'")
 
     def found(self) -> Failures:
-        """All of them so far."""
+        """Failed samples so far."""
         numbers: list[NDArray[np.int64]] = []
         reasons: Counter[str] = Counter()
         count = held = 0
         for start, size, failed in self._chunks:
             rows = failed.rows
             if failed.whole is not None and (failed.whole & ~self._always).any():
-                # What was NaN throughout this chunk is not so throughout the run.
+                # an entry that was NaN throughout this chunk is not so throughout the run
                 assert failed.otherwise is not None
                 rows = np.arange(size)
                 others = np.setdiff1d(rows, failed.rows, assume_unique=True)

@@ -1,4 +1,4 @@
-"""Chunks put together in the order of their samples, so that the order in which they were done does not matter."""
+"""Statistics of the chunks, merged in the order of their samples, whatever the order in which they were computed."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Cut = tuple[Any, ...]
 
 @dataclass(eq=False)
 class Gathered:
-    """What is known of all samples so far.
+    """Merged statistics of all samples so far.
 
     Parameters
     ----------
     task
-        What each chunk was asked for.
+        The work on each chunk.
     """
 
     task: ChunkTask
@@ -70,11 +70,11 @@ class Gathered:
 
     @property
     def replicated(self) -> Moments | None:
-        """Those of each replicate, (r, ...), where there are several."""
+        """Moments of each replicate, (r, ...); None if there is one."""
         return self._replicated.moments
 
     def samples(self) -> Array | None:
-        """All samples, (n, ...), if they were kept; not to be written to."""
+        """All samples, (n, ...), read-only; None if they were not kept."""
         if not self.task.keep:
             return None
         together = np.concatenate(self.kept)
@@ -82,14 +82,14 @@ class Gathered:
         return together
 
     def binned(self) -> BinnedSamples | None:
-        """Counts in bins, if asked for."""
+        """Counts in bins; None if not asked for."""
         if self.bins is None or isinstance(self.counts, int):
             return None
         return BinnedSamples(self.bins, self.counts, np.ravel(self.least), np.ravel(self.greatest))
 
 
 def joined(waiting: Sequence[tuple[Cut, ChunkResult]]) -> list[tuple[Sequence[Cut], ChunkResult]]:
-    """Results of neighbouring chunks of the same length as one, where none holds samples and no sample failed."""
+    """Neighbouring chunks of the same length merged into one, if they hold no samples and no sample failed."""
     groups: list[list[tuple[Cut, ChunkResult]]] = []
     for cut, found in waiting:
         before = groups[-1][-1] if groups else None
@@ -102,12 +102,12 @@ def joined(waiting: Sequence[tuple[Cut, ChunkResult]]) -> list[tuple[Sequence[Cu
 
 
 def _may_be_joined(found: ChunkResult) -> bool:
-    """Whether it holds nothing of single samples."""
+    """Whether a chunk holds nothing about single samples."""
     return found.samples is None and found.failed.whole is None and not len(found.failed.rows)
 
 
 def _as_one(parts: Sequence[ChunkResult]) -> ChunkResult:
-    """Of chunks without a failure, one behind the other."""
+    """One result of successive chunks without failures."""
     if len(parts) == 1:
         return parts[0]
     own = [part.statistics for part in parts]

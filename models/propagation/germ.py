@@ -1,4 +1,4 @@
-"""The variables of a polynomial chaos, one for each input, and the terms of its orthonormal polynomials."""
+"""Variables of a polynomial chaos, one for each input, and the terms of its orthonormal polynomials."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Germ:
 
     @classmethod
     def of(cls, joint: JointInputs, degree: int) -> Germ:
-        """The inputs themselves, or where they are correlated their independent normal scores."""
+        """The inputs themselves as variables or, if they are correlated, their independent normal scores."""
         if joint.scores is not None:
             return cls(
                 joint,
@@ -86,7 +86,7 @@ class Germ:
         return out.T
 
     def _variables(self, inputs: Mapping[str, Array]) -> list[Array]:
-        """Variables (m,) of each input."""
+        """Variables (m,) for each input."""
         if self.joint.scores is None:
             own = zip(self.joint.distributions.items(), self.scored, strict=True)
             return [
@@ -102,7 +102,7 @@ class Germ:
 
 
 def _with_tail(distribution: Distribution) -> bool:
-    """Whether a distribution is unbounded, but not normal, and knows its probabilities."""
+    """Whether a distribution is unbounded, not normal, and has a cumulative distribution function."""
     if is_normal(distribution) or not hasattr(distribution, "cdf"):
         return False
     with np.errstate(all="ignore"):

@@ -1,4 +1,4 @@
-"""Counts of a stream of samples in bins that are laid out by its first block, and the quantiles that they bound."""
+"""Counts of a stream of samples in bins laid out by its first block, and bounds on quantiles from them."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ BINS = 4096
 # wide, at 5 of them 0.035, and out to half a million.
 FAR = 14.0
 _EDGES = np.linspace(-FAR, FAR, BINS + 1)
-# Quartiles of a normal distribution are so many standard deviations apart.
+# Distance of the quartiles of a normal distribution, in standard deviations.
 QUARTILES = 1.3489795003921634
 
 
 @dataclass(frozen=True, eq=False)
 class Bins:
-    """Where the bins lie, for each of the e entries of a result.
+    """Position of the bins, for each of the e entries of a result.
 
     Parameters
     ----------
     center, scale
-        Middle, and measure of the width, (e,).
+        Centre, and scale of the widths, (e,).
     """
 
     center: Array
@@ -35,7 +35,7 @@ class Bins:
     @classmethod
     def of(cls, block: Array) -> Bins:
         """Bins for samples like those of a block, (m, e)."""
-        if not block.shape[1]:  # of no entry NumPy has no three quantiles
+        if not block.shape[1]:  # NumPy takes no quantiles of an empty result
             return cls(np.zeros(0), np.zeros(0))
         there = np.isfinite(block)
         filled = np.where(there, block, np.nan)
@@ -49,7 +49,7 @@ class Bins:
         return cls(center, scale)
 
     def count(self, samples: Array) -> Counts:
-        """How many samples (m, e) lie in each bin, (e, BINS); NaN in none."""
+        """Number of samples (m, e) in each bin, (e, BINS); NaN is in none."""
         with np.errstate(invalid="ignore", over="ignore"):
             at = np.arcsinh((samples - self.center) / self.scale)
             at = np.clip((at + FAR) * (BINS / (2.0 * FAR)), 0.0, BINS - 0.5)
@@ -73,7 +73,7 @@ class Histogram:
     edges
         Edges of the bins, (..., bins + 1). They are laid out by the first 1024 samples and finest in the middle.
     counts
-        Number of samples in each bin, (..., bins); the outermost bins hold what lies beyond them as well.
+        Number of samples in each bin, (..., bins); the outermost bins include all beyond them.
     """
 
     edges: Array
@@ -88,14 +88,14 @@ class Histogram:
 
 @dataclass(frozen=True, eq=False)
 class BinnedSamples:
-    """Samples of which only their counts in bins and their extremes are known.
+    """Samples known by their counts in bins and their extremes only.
 
     Parameters
     ----------
     bins
-        Where the bins lie.
+        The bins.
     counts
-        Number of samples in each, (e, BINS).
+        Number of samples in each bin, (e, BINS).
     least, greatest
         Extremes of the samples, (e,).
     """
@@ -120,7 +120,7 @@ class BinnedSamples:
         number, before, inside = self._bin(rank)
         share = np.clip((rank + 0.5 - before) / np.maximum(inside, 1), 0.0, 1.0)
         value = self.bins.place(_EDGES[number] + share * (_EDGES[1] - _EDGES[0]))
-        # The outermost bins reach to the extremes, which may be infinite.
+        # the outermost bins reach to the extremes, which may be infinite
         value = np.where((number == 0) & np.isinf(self.least), self.least, value)
         value = np.where((number == BINS - 1) & np.isinf(self.greatest), self.greatest, value)
         return self._within(value)
@@ -128,13 +128,13 @@ class BinnedSamples:
     def bounds(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Bounds on the samples of two ranks, (e,) each: the lower one from below, the higher one from above."""
         first, last = self._bin(low)[0], self._bin(high)[0]
-        # What lies beyond the outermost bins is bounded by the extremes alone.
+        # samples in the outermost bins are bounded by the extremes alone
         below = np.where(first == 0, self.least, self.bins.place(_EDGES[first]))
         above = np.where(last == BINS - 1, self.greatest, self.bins.place(_EDGES[last + 1]))
         return self._within(below), self._within(above)
 
     def _bin(self, rank: Array) -> tuple[Counts, Counts, Counts]:
-        """Bin of a rank, number of samples before it, and in it, (e,) each."""
+        """Bin that holds a rank, number of samples before it, and number in it, (e,) each."""
         total = np.cumsum(self.counts, axis=-1)
         number = np.minimum(np.count_nonzero(total <= rank[:, None], axis=-1), BINS - 1)[:, None]
         inside = np.take_along_axis(self.counts, number, axis=-1)

@@ -18,7 +18,7 @@ from .correlation import GaussianCopula, Pairs, correlation_of
 
 Array = NDArray[np.float64]
 
-# Probabilities at which the quantiles tell one distribution from another.
+# Probabilities whose quantiles identify a distribution.
 _TOLD_BY = np.array([2.0**-40, 1e-6, 1e-3, 0.01, *np.linspace(0.05, 0.95, 19), 0.99, 0.999, 1.0 - 1e-6])
 
 
@@ -41,7 +41,7 @@ class JointInputs:
     def of(
         cls, distributions: Mapping[str, Uncertain], correlation: GaussianCopula | Pairs | ArrayLike | None = None
     ) -> JointInputs:
-        """From what a caller gives, checked."""
+        """Inputs as given by the caller, checked."""
         known = distributions_of(distributions)
         if correlation is None:
             return cls(known)
@@ -55,7 +55,7 @@ class JointInputs:
         return tuple(self.distributions)
 
     def require_independent(self, what: str) -> None:
-        """Refuse what has no meaning for inputs that depend on each other."""
+        """Raise an error for what has no meaning with dependent inputs."""
         if self.scores is not None:
             raise FrameError(f"{what} need independent inputs: leave the correlation out")
 
@@ -79,7 +79,7 @@ class JointInputs:
         return {name: quantiles(distribution, column) for (name, distribution), column in pairs}
 
     def _dependent(self, points: Array) -> list[Array | None]:
-        """Normal scores of the inputs that depend on others before them, (m,) each; None of the others."""
+        """Normal scores of inputs that depend on those before them, (m,) each; None for the others."""
         from scipy.special import ndtri
 
         normal = [ndtri(np.minimum(column, 1.0 - 2.0**-53)) for column in points.T]
@@ -88,7 +88,7 @@ class JointInputs:
             if not row[:k].any():
                 out.append(None)
                 continue
-            # A sum of its own, not of a matrix library: the same bits on every machine.
+            # summed here rather than by a matrix library, for the same bits on every machine
             total = row[0] * normal[0]
             for weight, each in zip(row[1 : k + 1], normal[1 : k + 1], strict=True):
                 total = total + weight * each
@@ -136,7 +136,7 @@ class JointInputs:
         return np.asarray(-0.5 * (np.sum(normal * (inverse @ normal), axis=0) + np.linalg.slogdet(self.scores)[1]))
 
     def told(self) -> dict[str, str]:
-        """By what is told from another set of inputs: a check sum of each distribution and of the correlations."""
+        """Check sums of each distribution and of the correlations, which identify the inputs."""
         each = self.distributions.items()
         found = {f"the distribution of {name!r}": np.asarray(distribution.ppf(_TOLD_BY)) for name, distribution in each}
         found["the correlation"] = np.empty(0) if self.scores is None else self.scores
@@ -144,5 +144,5 @@ class JointInputs:
 
 
 def check_sum(numbers: Array) -> str:
-    """By which numbers are told from others."""
+    """Check sum of an array, to tell it from others."""
     return hashlib.sha256(np.asarray(numbers, dtype=np.float64).tobytes()).hexdigest()

@@ -1,4 +1,4 @@
-"""Chunks in their order, whoever computes them and however many are on disk already."""
+"""Chunks in the order of their samples, whoever computes them and whichever are already on disk."""
 
 from __future__ import annotations
 
@@ -12,20 +12,19 @@ from ...framework.errors import FrameError
 if TYPE_CHECKING:
     from .checkpoint import Checkpoint
 
-# A range of samples, and where there are samples of several kinds whose they are: the first and behind the last of
-# them, and a name.
+# A range of samples, its first and the one after its last, and the name of their kind if there are several.
 Cut = tuple[Any, ...]
 C = TypeVar("C", bound=Cut)
 R = TypeVar("R")
-# Those of who takes chunks and gives none.
+# Types of the chunks and results that a receiver takes.
 CT = TypeVar("CT", bound=Cut, contravariant=True)
 RT = TypeVar("RT", contravariant=True)
-# Seconds of work on short chunks that may be lost if a run is killed, as they are stored several at a time.
+# Seconds of work on short chunks, stored several at a time, that may be lost if a run is killed.
 PAUSE = 0.25
 
 
 def one_by_one(waiting: Sequence[tuple[Cut, R]]) -> list[tuple[Sequence[Cut], R]]:
-    """Chunks of which each is to have a file of its own."""
+    """Chunks each of which has its own file."""
     return [([cut], found) for cut, found in waiting]
 
 
@@ -71,16 +70,16 @@ class StoredChunks(Generic[R]):
         return self.unpacked(self.checkpoint.load(cut))
 
     def store(self, cut: Cut, found: R) -> None:
-        """Write the results of a chunk, all of it or nothing, now or with the next ones."""
+        """Write the results of a chunk completely or not at all, now or together with the next ones."""
         self._waiting.append((cut, found))
         self._done += 1
         now = monotonic()
-        # Long chunks of several workers come together, and the next ones come long after: they wait for none.
+        # long chunks of several workers arrive together and the next ones much later, so none waits
         if now - self._last >= self.pause or now - self._begun >= self.pause * self._done:
             self.flush()
 
     def flush(self) -> None:
-        """Write what waits."""
+        """Write the chunks that are waiting."""
         for cuts, found in self.joined(self._waiting):
             self.checkpoint.store((cuts[0][0], *cuts[-1][1:]), self.packed(found))
             del self._waiting[: len(cuts)]
@@ -118,16 +117,16 @@ def covered(ranges: Sequence[C], stored: Collection[Cut]) -> dict[C, Cut | None]
 
 
 class Receiver(Protocol[CT, RT]):
-    """Who puts chunks together."""
+    """Receiver of chunks in their order."""
 
     def expect(self, cut: CT, /) -> None:
-        """Be told that the next chunk is waited for, which is not stored."""
+        """Called before a chunk that is not stored is waited for."""
 
     def add(self, cut: CT, found: RT, /) -> None:
-        """Take the next chunk in their order."""
+        """Take the next chunk in order."""
 
     def progress(self, done: int, of: int, /) -> str:
-        """Tell who interrupts the run how many chunks are done, and how to go on."""
+        """Add to an interrupt how many chunks are done, and how to continue."""
 
 
 def gather(
@@ -194,5 +193,5 @@ def gather(
 
 
 def _end(parts: Iterator[object]) -> None:
-    """Let the workers end in peace."""
+    """Let the workers finish what they are doing."""
     next(parts, None)

@@ -13,7 +13,7 @@ from .correlation import over_scores
 
 Array = NDArray[np.float64]
 
-# Beyond that the tails of a normal distribution, which the grid of scores cuts off, begin to count.
+# Largest degree: beyond it the tails of a normal distribution, which the grid of scores cuts off, begin to count.
 MOST = 20
 
 

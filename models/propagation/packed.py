@@ -1,4 +1,4 @@
-"""Chunks as bytes, without code that reading them would run."""
+"""Serialisation of chunks to bytes; reading them runs no code."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def packed(found: ChunkResult) -> list[bytes | memoryview]:
 
 
 def packed_arrays(arrays: Mapping[str, NDArray[Any]]) -> list[bytes | memoryview]:
-    """Arrays by name as bytes: a line that tells name, type, shape and order of axes of each, and then their numbers.
+    """Arrays by name as bytes: a line with name, type, shape and order of axes of each, then their data.
 
-    In pieces, as they lie in memory: to put them together, or into another order, takes as long as to write them. And
-    an archive, which keeps a file and a check sum for each, would take as long as the statistics of a chunk.
+    The pieces are views of memory, as joining or reordering them would take as long as writing them. An archive with a
+    file and a check sum for each array would take as long as the statistics of a chunk.
     """
     told, pieces = {}, list[bytes | memoryview]()
     for name, array in arrays.items():
@@ -54,19 +54,19 @@ def packed_arrays(arrays: Mapping[str, NDArray[Any]]) -> list[bytes | memoryview
             order = list(range(array.ndim))
             laid = np.ascontiguousarray(array)
         told[name] = [np.lib.format.dtype_to_descr(array.dtype), list(array.shape), order]
-        if array.nbytes:  # what holds no bytes cannot be seen as bytes
+        if array.nbytes:  # an array without bytes cannot be viewed as bytes
             pieces.append(laid.reshape(-1).view(np.uint8).data)
     return [json.dumps(told).encode() + b"\n", *pieces]
 
 
 def unpacked_arrays(content: bytes) -> dict[str, NDArray[Any]]:
-    """Arrays by name from their bytes, as they lay in memory; they cannot be written to."""
+    """Arrays by name from their bytes, read-only, with the memory layout that they had."""
     start = content.index(b"\n") + 1
     out = {}
     for name, (kind, shape, order) in json.loads(content[:start]).items():
         fields = kind if isinstance(kind, str) else [tuple(field) for field in kind]
         dtype, count = np.lib.format.descr_to_dtype(fields), math.prod(shape)  # type: ignore[arg-type]
-        # Names of no characters have no bytes.
+        # strings of no characters have no bytes
         some = count * dtype.itemsize > 0
         flat = np.frombuffer(content, dtype, count, start) if some else np.zeros(count, dtype)
         out[name] = flat.reshape([shape[axis] for axis in order]).transpose(np.argsort(order))
@@ -103,7 +103,7 @@ def unpacked(content: bytes) -> ChunkResult:
 
 
 def _failed(found: ChunkResult) -> Arrays:
-    """Samples that are NaN somewhere; nothing where there are none."""
+    """Arrays of the failed samples; none if no sample has failed."""
     failed = found.failed
     if not len(failed.rows) and failed.whole is None:
         return {}

@@ -1,4 +1,4 @@
-"""Processes that compute chunks, started for a run and ended with it."""
+"""Worker processes that compute chunks, started for a run and ended with it."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from ...framework.interrupts import put_off
 
 C = TypeVar("C")
 
-# What this process does with chunks, if it is a worker: sent to it once, however many chunks there are.
+# The task of this process, if it is a worker: it is sent once, however many chunks there are.
 _of_worker: list[Callable[[Any], Any]] = []
 
 
 @contextmanager
 def processes(task: Callable[[Any], Any], count: int, start: str | None) -> Iterator[Executor]:
-    """Processes that do a task, ended with the body.
+    """A pool of worker processes, ended with the body of the ``with`` statement.
 
     Parameters
     ----------
     task
-        What they do with each chunk; it is sent to each of them once.
+        Work on each chunk; it is sent to each process once.
     count
-        How many there are.
+        Number of processes.
     start
         As for `computed`.
     """
-    # What cannot be sent is told here, not by a pool that waits for ever.
+    # pickled here, so that a task that cannot be sent raises its error instead of a pool that waits forever
     pool = _Pool(count, get_context(start), initializer=_begin, initargs=(pickle.dumps(task),))
     try:
         yield pool
@@ -47,11 +47,13 @@ def processes(task: Callable[[Any], Any], count: int, start: str | None) -> Iter
 
 
 class _Pool(ProcessPoolExecutor):
-    """Processes that an interrupt from the keyboard does not reach: it goes to the whole group, and who answers it is
-    the process that hands out the chunks."""
+    """Worker processes that ignore keyboard interrupts, which go to the whole process group.
+
+    The process that hands out the chunks answers them.
+    """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        # A process that is started meanwhile begins without interrupts, before it could ignore them by itself.
+        # a process started here inherits the blocked signals until it can ignore them by itself
         with put_off("SIGINT", "SIGHUP"):
             return super().submit(fn, *args, **kwargs)
 
@@ -62,13 +64,13 @@ def _begin(task: bytes) -> None:
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     Thread(target=_end_with_parent, daemon=True).start()
     _of_worker[:] = [pickle.loads(task)]
-    # What is there now stays; a task that rids memory of what a chunk left need not look through it.
+    # objects that exist now stay, so that later collections need not examine them
     gc.collect()
     gc.freeze()
 
 
 def _end_with_parent() -> None:
-    """A process that is killed cannot end its workers, which would wait for chunks for ever."""
+    """End this worker when its parent ends, which cannot do so itself if it is killed."""
     parent = parent_process()
     if parent is not None:
         parent.join()
@@ -76,6 +78,6 @@ def _end_with_parent() -> None:
 
 
 def of_this_process(cut: C) -> tuple[C, Any]:
-    """What the task of this worker makes of a chunk."""
+    """Run this worker's task on a chunk."""
     found: tuple[C, Any] = _of_worker[0](cut)
     return found

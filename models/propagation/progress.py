@@ -1,4 +1,4 @@
-"""How far a run is: samples done, their rate, and the standard error so far."""
+"""Progress bar of a run: samples done, their rate, and the standard error so far."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 
 from ..moments import Moments
 
-# Seconds after which the bar appears, and between two looks at the standard error.
+# Seconds after which the bar appears, and between updates of the standard error.
 DELAY, BETWEEN = 1.0, 0.5
 
 
 class HasMoments(Protocol):
-    """What knows the moments of all samples so far."""
+    """An object with the moments of all samples so far."""
 
     @property
     def moments(self) -> Moments | None:
-        """Their moments; None of no samples."""
+        """The moments; None if there are no samples."""
 
 
 class SampleBar:
-    """A progress bar, or nothing where none is wanted or tqdm is not there.
+    """A progress bar, or none if it is not wanted or tqdm is not installed.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class SampleBar:
         self._next = monotonic() + DELAY
 
     def advance(self, count: int, gathered: HasMoments) -> None:
-        """Count samples, and tell the standard error of the mean of all so far now and then."""
+        """Count samples, and update the standard error of the mean from time to time."""
         if self._bar is None:
             return
         if monotonic() >= self._next:
@@ -48,7 +48,7 @@ class SampleBar:
 
 
 def told(moments: Moments) -> str:
-    """The standard error in words, of several results that which is greatest."""
+    """Text with the standard error, the largest one of several results."""
     error = np.asarray(moments.standard_error)
     known = error[np.isfinite(error)]
     if not known.size:

@@ -1,4 +1,4 @@
-"""What propagation tells of a result: its statistics, each with its error, and the samples that failed."""
+"""The result of propagation: statistics of a function's result, each with its error, and the samples that failed."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from .sampled_result import SampledResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Entries of a result that its table shows.
+# Number of entries of a result that its table shows.
 MOST_SHOWN = 6
 FIGURES = ("histogram", "convergence")
 

@@ -1,4 +1,4 @@
-"""Other distributions of the same inputs, without a new solution: a sample weighs as much as it became likelier."""
+"""Other distributions of the same inputs without new solutions, by importance weights of the samples."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .inputs import JointInputs
 
 Array = NDArray[np.float64]
 
-# Where the old distribution has to have a density: probabilities of the new one, so far out as matters.
+# Probabilities of the new distribution at whose quantiles the old one must have a density.
 _ASKED = np.array([1e-6, 1e-4, 0.01, 0.1, 0.5, 0.9, 0.99, 1 - 1e-4, 1 - 1e-6])
 
 
@@ -39,12 +39,12 @@ class Reweighted:
 
     @property
     def effective_sample_size(self) -> float:
-        """How many independent samples of the new distributions are worth as much (Kish): (Σ w)²/Σ w²."""
+        """Effective number of independent samples of the new distributions (Kish): (Σ w)²/Σ w²."""
         return float(1.0 / np.sum(self.weights**2))
 
     @property
     def _of_each(self) -> Array:
-        """Weights of a sum of one for each entry of the result, (n, ...)."""
+        """Normalised weights for each entry of the result, (n, ...)."""
         weights = self.weights.reshape(-1, *(1,) * (self.samples.ndim - 1))
         lost = np.isnan(self.samples)
         if self.nan_policy != "omit" or not lost.any():

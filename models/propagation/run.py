@@ -1,4 +1,4 @@
-"""What uncertain inputs make of a result: propagation by sampling, for any function of arrays."""
+"""Propagation of uncertain inputs by sampling, for any function of arrays."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def _check_also(also: Sequence[str]) -> None:
 
 
 def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices]) -> Propagation:
-    """The statistics, and a warning of samples that failed."""
+    """The result, with a warning if samples failed."""
     failures = gathered.failures.found()
     if failures.count:
         omitted = "the statistics are those of the others"
@@ -189,14 +189,14 @@ def _result(task: ChunkTask, gathered: Gathered, indices: partial[SobolIndices])
 
 @dataclass(eq=False)
 class _Gathering:
-    """Puts the chunks of a run together, and tells how far it is."""
+    """Merges the chunks of a run, and shows its progress."""
 
     gathered: Gathered
     bar: SampleBar
     folder: Checkpoint | None
 
     def expect(self, _: Cut) -> None:
-        """Nothing is to be told before a chunk."""
+        """Nothing to do before a chunk."""
 
     def add(self, _: Cut, found: ChunkResult) -> None:
         self.gathered.add(found)
@@ -236,7 +236,7 @@ def _in_any_order(
     begun: dict[Cut, ChunkResult],
     left: list[Cut],
 ) -> Generator[tuple[Cut, ChunkResult], None, None]:
-    """Chunks that are not stored, as they are done; the first of all comes first where it lays out the bins."""
+    """Chunks that are not stored, as they are done; the very first comes first if it lays out the bins."""
     first = begun.pop(left[0], None) if left else None
     if "histogram" in task.also and left:
         if left[0] == ranges[0]:
@@ -295,7 +295,7 @@ def about(task: ChunkTask, results: Array) -> dict[str, Any]:
         first = points_of(task.inputs.names, task.n, task.root, task.sampler).take(0, 16)
         text["the sampler"] = check_sum(first)
     if not goes_on(task.sampler):
-        # These points are balanced for so many of them.
+        # these points are balanced for their total number
         text["the number of samples"] = task.n
     if task.replicates > 1:
         text["the number of replicates"] = task.replicates

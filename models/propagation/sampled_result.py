@@ -1,4 +1,4 @@
-"""The samples of a result: their statistics, each with its standard error, quantiles, histogram and correlations."""
+"""Statistics of the samples of a result, each with its standard error: moments, quantiles, histogram, correlations."""
 
 from __future__ import annotations
 
@@ -56,12 +56,12 @@ class SampledResult(Statistics):
 
     @property
     def standard_error(self) -> Array:
-        """Standard error of the mean, (...); between the replicates where there are several."""
+        """Standard error of the mean, (...); from the scatter of the replicates if there are several."""
         return super().standard_error if self._replicated is None else self._between(self._replicated.mean)
 
     @property
     def std_standard_error(self) -> Array:
-        """Standard error of the standard deviation, (...); between the replicates where there are several."""
+        """Standard error of the standard deviation, (...); from the scatter of the replicates if there are several."""
         if self._replicated is None:
             return super().std_standard_error
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -90,7 +90,7 @@ class SampledResult(Statistics):
 
     @property
     def failed(self) -> tuple[int, ...]:
-        """Numbers of the first samples that are NaN where others are not."""
+        """Numbers of the first failed samples: NaN in an entry where others are not."""
         return tuple(int(number) for number in self.failures.numbers[:MOST_NAMED])
 
     @property
@@ -165,7 +165,7 @@ class SampledResult(Statistics):
             rank = checked_probability(float(each)) * np.maximum(binned.n - 1, 0)
             below = np.floor(rank)
             pair = zip(of(binned, below), of(binned, np.ceil(rank)), strict=True)
-            # Between two samples as NumPy does it.
+            # interpolated between two samples as NumPy does
             found.append([between(low, high, rank - below) for low, high in pair])
         there = self._there()
         return tuple(
@@ -174,7 +174,7 @@ class SampledResult(Statistics):
         )
 
     def _there(self) -> NDArray[np.bool_]:
-        """Where the policy leaves statistics, (...)."""
+        """Whether an entry has statistics under the NaN policy, (...)."""
         return np.asarray(self.missing < self.n if self.nan_policy == "omit" else self.missing == 0)
 
     def _bins(self) -> BinnedSamples:

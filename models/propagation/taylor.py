@@ -20,7 +20,7 @@ from .inputs import JointInputs
 
 Array = NDArray[np.float64]
 
-# Step of the differences, in standard deviations: with formulas of fourth order they are off by some 1e-7.
+# Step of the differences, in standard deviations; the error of fourth-order formulas is then some 1e-7.
 STEP = 0.05
 
 
@@ -212,7 +212,7 @@ class _Differences:
         self.rows: dict[tuple[int, ...], int] = {}
 
     def call(self, *, first: bool, second: bool) -> None:
-        """Call the function at the mean, and around it where differences are wanted."""
+        """Call the function at the mean and, for differences, around it."""
         k = len(self.names)
         at: list[tuple[int, ...]] = [(0,) * k]
         if first or second:

@@ -1,4 +1,4 @@
-"""Who computes the chunks: this process, others, threads, or the machines of a cluster."""
+"""Workers that compute the chunks: this process, other processes, threads, or machines of a cluster."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from typing import Any, Generic, TypeVar
 
 from ...framework.errors import FrameError
 
-# An integer, a map-like callable, an executor, or a client of dask, which need not be there.
+# A number, a callable like map, an executor, or a client of dask, which need not be installed.
 Workers = Any
 C = TypeVar("C")
 R = TypeVar("R")
-# Chunks that are handed out ahead for each worker, and how far they may run ahead of the first one that is not done.
+# Chunks handed out in advance to each worker, and how far ahead of the first unfinished one, by worker.
 AHEAD, APART = 2, 8
 
 
 @dataclass(frozen=True, eq=False)
 class _Told(Generic[C, R]):
-    """A task that says which chunk it did, so that they may come in any order."""
+    """A task that returns its chunk with the result, so that chunks may come in any order."""
 
     task: Callable[[C], R]
 
@@ -36,7 +36,7 @@ def computed(
     Parameters
     ----------
     task
-        What to do with each; it is sent to the workers.
+        Work on each chunk; it is sent to the workers.
     cuts
         The chunks.
     workers
@@ -45,12 +45,12 @@ def computed(
         How processes are started, as `multiprocessing` calls it: ``"spawn"`` where this process has threads, which a
         copy of it would not; None for what is usual.
     here
-        How many of the chunks this process does itself while processes that it starts get ready.
+        Number of chunks that this process computes itself while the worker processes start.
 
     Yields
     ------
     tuple
-        One of the cuts, and what the task made of it.
+        A chunk and its result.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def computed(
                 here = min(here, len(cuts) - 1)
                 yield from _by_executor(of_this_process, cuts[here:], pool, count, map(told, cuts[:here]))
     elif hasattr(workers, "get_executor"):
-        # The map of a dask Client returns futures: its executor is what behaves as those of Python do.
+        # the map of a dask Client returns futures, so its executor is used, which behaves like Python's
         with workers.get_executor() as executor:
             yield from _by_executor(told, cuts, executor, _threads(workers))
     elif isinstance(workers, Executor) or hasattr(workers, "submit"):
@@ -135,7 +135,7 @@ def _by_executor(
 
 
 def _lost(error: Exception) -> bool:
-    """Whether a worker was lost; on a cluster of dask as many as it allows were, one after the other, by one chunk."""
+    """Whether the error means that a worker was lost; dask raises it after several were lost to the same chunk."""
     return isinstance(error, BrokenExecutor) or any(kind.__name__ == "KilledWorker" for kind in type(error).__mro__)
 
 
