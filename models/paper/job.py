@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...framework.errors import FrameError
 from ..job import large_table
-from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE, MeasuredOutcome
-from ..job.passages import passages
+from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ...framework.solution import Solution
     from .inputs import Inputs
 
 CAPTIONS = {
@@ -74,16 +72,6 @@ class FourBarJob(Job):
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
         finish(self.result, advance, shared=self.shared)
-
-    @property
-    def measured(self) -> MeasuredOutcome | None:
-        """Measured positions of P beside those predicted."""
-        return self.result.measured
-
-    @property
-    def solution(self) -> Solution:
-        """The linkage at the mean inputs."""
-        return self.result.solution
 
     @property
     def entry(self) -> int:
@@ -135,7 +123,7 @@ class FourBarJob(Job):
 
     def save(self, path: Path) -> None:
         """Write the ParaView files; time is the drive angle in degrees."""
-        self.solution.save(path, times=self.result.degrees[self.result.assembled])
+        self.result.solution.save(path, times=self.result.degrees[self.result.assembled])
 
     def compared(self) -> ComparedChoices | None:
         """What single choices change at the pose that is expected to be shown."""
@@ -159,4 +147,4 @@ class FourBarJob(Job):
         if self.inputs.is_paper_linkage:
             paragraphs.append(PRINTED)
         paragraphs += large_table.passage(result, width)
-        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])
+        return "\n\n".join([*paragraphs, reactions.summary(result)])

@@ -24,9 +24,7 @@ from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
 from ..spread import Spread
 from .inputs import Inputs
-from .large import large_parts, large_samples
-from .measured import beside_measured, study_at_measured_poses
-from .study import check_reach, four_bar, study_of
+from .study import beside_measured, check_reach, four_bar, large_parts, large_samples, study_at_measured_poses, study_of
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
@@ -57,6 +55,10 @@ class Result(Outcome):
     inputs: Inputs
     study: Study
 
+    heading, point, axes = "θ", "P", (0, 1)
+    singular_place = "the line of coupler and rocker"
+    unknowns = 48  # displacements of the frame's eight nodes
+
     @property
     def degrees(self) -> Array:
         """Drive angles, degrees, (poses,)."""
@@ -68,26 +70,6 @@ class Result(Outcome):
         return [f"{angle:g}°" for angle in self.degrees]
 
     @property
-    def heading(self) -> str:
-        """Name of the drive angle."""
-        return "θ"
-
-    @property
-    def point(self) -> str:
-        """The coupler point."""
-        return "P"
-
-    @property
-    def singular_place(self) -> str:
-        """Where a four-bar is singular."""
-        return "the line of coupler and rocker"
-
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """Components that are shown: those in the plane."""
-        return 0, 1
-
-    @property
     def count(self) -> int:
         """Number of samples."""
         return self.inputs.samples
@@ -96,11 +78,6 @@ class Result(Outcome):
     def nan_policy(self) -> str:
         """What is done with samples without a result."""
         return self.inputs.nan_policy
-
-    @property
-    def unknowns(self) -> int:
-        """Displacements of the frame's eight nodes."""
-        return 48
 
     @property
     def place_error(self) -> float:

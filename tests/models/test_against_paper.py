@@ -11,7 +11,7 @@ import pytest
 from linkframe.models import FourBar, Link
 from linkframe.models.four_bar.clearance import clearance_map
 from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
-from linkframe.models.job.passages import passages
+from linkframe.models.job.large_table import passages
 from linkframe.models.job.tables import with_error
 from linkframe.models.paper import reactions
 from linkframe.models.paper.against_paper import points

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...job import large_table
-from ...job.measured import TABLE_FILE, MeasuredOutcome
-from ...job.passages import passages
+from ...job.measured import TABLE_FILE
 from ...job.report import Report
 from ...job.run import Job
 from ...job.sharing import ALONE, Sharing
@@ -27,8 +26,6 @@ from .table import as_csv, as_text, legend, reactions_csv
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
-
-    from ....framework.solution import Solution
 
 DRAWN = "In brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
 
@@ -65,16 +62,6 @@ class LinkageJob(Job):
     def compute(self, advance: Advance) -> None:
         """Compute the accuracy."""
         finish(self.result, advance, self.shared)
-
-    @property
-    def measured(self) -> MeasuredOutcome | None:
-        """Measured positions of a point beside those predicted."""
-        return self.result.measured
-
-    @property
-    def solution(self) -> Solution:
-        """The loaded frame at all poses."""
-        return self.result.solution
 
     @property
     def entry(self) -> int:
@@ -118,7 +105,7 @@ class LinkageJob(Job):
         result = self.result
         times = result.drive if result.increasing else None
         if self.has_beams:
-            self.solution.save(path, times=times, axis=0)
+            self.result.solution.save(path, times=times, axis=0)
         else:
             result.motion.save(path, times=times)
 
@@ -134,6 +121,6 @@ class LinkageJob(Job):
         """What the table's columns are, the table, what its brackets hold, and what was asked for beside it."""
         table = as_text(self.result, width)
         outcome = self.result.outcome
-        large = [*large_table.passage(outcome, width), *passages(outcome)] if "large" in self.inputs.also else []
+        large = large_table.passage(outcome, width) if "large" in self.inputs.also else []
         paragraphs = [legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *large]
         return "\n\n".join(paragraphs)
