@@ -18,7 +18,7 @@ from ..linkage.statics.condition_numbers import ConditionNumbers
 from ..linkage.statics.past import past
 from ..planar import Complex, cross
 from .clearance import clearance_displacement
-from .description import JOINTS
+from .description import JOINTS, check_joints
 from .four_bar import FourBar, FourBarMotion
 from .kinematics import SINGULAR
 
@@ -301,9 +301,8 @@ def accuracy(
         return array
 
     def per_joint(given: PerJoint, what: str) -> dict[str, Array]:
-        unknown = sorted(set(given) - set(JOINTS)) if isinstance(given, Mapping) else []
-        if unknown:
-            raise FrameError(f"{what} of joint {unknown[0]!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
+        if isinstance(given, Mapping):
+            check_joints(given, what)
         each = {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
         return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each.items()}
 

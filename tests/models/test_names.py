@@ -14,7 +14,7 @@ from linkframe.models import Linkage, write_linkage
 from linkframe.models.command_line import main
 from linkframe.models.job.figures import draw_histograms, draw_trajectory
 from linkframe.models.job.tables import markdown, separated
-from linkframe.models.linkage.job.drawing import draw_mechanism
+from linkframe.models.linkage.job.figures import draw_mechanism
 from matplotlib.figure import Figure
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3))

@@ -1,8 +1,8 @@
 """The catalogue of joints: what each lets go and what it holds.
 
 Mobility, motion, constraints, springs, reactions, nodes and files follow from what an entry says. A new kind is an
-entry here and a method of `description.joining`; its symbol in drawings is in `framework.graphics.symbols`, and which
-kinds have end play or a bearing of some length is in `worst_case.limits`.
+entry here and a method of `description.simple_joints` or `linkage_description`; its symbol in drawings is in
+`framework.graphics.symbols`, and which kinds have end play or a bearing of some length is in `worst_case.limits`.
 """
 
 from __future__ import annotations

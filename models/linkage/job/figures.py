@@ -1,23 +1,36 @@
-"""Figures of the job: paths of the points with their displacements, and the forces in joints and drives."""
+"""Figures of the job: the linkage at one pose, paths of the points with their displacements, and the forces in joints
+and drives."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ....framework.batch import Array
-from ....framework.graphics.canvas import few_ticks, frame_in_space
-from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
+from ....framework.graphics.canvas import draw as draw_scene
+from ....framework.graphics.canvas import few_ticks, finish, frame_in_space
+from ....framework.graphics.style import (
+    COLOURS,
+    GREY,
+    ORANGE,
+    entry,
+    figure,
+    fitting_figure,
+    space_figure,
+    styled,
+)
 from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
 from ...job.force_figures import Over, draw_reactions
 from ...job.measured import CAPTION, FIGURE_FILE
 from ..graphics.plane import ROUNDING
-from .drawing import draw_mechanism
+from ..graphics.plots import scene_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..motion import Motion
     from .result import RunResult
 
 CAPTIONS = {
@@ -51,6 +64,34 @@ def draw(result: RunResult) -> dict[str, Figure]:
         found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
     found["reactions.png"] = _reactions(result)
     return found
+
+
+@styled
+def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str = "") -> Figure:
+    """Draw a linkage at one of its poses.
+
+    Parameters
+    ----------
+    motion
+        Its motion, (poses,).
+    pose
+        Number of the pose; the first that is assembled where it is not.
+    points
+        Points whose paths are drawn.
+    title
+        What stands above.
+
+    Returns
+    -------
+    Figure
+        A drawing in the plane of motion, or in space.
+    """
+    there = bool(motion.shape) and bool(motion.is_assembled[pose])
+    scene = scene_of(motion, pose if there else None, points)
+    drawn_on, axes = space_figure(6.4, 5.2) if scene.flat is None else fitting_figure(6.4, scene.extent)
+    draw_scene(scene, axes)
+    finish(scene, axes, "m", title)
+    return drawn_on
 
 
 def _trajectory(result: RunResult) -> Figure:
