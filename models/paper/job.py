@@ -98,16 +98,20 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, and the reactions."""
-        from ..job.figures import draw_histograms, draw_trajectory  # with all that draws, which no table needs
+        from ..job.figures import (  # with all that draws, which no table needs
+            TracedPoint,
+            draw_histograms,
+            draw_trajectories,
+        )
         from .drawing import draw_linkage
 
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
         yield "figure5.png", draw_linkage(points, (0.0, self.inputs.load), theta[pose])
-        path = result.path, result.rigid, result.samples
-        yield "figure6.png", draw_trajectory(*path, result.magnify, pose, where)
-        yield "figure7.png", draw_histograms(result.samples[pose], where)
+        traced = TracedPoint("P", "xy", *(each[..., :2] for each in (result.path, result.rigid, result.samples)))
+        yield "figure6.png", draw_trajectories([traced], result.magnify, pose, where)
+        yield "figure7.png", draw_histograms([(result.samples[pose], ("P", "xy"))], where)
         yield "reactions.png", reactions.draw(result)
 
     def captions(self) -> Mapping[str, str]:

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 KINDS = ("joints", "drives")
 
 
-@styled
 def plot_reactions(
     motion: Kinematics,
     forces: Mapping[str, Array],
@@ -32,45 +31,40 @@ def plot_reactions(
     units: tuple[str, str],
 ) -> Axes:
     """See `Reactions.plot`."""
-    _check_kind(what)
     row = np.array(series_of(motion, None)[0])
-    if what == "joints":
-        curves = {name: np.linalg.norm(_rows(motion, force)[row, :3], axis=-1) for name, force in forces.items()}
-        label = f"joint force [{units[1]}]"
-    else:
-        curves = dict(_pushes(motion, drives, row, units))
-        label = "drive force or moment"
-    return _draw(axes, over_first_drive(motion, row, units[0]), curves, label)
+    along = {name: _rows(motion, force)[row] for name, force in forces.items()}
+    pushes = dict(_pushes(motion, drives, row, units))
+    return _plot(over_first_drive(motion, row, units[0]), along, pushes, what, axes, units)
 
 
-def _check_kind(what: str) -> None:
-    if what not in KINDS:
-        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
-
-
-@styled
 def plot_four_bar_reactions(
     theta: Array, forces: Mapping[str, Array], torque: Array, what: str, axes: Axes | None, units: tuple[str, str]
 ) -> Axes:
     """See `Kinetostatics.plot`; angles and torque (...), forces (..., 3), of which the longest axis is drawn."""
-    _check_kind(what)
-    shape = torque.shape
-    axis = int(np.argmax(shape)) if shape else 0
-
-    def line(values: Array) -> Array:
-        """Along that axis, the first along the others."""
-        whole = np.broadcast_to(values, shape)
-        return np.atleast_1d(whole[tuple(slice(None) if k == axis else 0 for k in range(whole.ndim))])
-
-    curves = {name: line(np.linalg.norm(force, axis=-1)) for name, force in forces.items()}
-    label = f"joint force [{units[1]}]"
-    if what == "drives":
-        curves, label = {f"A [{moment_unit(units)}]": line(torque)}, "drive force or moment"
-    return _draw(axes, Over.drive(np.degrees(line(theta)), "A [°]", True), curves, label)
+    shape = torque.shape or (1,)
+    at = tuple(slice(None) if k == int(np.argmax(shape)) else 0 for k in range(len(shape)))
+    along = {name: np.broadcast_to(force, (*shape, 3))[at] for name, force in forces.items()}
+    angle, push = (np.broadcast_to(values, shape)[at] for values in (np.degrees(theta), torque))
+    over = Over.drive(angle, "A [°]", True)
+    return _plot(over, along, {f"A [{moment_unit(units)}]": push}, what, axes, units)
 
 
-def _draw(axes: Axes | None, over: Over, curves: Mapping[str, Array], label: str) -> Axes:
-    """On axes of matplotlib, new ones where None."""
+@styled
+def _plot(
+    over: Over,
+    forces: Mapping[str, Array],
+    pushes: Mapping[str, Array],
+    what: str,
+    axes: Axes | None,
+    units: tuple[str, str],
+) -> Axes:
+    """Sizes of the forces (k, 3 or more), or the forces and moments of the drives (k,), over poses."""
+    if what not in KINDS:
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+    curves, label = pushes, "drive force or moment"
+    if what == "joints":
+        curves = {name: np.linalg.norm(force[:, :3], axis=-1) for name, force in forces.items()}
+        label = f"joint force [{units[1]}]"
     found: Any = new_axes(4.8, 3.4) if axes is None else axes
     sizes = all(np.nanmin(curve, initial=0.0) >= 0.0 for curve in curves.values())
     draw_forces(found, over, curves, label, from_zero=sizes)

@@ -21,7 +21,7 @@ from ....framework.graphics.style import (
     space_figure,
     styled,
 )
-from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
+from ...job.figures import TracedPoint, draw_histograms, draw_trajectories
 from ...job.force_figures import Over, draw_reactions
 from ...job.measured import CAPTION, FIGURE_FILE
 from ..graphics.plane import ROUNDING
@@ -61,7 +61,7 @@ def draw(result: RunResult) -> dict[str, Figure]:
         if (ways := _spreading(result, point))
     ]
     if spreads:
-        found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
+        found["histogram.png"] = draw_histograms(spreads, result.where(pose))
     found["reactions.png"] = _reactions(result)
     return found
 
