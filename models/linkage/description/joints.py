@@ -7,6 +7,7 @@ entry here and a method of `description.simple_joints` or `linkage_description`;
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -74,3 +75,8 @@ KINDS = {
         Kind("fixed", (), ("ux", "uy", "uz")),
     )
 }
+
+
+def driven_name(joint: str, coordinate: str, driven: Sequence[str]) -> str:
+    """Name of a driven coordinate in tables, figures and pages: that of its joint, which drives no other, or both."""
+    return joint if len(driven) == 1 else f"{joint}.{coordinate}"

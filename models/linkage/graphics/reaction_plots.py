@@ -12,6 +12,7 @@ from ....framework.errors import FrameError
 from ....framework.graphics.style import new_axes, styled
 from ....framework.graphics.units import moment_unit
 from ...job.force_figures import Over, draw_forces
+from ..description.joints import driven_name
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from .places import series_of
@@ -75,8 +76,9 @@ def _plot(
 def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:
     """Name with its unit, and force or moment, of each driven coordinate."""
     for joint, force in drives.items():
-        for component, push in zip(motion.linkage.drives[joint], _rows(motion, force)[row].T, strict=True):
-            name = joint if len(motion.linkage.drives[joint]) == 1 else f"{joint}.{component}"
+        driven = motion.linkage.drives[joint]
+        for component, push in zip(driven, _rows(motion, force)[row].T, strict=True):
+            name = driven_name(joint, component, driven)
             yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
 
 
