@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import aligned, finite, joined
-from ...framework.errors import FrameError, MechanismWarning
+from ...framework.errors import FrameError, expected_mechanisms
 from ..clearance import offset, pressed
 from ..linkage.statics.condition_numbers import ConditionNumbers
 from ..linkage.statics.past import past
@@ -197,9 +196,8 @@ class Accuracy(ConditionNumbers):
             return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
         if self.equilibrium:
             return {joint: self._contact_offsets(joint) for joint in JOINTS}
-        with warnings.catch_warnings():
+        with expected_mechanisms():
             # Singular poses have no forces; the displacements tell of them when they are read.
-            warnings.simplefilter("ignore", MechanismWarning)
             forces = {joint: self._under_load.joint_force(joint) for joint in JOINTS}
         force = {joint: each[..., 0] + 1j * each[..., 1] for joint, each in forces.items()}
         largest = np.max(np.abs(list(force.values())), axis=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
-from ...framework.errors import MechanismWarning
+from ...framework.errors import expected_mechanisms
 from .beside import Beside
 from .measured import FIGURE_FILE, TABLE_FILE, MeasuredOutcome
 from .output import results, terminal_width, written
@@ -159,7 +158,7 @@ def run(
     space, plane = figures == "all" and job.has_beams, figures != "none"
     with (
         results(out, job.name, (*job.optional, PAGE)) as stage,
-        _expected_mechanisms(),
+        expected_mechanisms(),
         Beside(partial(_without_samples, job, stage), worth=bool(job.work)) as other,
         picture(space) as drawn,
     ):
@@ -202,14 +201,6 @@ def run(
     print(folded("\n\n".join([job.summary(None if wide else width), *measured, *notes]), width))
     listed = folded(f"Written to {out}: {', '.join(files)}", width)
     print(f"\n{listed}\n{folded(stages.spent, width)}")
-
-
-@contextmanager
-def _expected_mechanisms() -> Iterator[None]:
-    """Singular poses are part of the answer: their status says so."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)
-        yield
 
 
 def _without_samples(job: Job, folder: Path) -> object:

@@ -75,7 +75,6 @@ class FourBarJob(Job):
 
     @property
     def entry(self) -> int:
-        """Which of its poses is shown."""
         return self.result.entry
 
     def tables(self) -> Mapping[str, str]:
@@ -115,7 +114,6 @@ class FourBarJob(Job):
         yield "reactions.png", reactions.draw(result)
 
     def captions(self) -> Mapping[str, str]:
-        """Captions by file."""
         words = {"pose": self.result.degrees[self.result.pose], "magnify": self.result.magnify}
         return {name: text.format(**words) for name, text in CAPTIONS.items()}
 
@@ -137,7 +135,6 @@ class FourBarJob(Job):
             return None  # there is another pose then, or the job tells the same of its samples
 
     def remarks(self) -> list[str]:
-        """What the reader of the numbers should know."""
         return remarks(self.result)
 
     def report(self, compared: ComparedChoices | None = None) -> Report:

@@ -56,6 +56,10 @@ class Kind:
         held = tuple(name for name in COMPONENTS if name not in self.coordinates)
         object.__setattr__(self, "constrained", held)
 
+    def places_of(self, coordinates: Sequence[str]) -> list[int]:
+        """Where some of its coordinates stand among all."""
+        return [self.coordinates.index(name) for name in coordinates]
+
     @property
     def rows(self) -> int:
         """Number of scalar constraints: 6 less the freedom."""

@@ -15,7 +15,7 @@ from ...job.force_figures import Over, draw_forces
 from ..description.joints import driven_name
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
-from .places import series_of
+from .places import rows_of, series_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ def plot_reactions(
 ) -> Axes:
     """See `Reactions.plot`."""
     row = np.array(series_of(motion, None)[0])
-    along = {name: _rows(motion, force)[row] for name, force in forces.items()}
+    along = {name: rows_of(motion, force)[row] for name, force in forces.items()}
     pushes = dict(_pushes(motion, drives, row, units))
     return _plot(over_first_drive(motion, row, units[0]), along, pushes, what, axes, units)
 
@@ -77,7 +77,7 @@ def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tu
     """Name with its unit, and force or moment, of each driven coordinate."""
     for joint, force in drives.items():
         driven = motion.linkage.drives[joint]
-        for component, push in zip(driven, _rows(motion, force)[row].T, strict=True):
+        for component, push in zip(driven, rows_of(motion, force)[row].T, strict=True):
             name = driven_name(joint, component, driven)
             yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
 
@@ -100,12 +100,7 @@ def over_first_drive(motion: Kinematics, row: Any, length: str) -> Over:
         Values (k,), what stands beside them, and whether they are angles.
     """
     for joint, components in motion.linkage.drives.items():
-        values = _rows(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
+        values = rows_of(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
         turns = components[0][0] == "r"
         return Over.drive(np.degrees(values) if turns else values, f"{joint} [{'°' if turns else length}]", turns)
     return Over(np.arange(float(len(row))), "pose", False)
-
-
-def _rows(motion: Kinematics, values: Array) -> Array:
-    """By flat number of the pose, (poses, k)."""
-    return np.broadcast_to(values, (*motion.shape, values.shape[-1])).reshape(-1, values.shape[-1])

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....framework.batch import Array
 from ....framework.graphics.canvas import draw as draw_scene
 from ....framework.graphics.canvas import few_ticks, finish, frame_in_space
 from ....framework.graphics.style import (
@@ -99,7 +98,7 @@ def _trajectory(result: RunResult) -> Figure:
     shown = list(result.shown)
     traced = []
     for point, spread in result.spread.items():
-        rigid = np.broadcast_to(result.accuracy[point].rigid, (result.poses, 3))[:, shown]
+        rigid = result.rows(result.accuracy[point].rigid)[:, shown]
         ways = "".join("xyz"[k] for k in shown)
         traced.append(TracedPoint(point, ways, rigid, rigid, spread.samples[..., shown]))
     if not traced:
@@ -127,8 +126,8 @@ def draw_paths(result: RunResult) -> Figure:
     else:
         drawn_on, (axes,) = figure(6.4, 4.4)
     for colour, (point, found) in zip(COLOURS, result.accuracy.items(), strict=False):
-        rigid = 1e3 * np.broadcast_to(found.rigid, (result.poses, 3))[:, shown]
-        moved = rigid + result.magnify * 1e3 * np.broadcast_to(found.total, (result.poses, 6))[:, shown]
+        rigid = 1e3 * result.rows(found.rigid)[:, shown]
+        moved = rigid + result.magnify * 1e3 * result.rows(found.total)[:, shown]
         axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=entry(f"{point}, rigid"))
         axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=entry(f"{point}, loaded"))
         where = result.where(result.pose) if point == result.inputs.points[-1] else None
@@ -149,15 +148,11 @@ def draw_paths(result: RunResult) -> Figure:
 def _reactions(result: RunResult) -> Figure:
     """Forces in the joints, and those of the drives, over the first drive."""
     linkage, found = result.inputs.linkage, result.reactions
-    forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
+    forces = {j: np.linalg.norm(result.rows(found.force(j))[:, :3], axis=-1) for j in linkage.joints}
     units = {"r": "N m", "u": "N"}
-    forces_of_drives = (force for joint in linkage.drives for force in _rows(result, found.drive(joint)).T)
+    forces_of_drives = (force for joint in linkage.drives for force in result.rows(found.drive(joint)).T)
     driven = ((name, units[component[0]]) for _, component, name in result.inputs.driven)
     pushes = {name: (unit, push) for (name, unit), push in zip(driven, forces_of_drives, strict=True)}
     name, drive = next(iter(result.inputs.drives.items()))
-    unit = {"deg": "°", "rad": "rad"}.get(drive.unit, "m")
-    return draw_reactions(Over.drive(result.drive, f"{name} [{unit}]", unit == "°"), forces, pushes)
-
-
-def _rows(result: RunResult, values: Array) -> Array:
-    return np.broadcast_to(values, (result.poses, values.shape[-1]))
+    over = Over.drive(result.drive, f"{name} [{drive.sign}]", drive.unit == "deg")
+    return draw_reactions(over, forces, pushes)

@@ -51,7 +51,6 @@ class LinkageJob(Job):
 
     @property
     def has_beams(self) -> bool:
-        """Whether there is a beam to show in space."""
         return any(link.beams for link in self.inputs.linkage.links.values())
 
     @property
@@ -65,7 +64,6 @@ class LinkageJob(Job):
 
     @property
     def entry(self) -> int:
-        """Which of its poses is shown."""
         return self.result.pose
 
     def tables(self) -> Mapping[str, str]:
@@ -78,7 +76,7 @@ class LinkageJob(Job):
         if result.displacement is None:
             return {}
         found: dict[str, NDArray[Any]] = {"drive": result.drive, "displacement": result.displacement}
-        found["rigid"] = np.stack([np.broadcast_to(each.rigid, (result.poses, 3)) for each in result.accuracy.values()])
+        found["rigid"] = np.stack([result.rows(each.rigid) for each in result.accuracy.values()])
         if "large" in also:
             found["displacement_large"] = np.moveaxis(result.outcome.large.samples, 1, 0)
             found["large_passes"] = result.outcome.large.passed.T
@@ -93,7 +91,6 @@ class LinkageJob(Job):
         yield from draw(self.result).items()
 
     def captions(self) -> Mapping[str, str]:
-        """Captions by file."""
         return captions(self.result)
 
     def page(self, path: Path) -> None:
@@ -110,7 +107,6 @@ class LinkageJob(Job):
             result.motion.save(path, times=times)
 
     def remarks(self) -> list[str]:
-        """What the reader of the numbers should know."""
         return remarks(self.result)
 
     def report(self, compared: None = None) -> Report:

@@ -12,7 +12,8 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
 from ..graphics.plane import ROUNDING, plane
-from ..poses.coordinates import coordinate_of
+from ..graphics.scene import points_in_use
+from ..poses.coordinates import some_coordinates
 from ..statics.frame import FramedPoses
 from ..worst_case.starts import circle, sphere
 from ..worst_case.worst_case import WorstCase
@@ -65,7 +66,7 @@ def page_data(
         "drive": {"name": drive, "turns": angular, "values": np.degrees(values) if angular else values},
         "status": np.broadcast_to(motion.status, motion.shape),
         "dimensions": len(axes),
-        "points": {name: motion.position(name)[..., axes] for name in _drawn(motion)},
+        "points": {name: motion.position(name)[..., axes] for name in points_in_use(motion.linkage)},
         "links": [{"name": name, "points": list(each.points)} for name, each in motion.linkage.links.items()],
         "joints": _joints(motion, axes),
         "springs": drawn_springs(motion, axes),
@@ -115,9 +116,7 @@ def _listed(value: Any, every: int) -> Any:
 
 def driven(motion: FramedPoses, drive: str) -> Array:
     """Values of a drive's first coordinate, (poses,), radians or a length."""
-    pair = motion.linkage.joint(drive)
-    number = pair.kind.coordinates.index(motion.linkage.drives[drive][0])
-    return np.asarray(coordinate_of(motion, pair)[..., number])
+    return some_coordinates(motion, drive, motion.linkage.drives[drive])[..., 0]
 
 
 def _along(part: Parts, axes: list[int]) -> Parts:
@@ -147,14 +146,6 @@ def listed(values: Array, digits: int = DIGITS) -> list[Any]:
     # A whole number is shorter without its point.
     rounded = (float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in values.tolist())
     return [int(each) if each is not None and each.is_integer() and abs(each) < 1e15 else each for each in rounded]
-
-
-def _drawn(motion: FramedPoses) -> list[str]:
-    """Points of links and joints."""
-    linkage = motion.linkage
-    used = {name for link in linkage.links.values() for name in link.points}
-    used |= {pair.point for pair in linkage.joints.values()}
-    return [name for name in linkage.points if name in used]
 
 
 def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:

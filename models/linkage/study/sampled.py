@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import MechanismWarning
+from ....framework.errors import expected_mechanisms
 from ...job.parts import cuts, one_by_one
 from ..description.linkage_description import LinkageDescription
 from ..files.source import Source
@@ -53,8 +52,7 @@ def nominal_positions(motion: Motion, accuracy: Mapping[str, PointAccuracy]) -> 
     """Nominal rigid positions of points, (points, poses, 1, 3); NaN where there is no displacement."""
     shape = (int(np.prod(motion.shape)), 3)
     each = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)  # the status says so
+    with expected_mechanisms():
         for found in accuracy.values():
             known = np.isfinite(np.broadcast_to(found.total[..., :3], shape))
             each.append(np.where(known, np.broadcast_to(found.rigid, shape), np.nan))
@@ -168,6 +166,5 @@ class SomePlaces:
     @contextmanager
     def refused(self) -> Iterator[None]:
         """Refusals of samples as errors of the tolerances that drew them."""
-        with warnings.catch_warnings(), self.sampled.source.at("tolerances"):
-            warnings.simplefilter("ignore", MechanismWarning)
+        with expected_mechanisms(), self.sampled.source.at("tolerances"):
             yield
