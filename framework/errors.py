@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class FrameError(ValueError):
     """A description that cannot be meant: it names the thing, the value and the remedy."""
@@ -21,3 +25,14 @@ class SampleWarning(UserWarning):
 
 class CheckpointWarning(UserWarning):
     """A part of what an earlier run left on disk is damaged; it is computed again."""
+
+
+@contextmanager
+def expected_mechanisms() -> Iterator[None]:
+    """No `MechanismWarning` in the body: entries that are kinematically unstable are part of its answer.
+
+    Their status, and NaN, tell of them.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MechanismWarning)
+        yield

@@ -17,7 +17,7 @@ from typing import Any
 from ..framework.errors import FrameError
 from .job.signals import Signals
 from .linkage.job import command as linkage
-from .linkage.job import convert_command, new_command, page_command
+from .linkage.job import file_commands
 from .paper import command as four_bar
 
 SPELT = "linkframe-spelt"
@@ -47,9 +47,7 @@ def parser() -> ArgumentParser:
     jobs = top.add_subparsers(title="jobs", dest="job", metavar="JOB", required=True)
     four_bar.add_to(jobs)
     linkage.add_to(jobs)
-    new_command.add_to(jobs)
-    page_command.add_to(jobs)
-    convert_command.add_to(jobs)
+    file_commands.add_to(jobs)
     return top
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, Protocol
@@ -14,7 +13,7 @@ from ..batch import Array, Shape, finite, rotated
 from ..clearances.contact import Contact
 from ..description import Description
 from ..dofs import DISPLACEMENTS
-from ..errors import FrameError, MechanismWarning
+from ..errors import FrameError, expected_mechanisms
 from ..listing import counted, html_table, number
 from ..names import found
 from ..provenance import regular_there
@@ -111,8 +110,7 @@ class Results(ABC):
         nodes = list(self.frame.nodes)
         if len(nodes) * int(np.prod(self.shape)) > SHOWN_AT_ONCE:
             return html_table(repr(self), ["node"], [[name] for name in nodes])
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MechanismWarning)  # the counts tell it
+        with expected_mechanisms():
             size = np.abs(np.broadcast_to(self.displacements(), (*self.shape, len(nodes), 6)))
             text = f"{type(self).__name__} of shape {self.shape}: {counted(self.state, SolutionState)}"
         most = size.max(axis=tuple(range(size.ndim - 2)), initial=0.0, where=np.isfinite(size))

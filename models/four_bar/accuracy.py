@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,13 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import aligned, finite, joined
-from ...framework.errors import FrameError, MechanismWarning
+from ...framework.errors import FrameError, expected_mechanisms
 from ..clearance import offset, pressed
 from ..linkage.statics.condition_numbers import ConditionNumbers
 from ..linkage.statics.past import past
 from ..planar import Complex, cross
 from .clearance import clearance_displacement
-from .description import JOINTS
+from .description import JOINTS, check_joints
 from .four_bar import FourBar, FourBarMotion
 from .kinematics import SINGULAR
 
@@ -197,9 +196,8 @@ class Accuracy(ConditionNumbers):
             return {joint: offset(self.clearances[joint], self.contacts[joint]) for joint in JOINTS}
         if self.equilibrium:
             return {joint: self._contact_offsets(joint) for joint in JOINTS}
-        with warnings.catch_warnings():
+        with expected_mechanisms():
             # Singular poses have no forces; the displacements tell of them when they are read.
-            warnings.simplefilter("ignore", MechanismWarning)
             forces = {joint: self._under_load.joint_force(joint) for joint in JOINTS}
         force = {joint: each[..., 0] + 1j * each[..., 1] for joint, each in forces.items()}
         largest = np.max(np.abs(list(force.values())), axis=0)
@@ -301,9 +299,8 @@ def accuracy(
         return array
 
     def per_joint(given: PerJoint, what: str) -> dict[str, Array]:
-        unknown = sorted(set(given) - set(JOINTS)) if isinstance(given, Mapping) else []
-        if unknown:
-            raise FrameError(f"{what} of joint {unknown[0]!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
+        if isinstance(given, Mapping):
+            check_joints(given, what)
         each = {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
         return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each.items()}
 

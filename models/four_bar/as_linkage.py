@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...framework.batch import Array
-from ...framework.errors import FrameError
 from ..linkage.graphics.places import ReferencePoses
 from ..linkage.linkage import Linkage
-from .description import JOINTS
+from .description import JOINTS, check_joints
 from .frame import JOINT_LINKS, coupler_ends
 from .kinematics import FourBarKinematics
 
@@ -30,9 +29,7 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
         Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
     """
     four_bar = drawn.four_bar
-    for joint in clearance:
-        if joint not in JOINTS:
-            raise FrameError(f"clearance of joint {joint!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
+    check_joints(clearance, "clearance")
     found = Linkage({point: drawn.position(point) for point in POINTS})
     found.link("crank", "A", "B", beam=four_bar.link_beam("crank"))
     found.link("coupler", "B", "P", "D", beam=four_bar.link_beam("coupler"), beams=coupler_ends(four_bar))

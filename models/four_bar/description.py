@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +18,20 @@ Array = NDArray[np.float64]
 
 LINKS = ("crank", "coupler", "rocker")
 JOINTS = ("B", "D", "E")
+
+
+def known(kind: str, name: str, names: Iterable[str]) -> str:
+    """A name of a point, link or joint, refused where the four-bar has it not."""
+    if name not in names:
+        raise FrameError(f"the four-bar has no {kind} {name!r}: choose one of {', '.join(names)}")
+    return name
+
+
+def check_joints(given: Iterable[str], what: str) -> None:
+    """Refuse what is given for other than passive joints."""
+    for joint in given:
+        if joint not in JOINTS:
+            raise FrameError(f"{what} of joint {joint!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
 
 
 def _bar() -> Beam:
@@ -96,6 +110,7 @@ class FourBarDescription:
         FrameError
             If there is no such link.
         """
+        known("link", link, LINKS)
         return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
 
     def joint_stiffness(self, joint: str) -> Array:
@@ -116,6 +131,7 @@ class FourBarDescription:
         FrameError
             If there is no such joint.
         """
+        known("passive joint", joint, JOINTS)
         return np.asarray(self.stiffness[joint] if isinstance(self.stiffness, Mapping) else self.stiffness)
 
     def _closure(self, theta: ArrayLike) -> Closure:

@@ -11,7 +11,7 @@ from ...elements import Joint
 from ...framework.frame import Frame
 from ..linkage.description.elastic_axis import neighbours
 from ..planar import rotation, vector
-from .description import LINKS, FourBarDescription
+from .description import LINKS, FourBarDescription, check_joints
 from .kinematics import FourBarKinematics
 
 # Links of each joint, along the chain.
@@ -35,6 +35,7 @@ def frame(motion: FourBarKinematics, clearance: Mapping[str, ArrayLike] | None =
     of it.
     """
     gaps = clearance or {}
+    check_joints(gaps, "clearance")
     built, four_bar = Frame(), motion.four_bar
     crank, _, rocker, ground = four_bar.lengths
     for link in LINKS:

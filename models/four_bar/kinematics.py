@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
-from ...framework.errors import FrameError
 from ..planar import Complex, vector
 from .closure import Closure
-from .description import LINKS, FourBarDescription
+from .description import LINKS, FourBarDescription, known
 
 Array = NDArray[np.float64]
 
@@ -21,17 +20,7 @@ SINGULAR = "singular: coupler and rocker in line"
 
 @dataclass(frozen=True, eq=False)
 class FourBarKinematics:
-    """Positions, velocities and accelerations of a four-bar; see `FourBarMotion`.
-
-    Attributes
-    ----------
-    four_bar
-        The linkage.
-    closure
-        The closed loop at the drive angles.
-    drive_rate, drive_acceleration
-        First and second time derivative of the drive angle, (...).
-    """
+    """Positions, velocities and accelerations of a four-bar; see `FourBarMotion`."""
 
     four_bar: FourBarDescription
     closure: Closure
@@ -301,7 +290,7 @@ class FourBarKinematics:
         ndarray
             Complex x + i y, (...).
         """
-        return self._direction(_known(link), 0)
+        return self._direction(known("link", link, LINKS), 0)
 
     def origin(self, link: str) -> Complex:
         """Origin of a link's axes as a complex number: A, B or E.
@@ -316,7 +305,7 @@ class FourBarKinematics:
         ndarray
             Complex x + i y, (...), length.
         """
-        return self._origin(_known(link), 0)
+        return self._origin(known("link", link, LINKS), 0)
 
     # -- derivatives of order 0, 1, 2 by the drive angle ------------------------------------------------------------
 
@@ -339,11 +328,11 @@ class FourBarKinematics:
 
     def _place(self, link: str, x: ArrayLike, y: ArrayLike, order: int) -> Complex:
         arm = finite(x, f"x on the {link}") + 1j * finite(y, f"y on the {link}")
-        return self._origin(_known(link), order) + arm * self._direction(link, order)
+        return self._origin(known("link", link, LINKS), order) + arm * self._direction(link, order)
 
     def _turning(self, link: str) -> tuple[Array, Array]:
         """First and second derivative of a link's angle by the drive angle, (...)."""
-        unit, first, second = (self._direction(_known(link), order) for order in range(3))
+        unit, first, second = (self._direction(known("link", link, LINKS), order) for order in range(3))
         return np.imag(first * np.conj(unit)), np.imag(second * np.conj(unit))
 
     def _point(self, name: str) -> tuple[str, ArrayLike, ArrayLike]:
@@ -355,15 +344,7 @@ class FourBarKinematics:
             "D": ("coupler", loop.coupler, 0.0),
             "E": ("rocker", 0.0, 0.0),
         }
-        if name not in points:
-            raise FrameError(f"the four-bar has no point {name!r}: choose one of {', '.join(points)}")
-        return points[name]
+        return points[known("point", name, points)]
 
     def _vector(self, point: Complex) -> Array:
         return np.broadcast_to(vector(point), (*np.broadcast_shapes(self.shape, np.shape(point)), 3))
-
-
-def _known(link: str) -> str:
-    if link not in LINKS:
-        raise FrameError(f"the four-bar has no link {link!r}: choose one of {', '.join(LINKS)}")
-    return link

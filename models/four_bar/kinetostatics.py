@@ -14,7 +14,7 @@ from ...elements.parameters import as_real
 from ...framework.batch import finite, joined
 from ...framework.errors import FrameError
 from ..newton_euler import Action, NewtonEuler, Transmitted
-from .description import LINKS
+from .description import LINKS, known
 from .kinematics import FourBarKinematics
 
 if TYPE_CHECKING:
@@ -174,10 +174,8 @@ class Kinetostatics:
         FrameError
             If there is no such joint.
         """
-        if joint not in REACTIONS:
-            raise FrameError(f"the four-bar has no joint {joint!r}: choose one of {', '.join(REACTIONS)}")
+        column = 2 * REACTIONS.index(known("joint", joint, REACTIONS))
         force = np.zeros((*self.unknowns.shape[:-1], 3))
-        column = 2 * REACTIONS.index(joint)
         force[..., :2] = self.unknowns[..., column : column + 2]
         return force
 

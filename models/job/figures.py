@@ -58,48 +58,19 @@ class TracedPoint:
 
 
 @styled
-def draw_trajectory(
-    path: Array, rigid: Array, samples: Array, magnify: float, pose: int, where: str, point: Point = ("P", "xy")
-) -> Figure:
-    """Figure 6: the rigid path of a point, the sampled paths and the boundary of what they sweep.
+def draw_trajectories(points: Sequence[TracedPoint], magnify: float, pose: int, where: str) -> Figure:
+    """Figure 6 for points, one below the other: the rigid path, the sampled ones and the boundary of what they sweep.
 
     Parameters
     ----------
-    path
-        Positions (..., 2 or more) along the whole path with rigid links and no clearance, in metres; the first two
-        components are drawn.
-    rigid
-        The same at the poses, (poses, 2 or more).
-    samples
-        Displacements (poses, samples, 2 or more), in metres; NaN at singular poses.
+    points
+        At least one.
     magnify
         Factor by which displacements are drawn larger than they are.
     pose
         Index of the pose that the right panel shows to true scale.
     where
         Which pose that is, such as ``"θ = 30°"``.
-    point
-        Name of the point and of the two directions.
-
-    Returns
-    -------
-    Figure
-        The path with displacements magnified, and one pose to true scale.
-    """
-    one = TracedPoint(point[0], point[1], path[..., :2], rigid[..., :2], samples[..., :2])
-    return draw_trajectories([one], magnify, pose, where)
-
-
-@styled
-def draw_trajectories(points: Sequence[TracedPoint], magnify: float, pose: int, where: str) -> Figure:
-    """Figure 6 for several points, one below the other.
-
-    Parameters
-    ----------
-    points
-        At least one.
-    magnify, pose, where
-        As for `draw_trajectory`.
 
     Returns
     -------
@@ -194,36 +165,16 @@ def _cloud(axes: Axes, point: TracedPoint, pose: int, where: str, pair: tuple[in
 
 
 @styled
-def draw_histograms(displacement: Array, where: str, point: Point = ("P", "xy")) -> Figure:
-    """Figure 7: histograms of the displacement of a point at one pose, with normal fits.
-
-    Parameters
-    ----------
-    displacement
-        Displacements (samples, 1 to 3 or more), in metres; samples that are NaN do not count.
-    where
-        Which pose that is, such as ``"θ = 30°"``.
-    point
-        Name of the point and of one to three directions.
-
-    Returns
-    -------
-    Figure
-        One panel for each direction.
-    """
-    return draw_all_histograms([(displacement, point)], where)
-
-
-@styled
-def draw_all_histograms(spreads: Sequence[tuple[Array, Point]], where: str) -> Figure:
-    """Figure 7 for several points, one below the other.
+def draw_histograms(spreads: Sequence[tuple[Array, Point]], where: str) -> Figure:
+    """Figure 7 for points, one below the other: histograms of their displacements at one pose, with normal fits.
 
     Parameters
     ----------
     spreads
-        Displacements (samples, directions or more) and names of each point, as for `draw_histograms`.
+        Of each point its displacements (samples, directions or more), in metres, of which those that are NaN do not
+        count; and its name and that of one to three directions.
     where
-        Which pose that is.
+        Which pose that is, such as ``"θ = 30°"``.
 
     Returns
     -------

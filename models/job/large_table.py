@@ -1,4 +1,5 @@
-"""What large displacement makes of the spread, in a table, and of which samples, in words."""
+"""What large displacement makes of the spread, in a table, and of which samples, in words; and which it takes past a
+singular configuration."""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import numpy as np
 
 from .outcome import Outcome
 from .remarks import without_equilibrium
-from .tables import aligned, markdown, with_error
+from .tables import aligned, markdown, readable, with_error
 
 EXPLAINED = """\
 Mean and standard deviation of the position of {point} over the samples, in metres, by linear mechanics and at large
@@ -16,6 +17,8 @@ displacement, at the poses that are singular or at which the two differ by a ten
 standard error of the last digits. Large displacement takes each sample's links, joints and clearances to the stable
 equilibrium to which its load leads; `{file}` holds it for all poses."""
 HEADING = "Where linear mechanics does not hold, beside the samples at large displacement:"
+# Samples of a pose that are named one by one.
+MOST_NAMED = 5
 
 
 def failed_samples(outcome: Outcome) -> list[str]:
@@ -58,9 +61,9 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
 
 
 def passage(outcome: Outcome, width: int | None = None) -> list[str]:
-    """Paragraphs for a terminal of that width; none where no pose needs the table."""
+    """Paragraphs for a terminal of that width; no table where no pose needs it."""
     found = as_text(outcome, width)
-    return [HEADING, found] if found else []
+    return [*([HEADING, found] if found else []), *passages(outcome)]
 
 
 def as_text(outcome: Outcome, width: int | None = None) -> str:
@@ -69,9 +72,10 @@ def as_text(outcome: Outcome, width: int | None = None) -> str:
     return aligned([_heading(outcome), *found], width) if found else ""
 
 
-def section(outcome: Outcome, point: str, file: str) -> list[str]:
-    """The section of the report on a point, whose full table is in a file."""
-    return ["### Large displacement", EXPLAINED.format(point=point, file=file), as_markdown(outcome)]
+def section(outcome: Outcome, file: str) -> list[str]:
+    """The section of the report, whose full table is in a file."""
+    explained = EXPLAINED.format(point=outcome.point, file=file)
+    return ["### Large displacement", explained, as_markdown(outcome), *passages(outcome)]
 
 
 def as_markdown(outcome: Outcome) -> str:
@@ -93,3 +97,24 @@ def _cells(outcome: Outcome) -> list[list[str]]:
         [drive, *(with_error(*each) for each in zip(values, uncertainties, forms, strict=True)), status]
         for drive, values, uncertainties, status in rows(outcome)
     ]
+
+
+def passages(outcome: Outcome) -> Iterator[str]:
+    """A sentence for each pose at which samples ended near the other branch, and what they do to the spread."""
+    large, axes = outcome.large, list(outcome.axes)
+    names = " and ".join(f"σ_{'xyz'[axis]}" for axis in axes)
+    for pose in np.flatnonzero(large.passed.any(axis=1)):
+        passed, moved = large.passed[pose], large.samples[pose][:, axes]
+        others = moved[~passed & np.isfinite(moved).all(axis=-1)]
+        rest = others.std(axis=0, ddof=1) if len(others) > 1 else np.full(len(axes), np.nan)
+        numbers = np.flatnonzero(passed)
+        named = ", ".join(map(str, numbers[:MOST_NAMED])) + (" ..." if len(numbers) > MOST_NAMED else "")
+        farthest = 1e3 * np.linalg.norm(moved[passed], axis=-1).max()
+        without = " and ".join(readable(value, ".2e") for value in rest)
+        one = len(numbers) == 1
+        yield (
+            f"At {outcome.drives[pose]} {len(numbers)} of {len(passed)} samples at large displacement"
+            f" {'has' if one else 'have'} passed through {outcome.singular_place} and {'ends' if one else 'end'}"
+            f" on the side of the other branch, {outcome.point} up to {farthest:.1f} mm from its rigid position (number"
+            f" {named} of samples.npz, counted from 0); without {'it' if one else 'them'} {names} are {without} m."
+        )

@@ -56,6 +56,11 @@ class DriveValues:
     unit: str
 
     @property
+    def sign(self) -> str:
+        """The unit as labels have it."""
+        return SIGNS.get(self.unit, "m")
+
+    @property
     def factor(self) -> float:
         """From the unit to what the linkage takes."""
         return UNITS.get(self.unit, 1.0)
@@ -211,8 +216,7 @@ class MeasuredOutcome:
         moved = [name for name, values in self._values.items() if np.ptp(values)]
         over = None
         if len(moved) == 1:
-            unit = SIGNS.get(self.drives[moved[0]].unit, "m")
-            over = f"{moved[0]} [{unit}]", self._values[moved[0]]
+            over = f"{moved[0]} [{self.drives[moved[0]].sign}]", self._values[moved[0]]
         found = self.comparison.plot(over=over).figure
         assert found is not None
         return found  # type: ignore[return-value]

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
-from ...framework.errors import MechanismWarning
+from ...framework.errors import expected_mechanisms
 from .beside import Beside
 from .measured import FIGURE_FILE, TABLE_FILE, MeasuredOutcome
 from .output import results, terminal_width, written
@@ -35,6 +34,18 @@ PAGE = "index.html"
 UNDATED: Mapping[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
+class JobResult(Protocol):
+    """What the result of any job has."""
+
+    @property
+    def measured(self) -> MeasuredOutcome | None:
+        """What was measured beside what is predicted, with a table, a figure and words of its own; None for nothing."""
+
+    @property
+    def solution(self) -> Solution:
+        """The frame that is shown in space."""
+
+
 class Job(ABC):
     """What a job computes and writes; `run` runs it.
 
@@ -44,10 +55,13 @@ class Job(ABC):
         Its subcommand.
     optional
         Patterns of files that a run may leave and another may not; those that this one does not write are removed.
+    result
+        What it computes.
     """
 
     name: ClassVar[str]
     optional: ClassVar[tuple[str, ...]]
+    result: JobResult
 
     @property
     @abstractmethod
@@ -62,16 +76,6 @@ class Job(ABC):
     @abstractmethod
     def compute(self, advance: Advance) -> None:
         """Compute all that can fail; `advance` is told how far it is."""
-
-    @property
-    @abstractmethod
-    def measured(self) -> MeasuredOutcome | None:
-        """What was measured beside what is predicted, with a table, a figure and words of its own; None for nothing."""
-
-    @property
-    @abstractmethod
-    def solution(self) -> Solution:
-        """The frame that is shown in space."""
 
     @property
     @abstractmethod
@@ -154,7 +158,7 @@ def run(
     space, plane = figures == "all" and job.has_beams, figures != "none"
     with (
         results(out, job.name, (*job.optional, PAGE)) as stage,
-        _expected_mechanisms(),
+        expected_mechanisms(),
         Beside(partial(_without_samples, job, stage), worth=bool(job.work)) as other,
         picture(space) as drawn,
     ):
@@ -162,12 +166,12 @@ def run(
         with stages("solution", job.work) as advance:
             job.compute(advance)
         if space:
-            drawn.begin(job.solution, stage / "figure3d.png", job.entry)
+            drawn.begin(job.result.solution, stage / "figure3d.png", job.entry)
         with stages("tables and samples"):
             for name, text in job.tables().items():
                 (stage / name).write_text(text, encoding="utf-8")
-            if job.measured is not None:
-                (stage / TABLE_FILE).write_text(job.measured.as_csv(), encoding="utf-8")
+            if job.result.measured is not None:
+                (stage / TABLE_FILE).write_text(job.result.measured.as_csv(), encoding="utf-8")
             samples: Mapping[str, Any] = job.samples()
             if samples:
                 np.savez_compressed(stage / "samples.npz", **samples)
@@ -175,8 +179,8 @@ def run(
             with stages("figures"):
                 for name, figure in job.figures():
                     _write(figure, stage / name, formats)
-                if job.measured is not None:
-                    _write(job.measured.draw(), stage / FIGURE_FILE, formats)
+                if job.result.measured is not None:
+                    _write(job.result.measured.draw(), stage / FIGURE_FILE, formats)
             with stages("page"):
                 job.page(stage / PAGE)
         with stages("ParaView files"):
@@ -193,18 +197,10 @@ def run(
         stages.close()
         files = written(stage)
     width = terminal_width()
-    measured = [] if job.measured is None else [job.measured.in_words()]
+    measured = [] if job.result.measured is None else [job.result.measured.in_words()]
     print(folded("\n\n".join([job.summary(None if wide else width), *measured, *notes]), width))
     listed = folded(f"Written to {out}: {', '.join(files)}", width)
     print(f"\n{listed}\n{folded(stages.spent, width)}")
-
-
-@contextmanager
-def _expected_mechanisms() -> Iterator[None]:
-    """Singular poses are part of the answer: their status says so."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)
-        yield
 
 
 def _without_samples(job: Job, folder: Path) -> object:

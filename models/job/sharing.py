@@ -12,7 +12,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from ...framework.errors import CheckpointWarning, FrameError, MechanismWarning
+from ...framework.errors import CheckpointWarning, FrameError, expected_mechanisms
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -147,9 +147,7 @@ class PieceTask:
 
     def __call__(self, piece: SamplePiece) -> dict[str, NDArray[Any]]:
         """Results of its samples by name."""
-        with warnings.catch_warnings():
-            # Poses that are kinematically unstable are part of the answer, in whatever process: their status says so.
-            warnings.simplefilter("ignore", MechanismWarning)
+        with expected_mechanisms():
             return self.tasks[piece.of](piece.cut)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import cached_property
@@ -14,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import Array
 from ...framework.error_bounds.sensitivity import weighed_sum
-from ...framework.errors import FrameError, MechanismWarning
+from ...framework.errors import FrameError, expected_mechanisms
 from ..distributions import Distribution, Uncertain
 from ..failure.reliability import Reliability, reliability
 from ..given_distributions import distributions_of
@@ -25,7 +24,7 @@ from .derivatives.loaded_place import LoadedPlace
 from .derivatives.position_sensitivity import position_sensitivity
 from .description.parts import Pair
 from .graphics.reaction_plots import over_first_drive
-from .poses.coordinates import coordinate_of
+from .poses.coordinates import some_coordinates
 from .poses.kinematics import Kinematics
 from .statics.accuracy import accuracy, nodes_of_links
 from .statics.frame import FramedPoses, is_even
@@ -124,8 +123,7 @@ def check_zone(motion: FramedPoses, point: str, limit: float, compliance: bool) 
 def loaded_position(motion: FramedPoses, point: str) -> Array:
     """Position of a point displaced by the linkage's loads, with compliance and clearance, (..., 3); NaN where none."""
     found = accuracy(motion, point, None, {}, inertia=False)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)  # NaN tells it
+    with expected_mechanisms():
         return np.asarray(found.rigid + found.total[..., :3])
 
 
@@ -157,8 +155,7 @@ def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: Descri
         return None
     try:
         check(linkage)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", MechanismWarning)  # NaN tells it
+        with expected_mechanisms():
             found = accuracy(motion, point, None, {}, inertia=False)
             each = [found.closed.sensitivity(found.point, component) for component in ("ux", "uy", "uz")]
             along = weighed_sum(each, weight)
@@ -311,6 +308,5 @@ def _reach(distribution: Distribution) -> tuple[float, float, float]:
 
 def driven_values(motion: Kinematics, name: str) -> Array:
     """Values of a drive as `move` takes them, (...) or (..., f)."""
-    pair, driven = motion.linkage.joint(name), motion.linkage.drives[name]
-    values = coordinate_of(motion, pair)[..., [pair.kind.coordinates.index(each) for each in driven]]
-    return values[..., 0] if len(driven) == 1 else values
+    values = some_coordinates(motion, name, motion.linkage.drives[name])
+    return values[..., 0] if values.shape[-1] == 1 else values

@@ -232,9 +232,20 @@ class Inputs:
         left_out = ("histogram_pose", "magnify", *(("samples",) if more else ()))
         return {f"--{name.replace('_', '-')}": value for name, value in given.items() if name not in left_out}
 
+    def in_words(self, form: str) -> dict[str, str]:
+        """What is given, by name; numbers in a format such as ``"g"``."""
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {name: _text(value, form) for name, value in given.items() if value is not None and value != ()}
+
     def but(self, **changes: object) -> Self:
         """The same inputs with some of them changed; contact angles that follow from forces have no tolerance."""
         changed = replace(self, **changes)  # type: ignore[arg-type]
         if isinstance(changes.get("contact"), str):
             changed = replace(changed, tolerance=tuple(each for each in self.tolerance if "contact" not in each[0]))
         return changed
+
+
+def _text(value: object, form: str) -> str:
+    if isinstance(value, tuple):
+        return " ".join(_text(each, form) for each in value)
+    return format(value, form) if isinstance(value, float) else str(value)

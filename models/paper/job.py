@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...framework.errors import FrameError
 from ..job import large_table
-from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE, MeasuredOutcome
-from ..job.passages import passages
+from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from ...framework.solution import Solution
     from .inputs import Inputs
 
 CAPTIONS = {
@@ -76,18 +74,7 @@ class FourBarJob(Job):
         finish(self.result, advance, shared=self.shared)
 
     @property
-    def measured(self) -> MeasuredOutcome | None:
-        """Measured positions of P beside those predicted."""
-        return self.result.measured
-
-    @property
-    def solution(self) -> Solution:
-        """The linkage at the mean inputs."""
-        return self.result.solution
-
-    @property
     def entry(self) -> int:
-        """Which of its poses is shown."""
         return self.result.entry
 
     def tables(self) -> Mapping[str, str]:
@@ -110,20 +97,23 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, and the reactions."""
-        from ..job.figures import draw_histograms, draw_trajectory  # with all that draws, which no table needs
+        from ..job.figures import (  # with all that draws, which no table needs
+            TracedPoint,
+            draw_histograms,
+            draw_trajectories,
+        )
         from .drawing import draw_linkage
 
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
         yield "figure5.png", draw_linkage(points, (0.0, self.inputs.load), theta[pose])
-        path = result.path, result.rigid, result.samples
-        yield "figure6.png", draw_trajectory(*path, result.magnify, pose, where)
-        yield "figure7.png", draw_histograms(result.samples[pose], where)
+        traced = TracedPoint("P", "xy", *(each[..., :2] for each in (result.path, result.rigid, result.samples)))
+        yield "figure6.png", draw_trajectories([traced], result.magnify, pose, where)
+        yield "figure7.png", draw_histograms([(result.samples[pose], ("P", "xy"))], where)
         yield "reactions.png", reactions.draw(result)
 
     def captions(self) -> Mapping[str, str]:
-        """Captions by file."""
         words = {"pose": self.result.degrees[self.result.pose], "magnify": self.result.magnify}
         return {name: text.format(**words) for name, text in CAPTIONS.items()}
 
@@ -135,7 +125,7 @@ class FourBarJob(Job):
 
     def save(self, path: Path) -> None:
         """Write the ParaView files; time is the drive angle in degrees."""
-        self.solution.save(path, times=self.result.degrees[self.result.assembled])
+        self.result.solution.save(path, times=self.result.degrees[self.result.assembled])
 
     def compared(self) -> ComparedChoices | None:
         """What single choices change at the pose that is expected to be shown."""
@@ -145,7 +135,6 @@ class FourBarJob(Job):
             return None  # there is another pose then, or the job tells the same of its samples
 
     def remarks(self) -> list[str]:
-        """What the reader of the numbers should know."""
         return remarks(self.result)
 
     def report(self, compared: ComparedChoices | None = None) -> Report:
@@ -159,4 +148,4 @@ class FourBarJob(Job):
         if self.inputs.is_paper_linkage:
             paragraphs.append(PRINTED)
         paragraphs += large_table.passage(result, width)
-        return "\n\n".join([*paragraphs, *passages(result), reactions.summary(result)])
+        return "\n\n".join([*paragraphs, reactions.summary(result)])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -84,16 +83,5 @@ def _notes(inputs: Inputs) -> Iterator[str]:
 
 def _inputs(inputs: Inputs) -> str:
     """The options of the command line, one a line."""
-    given = {field.name: getattr(inputs, field.name) for field in fields(inputs)}
-    options = [
-        f"--{name.replace('_', '-')} {_text(value)}"
-        for name, value in given.items()
-        if value is not None and value != ()
-    ]
+    options = [f"--{name.replace('_', '-')} {text}" for name, text in inputs.in_words(".12g").items()]
     return "\n".join(["SI units, angles in degrees; sd is the standard deviation of a normal distribution.", *options])
-
-
-def _text(value: object) -> str:
-    if isinstance(value, tuple):
-        return " ".join(map(_text, value))
-    return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...framework.errors import MechanismWarning
+from ...framework.errors import expected_mechanisms
 from ..job.large_table import failed_samples
 from ..job.remarks import beyond_size, without_result
 
@@ -33,8 +32,7 @@ def remarks(result: Result) -> list[str]:
 
 def beforehand(result: Result) -> list[str]:
     """What can be told before samples and large displacements, which take the longer the softer the linkage is."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)
+    with expected_mechanisms():
         moved = result.compliance
     return beyond_size("P", moved, _size(result.inputs), [f"θ = {drive}" for drive in result.drives])
 

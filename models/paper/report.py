@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..job import digits, large_table
-from ..job.passages import passages
 from ..job.report import Report
 from ..job.tables import drawn_by, markdown
 from . import against_paper, reactions
@@ -29,7 +27,6 @@ UNITS = {
     **dict.fromkeys(("contact", "contact_sd", "poses", "histogram_pose"), "deg"),
     **dict.fromkeys(("load", "load_sd"), "N"),
 }
-
 
 TABLE = """\
 Position of P: `x`, `y` with rigid links and no clearance; mean `μ` and standard deviation `σ` over the samples, in
@@ -59,8 +56,7 @@ def report(result: Result, compared: ComparedChoices | None = None) -> Report:
             about_errors(result),
             as_markdown(result),
             *digits.section(result),
-            *large_table.section(result, "P", "table1.csv"),
-            *passages(result),
+            *large_table.section(result, "table1.csv"),
             *(result.measured.section() if result.measured is not None else ()),
             "## Reactions and drive torque",
             reactions.EXPLAINED,
@@ -112,19 +108,6 @@ def _statistics(part: Spread, entry: int) -> Iterable[tuple[float, float]]:
 
 
 def _inputs(result: Result) -> str:
-    given = {field.name: getattr(result.inputs, field.name) for field in fields(result.inputs)}
-    return markdown(
-        ["input", "value", "unit"],
-        [
-            [name.replace("_", " ").replace("nan ", "NaN "), _text(value), UNITS.get(name, "")]
-            for name, value in given.items()
-            if value is not None and value != ()
-        ],
-        left=3,
-    )
-
-
-def _text(value: object) -> str:
-    if isinstance(value, tuple):
-        return " ".join(map(_text, value))
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    given = result.inputs.in_words("g")
+    rows = [[name.replace("_", " ").replace("nan ", "NaN "), text, UNITS.get(name, "")] for name, text in given.items()]
+    return markdown(["input", "value", "unit"], rows, left=3)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...elements import Beam
-from ...framework.errors import FrameError, MechanismWarning
+from ...framework.errors import FrameError, expected_mechanisms
 from ..four_bar.four_bar import FourBarMotion
 from ..four_bar.kinetostatics import Kinetostatics, Link
 from ..four_bar.study import Study
@@ -24,9 +23,7 @@ from ..job.sharing import ALONE, SampleKind, Sharing
 from ..job.stages import Advance
 from ..spread import Spread
 from .inputs import Inputs
-from .large import large_parts, large_samples
-from .measured import beside_measured, study_at_measured_poses
-from .study import check_reach, four_bar, study_of
+from .study import beside_measured, check_reach, four_bar, large_parts, large_samples, study_at_measured_poses, study_of
 
 if TYPE_CHECKING:
     from ...framework.solution import Solution
@@ -46,6 +43,8 @@ BYTES_ALONE, BYTES = 8 * 40, 8 * 50
 class Result(Outcome):
     """Outcome of the accuracy job; made by `compute`. Poses that are singular or cannot be assembled hold NaN.
 
+    What has no docstring here is told by `Outcome`.
+
     Attributes
     ----------
     inputs
@@ -56,6 +55,10 @@ class Result(Outcome):
 
     inputs: Inputs
     study: Study
+
+    heading, point, axes = "θ", "P", (0, 1)
+    singular_place = "the line of coupler and rocker"
+    unknowns = 48  # displacements of the frame's eight nodes
 
     @property
     def degrees(self) -> Array:
@@ -68,43 +71,15 @@ class Result(Outcome):
         return [f"{angle:g}°" for angle in self.degrees]
 
     @property
-    def heading(self) -> str:
-        """Name of the drive angle."""
-        return "θ"
-
-    @property
-    def point(self) -> str:
-        """The coupler point."""
-        return "P"
-
-    @property
-    def singular_place(self) -> str:
-        """Where a four-bar is singular."""
-        return "the line of coupler and rocker"
-
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """Components that are shown: those in the plane."""
-        return 0, 1
-
-    @property
     def count(self) -> int:
-        """Number of samples."""
         return self.inputs.samples
 
     @property
     def nan_policy(self) -> str:
-        """What is done with samples without a result."""
         return self.inputs.nan_policy
 
     @property
-    def unknowns(self) -> int:
-        """Displacements of the frame's eight nodes."""
-        return 48
-
-    @property
     def place_error(self) -> float:
-        """Bound on the numerical error of `rigid`."""
         inputs = self.inputs
         return CLOSED_FORM * EPS * (inputs.crank + inputs.ground + inputs.coupler + inputs.rocker)
 
@@ -115,7 +90,6 @@ class Result(Outcome):
 
     @cached_property
     def assembled(self) -> NDArray[np.bool_]:
-        """Poses at which the nominal linkage can be assembled, (poses,)."""
         return self.motion.four_bar.assembles(self.inputs.theta)
 
     @property
@@ -168,7 +142,6 @@ class Result(Outcome):
 
     @property
     def rigid(self) -> Array:
-        """Position of P with rigid links and no clearance, (poses, 3)."""
         return self._everywhere(self.study.rigid)
 
     @property
@@ -183,17 +156,12 @@ class Result(Outcome):
 
     @cached_property
     def large(self) -> LargeSpread:
-        """Displacement of P from its rigid position at large displacement, (poses, m, 3), also where singular.
-
-        Of the first samples, where there are very many.
-        """
         found = large_samples(self.study, *self.large_parts)
         samples, passed = self._everywhere(found.samples), self._everywhere(found.passed, False)
         return LargeSpread(samples, found.nan_policy, passed=passed)
 
     @property
     def closes(self) -> NDArray[np.bool_]:
-        """Poses that are taken to large displacement: all samples of them can be assembled, (poses,)."""
         return np.asarray(self._everywhere(self.large_parts[1], False))
 
     @cached_property
@@ -270,22 +238,16 @@ class Result(Outcome):
 
     @cached_property
     def planar_kappa(self) -> Array:
-        """Condition number of the same matrix's rows and columns in the plane, at the mean inputs, (poses,)."""
         if not self.has_kappa:
             return np.full_like(self.degrees, np.nan)
         return self._everywhere(self.study.nominal.planar_condition_number())
 
     @property
     def kappa_scaled(self) -> Array:
-        """Scaled condition number of the matrix that is solved, at the mean inputs, (poses,)."""
         return self._everywhere(self.study.kappa_scaled)
 
     @cached_property
     def sampled_kappa(self) -> tuple[Array, Array]:
-        """Condition numbers of the first samples at the regular poses, (regular poses, some).
-
-        Of the whole matrix and of its rows and columns in the plane; spectra cost far more than solutions.
-        """
         if not self.has_kappa:
             return np.full((1, 1), np.nan), np.full((1, 1), np.nan)
         some = self.study.some(slice(SPECTRA))
@@ -370,16 +332,13 @@ def begin(inputs: Inputs) -> Result:
     check(BYTES_ALONE + BYTES * poses, inputs.samples, "--samples")
     linkage = four_bar(inputs)
     check_reach(linkage, inputs)
-    with warnings.catch_warnings():
-        # Singular poses are part of the answer: their status says so.
-        warnings.simplefilter("ignore", MechanismWarning)
+    with expected_mechanisms():
         return Result(inputs, study_of(inputs, linkage, inputs.theta[linkage.assembles(inputs.theta)]))
 
 
 def finish(result: Result, advance: Advance | None = None, *, large: bool = True, shared: Sharing = ALONE) -> Result:
     """The same outcome, computed, see `compute`."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)
+    with expected_mechanisms():
         shared.compute(result.kinds(large=large), advance or (lambda *_: None))
         _ = result.pose, result.std, result.compliance
         if large:

@@ -1,4 +1,5 @@
-"""What the inputs of the accuracy job ask for: the four-bar, its samples, and how many they are."""
+"""What the inputs of the accuracy job ask for: the four-bar, its samples, also at large displacement and where P was
+measured, and how many they are."""
 
 from __future__ import annotations
 
@@ -9,12 +10,14 @@ from ...elements import Beam, Material, Rectangle
 from ...framework.errors import FrameError
 from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.four_bar import FourBar
-from ..four_bar.study import Study, monte_carlo
-from ..job.measured import MEASURED_WAY
-from ..job.outcome import LARGE_WAY, LINEAR_WAY, taken
+from ..four_bar.study import SampledAccuracy, Study, monte_carlo, part_of
+from ..four_bar.tolerances import toleranced
+from ..job.measured import MEASURED_WAY, MeasuredOutcome
+from ..job.outcome import LARGE_WAY, LINEAR_WAY, LargeSpread, taken
+from ..job.parts import Parts
 from ..sampling import Distribution, Normal
 from .given_tolerances import given_tolerances
-from .inputs import LENGTHS, Inputs
+from .inputs import DRIVE, LENGTHS, Inputs
 
 Array = NDArray[np.float64]
 
@@ -38,7 +41,7 @@ def four_bar(inputs: Inputs) -> FourBar:
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
     """Normal distributions (12) of what is uncertain, or those given in words; what has no deviation is left out."""
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
-    spread = {name: (getattr(inputs, name), inputs.length_sd) for name in (*LINKS, "ground")}
+    spread = {name: (getattr(inputs, name), inputs.length_sd) for name in LENGTHS}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
     spread |= {f"stiffness{joint}": (inputs.stiffness, inputs.stiffness_sd) for joint in each}
     spread |= {f"clearance{joint}": (scale * inputs.clearance, scale * inputs.clearance_sd) for joint in each}
@@ -78,6 +81,69 @@ def check_reach(linkage: FourBar, inputs: Inputs) -> None:
             f"no pose can be assembled with {lengths}: coupler and rocker leave a gap of {gap[nearest]:.3g} m or more"
             f" (the least at {inputs.degrees[nearest]:g}°); change a length, or give other --poses"
         )
+
+
+# -- where P was measured ---------------------------------------------------------------------------------------------
+
+
+def study_at_measured_poses(inputs: Inputs, linkage: FourBar) -> Study | None:
+    """The samples at the measured poses that can be assembled; None where nothing was measured."""
+    drive = inputs.measured_drive
+    if inputs.measured is None or drive is None:
+        return None
+    theta = np.radians(drive.values)
+    closes = linkage.assembles(theta)
+    if not closes.any():
+        gap = linkage.gap(theta).min()
+        raise FrameError(
+            f"{inputs.measured.name}: the linkage cannot be assembled at any measured pose, coupler and rocker "
+            f"leave a gap of {gap:.3g} m or more: check the drive angles, column '{DRIVE} [deg]'"
+        )
+    try:
+        return study_of(inputs, linkage, theta[closes])
+    except FrameError as error:
+        raise FrameError(f"{inputs.measured.name}: {error}") from error
+
+
+def beside_measured(inputs: Inputs, study: Study) -> MeasuredOutcome | None:
+    """Measured positions of P beside those of a study at their poses; None where there are none."""
+    given, drive = inputs.measured_point, inputs.measured_drive
+    if given is None or drive is None:
+        return None
+    closes = study.nominal.motion.four_bar.assembles(np.radians(drive.values))
+    place, covariance = np.full((len(closes), 3), np.nan), np.full((len(closes), 3, 3), np.nan)
+    place[closes], covariance[closes] = study.rigid + study.mean, study.covariance
+    try:
+        return MeasuredOutcome.of(given, {DRIVE: drive}, place, covariance)
+    except FrameError as error:
+        raise FrameError(f"{given.file.name}: {error}") from error
+
+
+# -- at large displacement: where linear mechanics has no numbers, or none that hold ----------------------------------
+
+
+def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
+    """The first samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
+    n = taken(study.n)
+    nominal, inputs, contacts = study.nominal, part_of(study.inputs, slice(n)), study.nominal.contacts
+    linkage, at = nominal.motion.four_bar, study.theta[:, None] + inputs.get("drive", np.zeros(1))
+    assembles = toleranced(linkage, inputs).assembles(at)
+    closes = np.asarray(np.broadcast_to(assembles, (len(at), n)).all(axis=-1))
+    contact = "equilibrium" if contacts is None else contacts
+    sampled = SampledAccuracy(linkage, at[closes], inputs, nominal.load, nominal.clearances, contact)
+    return Parts(sampled, (int(closes.sum()), n), soon=contacts is None), closes
+
+
+def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> LargeSpread:
+    """The samples at large displacement; NaN where the linkage cannot be assembled."""
+    samples = np.full((len(closes), parts.shape[1], 3), np.nan)
+    samples[closes] = parts.taken("large") + parts.taken("rigid") - study.rigid[closes, None]
+    passed = np.zeros(samples.shape[:2], dtype=bool)
+    passed[closes] = parts.taken("large_passes")
+    return LargeSpread(samples, "omit" if study.nan_policy == "omit" else "propagate", passed=passed)
+
+
+# -- how many ---------------------------------------------------------------------------------------------------------
 
 
 def work(inputs: Inputs) -> dict[str, int]:

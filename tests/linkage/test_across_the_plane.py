@@ -149,7 +149,7 @@ def test_histograms_are_of_what_spreads(tmp_path: Path) -> None:
 def test_samples_that_are_all_the_same_have_no_density() -> None:
     """No fit, and no warning of one."""
     same = np.full((30, 2), 1e-3) * (1.0 + 1e-15 * np.arange(30.0)[:, None])
-    drawing = figures.draw_histograms(same, "here")
+    drawing = figures.draw_histograms([(same, ("P", "xy"))], "here")
     assert all("all samples the same: 1 mm" in axes.get_title(loc="left") for axes in drawing.axes)
 
 

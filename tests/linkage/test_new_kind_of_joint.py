@@ -15,7 +15,7 @@ class SlottedLinkage(Linkage):
     """With a pin in a slot along x."""
 
     def slot(self, point, first, second, drive=False):
-        self._add("slot", point, (first, second), (0, 0, 1), None, drive, None, None, None, 0.0, 0.0, False)
+        self._add("slot", point, (first, second), (0, 0, 1), drive, None, None, None, False)
 
 
 @pytest.fixture(autouse=True)

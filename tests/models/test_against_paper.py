@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from linkframe.models import FourBar, Link
 from linkframe.models.four_bar.clearance import clearance_map
-from linkframe.models.job.figures import ENVELOPE, draw_histograms, draw_trajectory
-from linkframe.models.job.passages import passages
+from linkframe.models.job.figures import ENVELOPE, TracedPoint, draw_histograms, draw_trajectories
+from linkframe.models.job.large_table import passages
 from linkframe.models.job.tables import with_error
 from linkframe.models.paper import reactions
 from linkframe.models.paper.against_paper import points
@@ -152,7 +152,8 @@ def outside(outlines: list[Array], places: Array) -> int:
 def test_no_sample_is_drawn_outside_the_envelope() -> None:
     """At all poses and half way to the next one; 400 of 3400 were, 66 of 100 at 350 degrees."""
     result = job()
-    figure = draw_trajectory(result.path, result.rigid, result.samples, 10.0, 3, "θ = 30°")
+    flat = (each[..., :2] for each in (result.path, result.rigid, result.samples))
+    figure = draw_trajectories([TracedPoint("P", "xy", *flat)], 10.0, 3, "θ = 30°")
     outlines = drawn_outlines(figure)
     drawn = 1e3 * (result.rigid[:, None, :2] + 10.0 * result.samples[..., :2])
     half = 0.5 * (drawn[:-1] + drawn[1:])
@@ -170,7 +171,7 @@ def test_few_samples_in_one_line_have_an_envelope(count: int) -> None:
     samples = np.linspace(-1e-3, 1e-3, count)[:, None] * np.array([1.0, 2.0]) * np.ones((4, 1, 1))
     samples[2] = np.nan
     samples = np.concatenate([samples, np.full((4, 1, 2), np.nan)], axis=1)
-    outlines = drawn_outlines(draw_trajectory(rigid, rigid, samples, 1.0, 0, "there"))
+    outlines = drawn_outlines(draw_trajectories([TracedPoint("P", "xy", rigid, rigid, samples)], 1.0, 0, "there"))
     assert len(outlines) == 2, "one for the step from the first pose to the second, one for the last alone"
     places = 1e3 * (rigid[[0, 1, 3], None] + samples[[0, 1, 3], :count])
     assert outside(outlines, places) == 0
@@ -199,7 +200,7 @@ def test_sampled_numbers_are_printed_with_their_standard_errors() -> None:
     for row in table_rows("choice"):
         assert "±" in row[2]
         assert "±" in row[3]
-    title = draw_histograms(result.samples[3], "θ = 30°").axes[0].get_title(loc="left")
+    title = draw_histograms([(result.samples[3], ("P", "xy"))], "θ = 30°").axes[0].get_title(loc="left")
     assert f"σ = {1e3 * result.std[3, 0]:.3f} ± {1e3 * result.std_standard_error[3, 0]:.3f} mm" in title
     assert "All poses share the same 100 draws" in text()
     assert "certain digits" not in text()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -286,8 +288,14 @@ def test_unknown_points_and_links_are_refused():
     motion = FourBar().move(1.0)
     with pytest.raises(FrameError, match="no point 'Q': choose one of A, B, P, D, E"):
         motion.position("Q")
-    with pytest.raises(FrameError, match="no link 'bar': choose one of crank, coupler, rocker"):
-        motion.angle("bar")
+    for of in (motion.angle, FourBar().link_beam):
+        with pytest.raises(FrameError, match="no link 'bar': choose one of crank, coupler, rocker"):
+            of("bar")
+    with pytest.raises(FrameError, match="no passive joint 'A': choose one of B, D, E"):
+        FourBar().joint_stiffness("A")
+    for of in (motion.frame, partial(FourBar().linkage, 1.0)):
+        with pytest.raises(FrameError, match="clearance of joint 'A': the four-bar's passive joints are B, D, E"):
+            of({"A": 1e-3})
     with pytest.raises(FrameError, match="drive angle theta contains nan"):
         FourBar().move(np.nan)
 

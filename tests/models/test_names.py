@@ -12,9 +12,9 @@ import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.models import Linkage, write_linkage
 from linkframe.models.command_line import main
-from linkframe.models.job.figures import draw_histograms, draw_trajectory
+from linkframe.models.job.figures import TracedPoint, draw_histograms, draw_trajectories
 from linkframe.models.job.tables import markdown, separated
-from linkframe.models.linkage.job.drawing import draw_mechanism
+from linkframe.models.linkage.job.figures import draw_mechanism
 from matplotlib.figure import Figure
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3))
@@ -49,8 +49,9 @@ def test_a_drawing_shows_names_as_they_are(tmp_path: Path) -> None:
 def test_figures_of_a_point_of_any_name(name: str, tmp_path: Path) -> None:
     samples = 1e-3 * np.random.default_rng(0).normal(size=(3, 20, 2))
     path = np.stack([np.arange(3.0), np.zeros(3)], axis=-1)
-    drawn(draw_histograms(samples[0], "here", (name, "xy")), tmp_path / "histogram.png")
-    drawn(draw_trajectory(path, path, samples, 10.0, 1, "here", (name, "xy")), tmp_path / "trajectory.png")
+    drawn(draw_histograms([(samples[0], (name, "xy"))], "here"), tmp_path / "histogram.png")
+    traced = TracedPoint(name, "xy", path, path, samples)
+    drawn(draw_trajectories([traced], 10.0, 1, "here"), tmp_path / "trajectory.png")
 
 
 def test_a_job_of_such_names(tmp_path: Path) -> None:

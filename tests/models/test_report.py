@@ -15,7 +15,7 @@ import pytest
 from linkframe.framework.pictures import drawing_process
 from linkframe.models.command_line import main
 from linkframe.models.four_bar import FourBar
-from linkframe.models.job.figures import draw_histograms, draw_trajectory
+from linkframe.models.job.figures import TracedPoint, draw_histograms, draw_trajectories
 from linkframe.models.paper.drawing import draw_linkage
 from linkframe.models.paper.formulas import equation_6, mean_direction
 from linkframe.models.paper.inputs import Inputs
@@ -181,7 +181,8 @@ def test_figures_are_pictures_and_not_blank(name: str, job: tuple[Path, str]) ->
 
 def test_figures_show_the_data() -> None:
     result = linear()
-    figure = draw_trajectory(result.path, result.rigid, result.samples, 20.0, 3, "θ = 30°")
+    flat = (each[..., :2] for each in (result.path, result.rigid, result.samples))
+    figure = draw_trajectories([TracedPoint("P", "xy", *flat)], 20.0, 3, "θ = 30°")
     left, right = figure.axes
     assert "20" in left.get_title(loc="left")
     drawn = np.array([line.get_xydata()[3] for line in left.lines[:100]])
@@ -189,7 +190,7 @@ def test_figures_show_the_data() -> None:
     cloud = next(line for line in right.lines if line.get_label() == "samples")
     assert_allclose(cloud.get_xydata(), 1e3 * result.samples[3, :, :2])
     for axes, values in zip(
-        draw_histograms(result.samples[3], "θ = 30°").axes, 1e3 * result.samples[3].T, strict=False
+        draw_histograms([(result.samples[3], ("P", "xy"))], "θ = 30°").axes, 1e3 * result.samples[3].T, strict=False
     ):
         assert_allclose(sum(bar.get_height() * bar.get_width() for bar in axes.patches), 1.0)
         assert f"{values.std(ddof=1):.3f}" in axes.get_title(loc="left")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from linkframe.models.job.choices import bounds
 from linkframe.models.job.force_figures import Over
-from linkframe.models.job.passages import passages
+from linkframe.models.job.large_table import passages
 from numpy.testing import assert_array_equal
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from linkframe.models.command_line import main
-from linkframe.models.job.figures import TracedPoint, draw_histograms, draw_trajectories, draw_trajectory
+from linkframe.models.job.figures import TracedPoint, draw_histograms, draw_trajectories
 from linkframe.models.job.outcome import magnification
 from linkframe.models.linkage.job.run import LinkageJob
 from linkframe.models.paper.drawing import draw_linkage
@@ -54,7 +55,7 @@ def test_all_points_are_drawn() -> None:
 
 def test_the_cloud_fills_its_panel_however_far_off_zero_it_is() -> None:
     """3 mm off, with a deviation of 10 µm; what rings and circles are stands in the legend."""
-    figure = draw_trajectory(PATH, PATH, SPREAD, 10.0, 2, "A = 30°")
+    figure = draw_trajectories([traced("P", "xy")], 10.0, 2, "A = 30°")
     left, right = figure.axes
     figure.canvas.draw()
     cloud = 1e3 * SPREAD[2, :, :2]
@@ -69,7 +70,7 @@ def test_a_pose_without_results_is_told() -> None:
     """The path of the other poses is drawn all the same."""
     spread = SPREAD.copy()
     spread[2] = np.nan
-    left, right = draw_trajectory(PATH, PATH, spread, 10.0, 2, "A = 30°").axes
+    left, right = draw_trajectories([replace(traced("P", "xy"), samples=spread[..., :2])], 10.0, 2, "A = 30°").axes
     assert right.get_title(loc="left") == "no sample has a result at A = 30°"
     assert "singular pose" in [line.get_label() for line in left.lines]
 
@@ -94,7 +95,7 @@ def test_samples_in_space_are_drawn_in_space() -> None:
 
 @pytest.mark.parametrize(("size", "unit"), [(1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")])
 def test_histograms_have_a_unit_in_which_they_can_be_read(size: float, unit: str) -> None:
-    figure = draw_histograms(size * RNG.normal(size=(300, 2)), "A = 30°")
+    figure = draw_histograms([(size * RNG.normal(size=(300, 2)), ("P", "xy"))], "A = 30°")
     assert all(f"[{unit}]" in axes.get_xlabel() and f"[1/{unit}]" in axes.get_ylabel() for axes in figure.axes)
     legible(figure)
 

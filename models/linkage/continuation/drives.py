@@ -112,7 +112,7 @@ def _states(
     if isinstance(value, float) and pair.reference.shape == (1,) and math.isfinite(value):
         shapes[what] = ()
         return [np.asarray((value - pair.reference[0]) / scales[0])]
-    chosen = [pair.kind.coordinates.index(component) for component in components]
+    chosen = pair.kind.places_of(components)
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
     given = pair.reference[..., chosen] if value is None else _components(what, value, components)

@@ -156,7 +156,7 @@ def _numbers(by: PositionSensitivity, described: DescribedNumbers, weight: Array
             found.append((pair.pitch, 0, weighed(by.pitches[name][..., None], weight)))
         if name in described.drives:
             # A drive has gone from its reference to its value.
-            own = [pair.kind.coordinates.index(component) for component in described.drives[name]]
+            own = pair.kind.places_of(described.drives[name])
             found.append((pair.reference[..., own], 1, -weighed(by.drives[name], weight)))
     return found
 

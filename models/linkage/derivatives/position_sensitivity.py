@@ -13,7 +13,7 @@ from ....framework.errors import FrameError
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..description.places import place
+from ..description.sketch import place
 from ..poses.classified import ClassifiedPoses
 from .virtual_work import VirtualWork
 

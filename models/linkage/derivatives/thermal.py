@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ....framework.batch import Array, finite, joined
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from ..description.places import place
+from ..description.sketch import place
 from ..poses.classified import ClassifiedPoses
 from .position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 

@@ -17,7 +17,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Pair
-from ..kinematics.linear import stacked_solve
+from ..kinematics.linear import by_singular_values, stacked_solve
 from ..poses.classified import ClassifiedPoses
 from ..poses.singular import SINGULAR
 
@@ -210,17 +210,9 @@ class VirtualWork:
         if linear.square:
             found = stacked_solve(matrix, right)
         else:
-            found = _least(matrix, right, linear.rank)
+            found = by_singular_values(matrix, right, linear.rank)
             # What moves with the drives locked, such as a rod's spin between two balls, balances no load.
             left = np.linalg.norm(matrix @ found - right, axis=-2, keepdims=True)
             found = np.where(left > IDLE * np.linalg.norm(right, axis=-2, keepdims=True), np.nan, found)
         out[..., active] = np.swapaxes(found, -1, -2)
         return out
-
-
-def _least(matrix: Array, right: Array, rank: int) -> Array:
-    """The least solution X (..., n, k) of A X = B, in the sense of least squares, for A (..., m, n) of a rank."""
-    u, s, vt = np.linalg.svd(matrix, full_matrices=False)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        along = np.swapaxes(u[..., :rank], -1, -2) @ right / s[..., :rank, None]
-    return np.asarray(np.swapaxes(vt[..., :rank, :], -1, -2) @ along)

@@ -71,14 +71,15 @@ class JoinedSketch(LoadedSketch):
         point: str,
         links: tuple[str, ...],
         axis: ArrayLike,
-        second_axis: ArrayLike | None,
         drive: bool | Sequence[str],
         stiffness: ArrayLike | None,
         clearance: ArrayLike | None,
         name: str | None,
-        reference: ArrayLike,
-        pitch: ArrayLike,
         replace: bool,
+        reference: ArrayLike = 0.0,
+        *,
+        second_axis: ArrayLike | None = None,
+        pitch: ArrayLike = 0.0,
         contact: ArrayLike | None = None,
     ) -> None:
         kind = kind_of(kind_name)

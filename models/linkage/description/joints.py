@@ -1,12 +1,13 @@
 """The catalogue of joints: what each lets go and what it holds.
 
 Mobility, motion, constraints, springs, reactions, nodes and files follow from what an entry says. A new kind is an
-entry here and a method of `description.joining`; its symbol in drawings is in `framework.graphics.symbols`, and which
-kinds have end play or a bearing of some length is in `worst_case.limits`.
+entry here and a method of `description.simple_joints` or `linkage_description`; its symbol in drawings is in
+`framework.graphics.symbols`, and which kinds have end play or a bearing of some length is in `worst_case.limits`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
@@ -55,6 +56,10 @@ class Kind:
         held = tuple(name for name in COMPONENTS if name not in self.coordinates)
         object.__setattr__(self, "constrained", held)
 
+    def places_of(self, coordinates: Sequence[str]) -> list[int]:
+        """Where some of its coordinates stand among all."""
+        return [self.coordinates.index(name) for name in coordinates]
+
     @property
     def rows(self) -> int:
         """Number of scalar constraints: 6 less the freedom."""
@@ -74,3 +79,8 @@ KINDS = {
         Kind("fixed", (), ("ux", "uy", "uz")),
     )
 }
+
+
+def driven_name(joint: str, coordinate: str, driven: Sequence[str]) -> str:
+    """Name of a driven coordinate in tables, figures and pages: that of its joint, which drives no other, or both."""
+    return joint if len(driven) == 1 else f"{joint}.{coordinate}"

@@ -81,20 +81,9 @@ class SimpleJoints(JoinedSketch):
         >>> linkage.joint("B").kind.name
         'revolute'
         """
+        links = first, *others
         self._add(
-            "revolute",
-            point,
-            (first, *others),
-            axis,
-            None,
-            drive,
-            stiffness,
-            clearance,
-            name,
-            reference,
-            0.0,
-            replace,
-            contact,
+            "revolute", point, links, axis, drive, stiffness, clearance, name, replace, reference, contact=contact
         )
 
     @renamed_keywords(at="reference")
@@ -145,9 +134,7 @@ class SimpleJoints(JoinedSketch):
         >>> linkage.move(A=[0.0, 0.25]).position("A", "carriage").tolist()
         [[0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]
         """
-        self._add(
-            "prismatic", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, 0.0, replace
-        )
+        self._add("prismatic", point, (first, second), axis, drive, stiffness, clearance, name, replace, reference)
 
     @renamed_keywords(at="reference")
     def screw(
@@ -201,9 +188,8 @@ class SimpleJoints(JoinedSketch):
         >>> linkage.move(A=np.pi).position("A", "nut").round(12).tolist()
         [0.0, 0.0, 0.001]
         """
-        self._add(
-            "screw", point, (first, second), axis, None, drive, stiffness, clearance, name, reference, pitch, replace
-        )
+        links = first, second
+        self._add("screw", point, links, axis, drive, stiffness, clearance, name, replace, reference, pitch=pitch)
 
     def fixed(
         self,
@@ -245,4 +231,4 @@ class SimpleJoints(JoinedSketch):
         >>> linkage.mobility().actual
         1
         """
-        self._add("fixed", point, (first, second), axis, None, False, stiffness, clearance, name, 0.0, 0.0, replace)
+        self._add("fixed", point, (first, second), axis, False, stiffness, clearance, name, replace)

@@ -13,7 +13,7 @@ from ....elements.outlines import outlines
 from ....framework.batch import Array
 from ....framework.graphics.canvas import ARROW, FREE
 from ....framework.graphics.deformed import round_scale
-from ....framework.graphics.scene import JointSymbol, LoadArrow, Scene, outline
+from ....framework.graphics.scene import JointSymbol, LoadArrow, Scene
 from ....framework.graphics.style import COLOURS
 from ....framework.pictures.bearings import ARC_POINTS, circle_arcs
 from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
@@ -21,7 +21,7 @@ from ..description.parts import LinkageLink, Pair
 from .places import FREE_TEXT, DrawnPoses, PosePlaces, free_arrows
 from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
-from .scene import linkage_scene
+from .scene import lines, linkage_scene
 
 # What the largest clearance is drawn as, in radii of a pin.
 SHOWN = 1.2
@@ -198,6 +198,8 @@ class MotionBodies:
 
     def _link(self, places: PosePlaces, link: LinkageLink) -> Iterator[Surface]:
         """Beams with their sections, other elements as round bars; a rigid link as bars along its outline."""
+        if not link.beams and len(link.points) > 1:
+            yield from (self._tube(line, 0.6) for line in lines(places, link))
         at = {point: places.position(point, link.name) for point in link.points}
         for (first, second), beam in link.beams.items():
             section = getattr(beam, "section", None)
@@ -209,9 +211,6 @@ class MotionBodies:
             rotated = rows @ places.value(self.motion.axes(link.name), 2).T
             for part in outlines(section):
                 yield prism(part, at[first], at[second], rotated)
-        if not link.beams and len(at) > 1:
-            corners, closed = outline(np.array(list(at.values())))
-            yield self._tube(np.concatenate([corners, corners[:1]]) if closed else corners, 0.6)
 
     def _tube(self, line: Array, share: float) -> Surface:
         """Round bars along a line (k, 3), piece by piece where it has corners."""

@@ -17,7 +17,7 @@ from ....framework.errors import FrameError
 from ....framework.graphics.scene import Label, Scene
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
-from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, series_of
+from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, assembled_of, series_of
 from .plane import plane
 from .scene import linkage_scene
 
@@ -53,14 +53,12 @@ def save_motion(motion: DrawnPoses, path: Path, unit: str) -> None:
         raise FrameError(f"{path.name} holds one row of poses, but the batch shape is {motion.shape}: save one row")
     drawing = CadDrawing.new(motion.linkage, path, unit)
     numbers, first = series_of(motion, None)
-    there, flat = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1), plane(motion)
-    digits = max(3, len(str(len(numbers) - 1)))
-    for number in numbers:
-        if there[number]:
-            name = drawing.layer(f"pose {number:0{digits}d}", COLOURS["joints"])
-            block = drawing.document.blocks.new(name)
-            drawing.add(block, PosePlaces(motion, number), flat, names=number == first)
-            drawing.space.add_blockref(name, (0.0, 0.0, 0.0), {"layer": name})
+    flat, digits = plane(motion), max(3, len(str(len(numbers) - 1)))
+    for number in assembled_of(motion, numbers):
+        name = drawing.layer(f"pose {number:0{digits}d}", COLOURS["joints"])
+        block = drawing.document.blocks.new(name)
+        drawing.add(block, PosePlaces(motion, number), flat, names=number == first)
+        drawing.space.add_blockref(name, (0.0, 0.0, 0.0), {"layer": name})
     drawing.add_paths(motion, numbers)
     drawing.write(path)
 

@@ -6,13 +6,11 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ....framework.paraview.files import whole_or_nothing
 from ....framework.pictures import plotting
 from ....framework.pictures.rendering import quiet
 from .bodies import Looks, MotionBodies
-from .places import DrawnPoses, series_of
+from .places import DrawnPoses, assembled_of, series_of
 
 # How much of a region is seen.
 CLEAR = 0.55
@@ -64,9 +62,7 @@ def show(motion: DrawnPoses, pose: int | tuple[int, ...] | None, looks: Looks) -
 
 def _assembled(motion: DrawnPoses) -> tuple[int, ...]:
     """Flat numbers of the assembled poses along the longest batch axis."""
-    series, _ = series_of(motion, None)
-    there = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)
-    return tuple(k for k in series if there[k])
+    return tuple(assembled_of(motion, series_of(motion, None)[0]))
 
 
 def _plotter(bodies: MotionBodies, size: tuple[int, int], off_screen: bool) -> tuple[Any, dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -209,6 +210,17 @@ def free_arrows(motion: DrawnPoses, entry: int) -> list[LoadArrow]:
     moving = [each for each in found if np.linalg.norm(each.force) > MOVES * most]
     seen = {tuple(np.round([*each.at, *(each.force / most)], 6)): each for each in moving}
     return [LoadArrow(each.at, each.force / most, "") for each in seen.values()]
+
+
+def assembled_of(motion: PosesInRow, series: Sequence[int]) -> list[int]:
+    """Those of some poses, by their flat numbers, that are assembled."""
+    there = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)
+    return [number for number in series if there[number]]
+
+
+def rows_of(motion: PosesInRow, values: Array) -> Array:
+    """Values (..., k) by flat number of the pose, (poses, k)."""
+    return np.broadcast_to(values, (*motion.shape, values.shape[-1])).reshape(-1, values.shape[-1])
 
 
 def series_of(motion: PosesInRow, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:

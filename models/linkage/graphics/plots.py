@@ -18,7 +18,16 @@ from ....framework.graphics.scene import Region, Scene, Stroke
 from ....framework.graphics.style import fitting_figure, space_figure, styled
 from ...job.envelope import swept
 from ..description.linkage_description import LinkageDescription
-from .places import FREE_TEXT, DrawnPoses, PosePlaces, ReferencePlaces, free_arrows, series_of
+from .places import (
+    FREE_TEXT,
+    DrawnPoses,
+    PosePlaces,
+    ReferencePlaces,
+    assembled_of,
+    free_arrows,
+    rows_of,
+    series_of,
+)
 from .plane import plane
 from .regions import drawn_regions, magnified, outline_of, told
 from .scene import ghost, linkage_scene
@@ -106,11 +115,11 @@ def scene_of(
     places = PosePlaces(motion, number)
     scene = linkage_scene(places, plane(motion), names=names, loads=loads, force_unit=unit)
     scene.moves.extend(free_arrows(motion, number))
-    there = [k for k in series if np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)[k]]
+    there = assembled_of(motion, series)
     for other in there[:: max(1, len(there) // ghosts)] if ghosts else []:
         scene.strokes.extend(ghost(PosePlaces(motion, other)))
     for point in trace:
-        path = _rows(motion, motion.position(point))[series]
+        path = rows_of(motion, motion.position(point))[series]
         scene.strokes.append(Stroke(path, "trace"))
     return scene
 
@@ -156,7 +165,7 @@ def animate_motion(
     from matplotlib.animation import FuncAnimation
 
     series, _ = series_of(motion, None)
-    there = [k for k in series if np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)[k]]
+    there = assembled_of(motion, series)
     scenes = [_only(motion, k, trace, series, names, units[1]) for k in there]
     everything = Scene(strokes=[stroke for scene in scenes for stroke in scene.strokes], flat=scenes[0].flat)
     found = axes_for(everything, axes)
@@ -182,7 +191,7 @@ def animate_motion(
 def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
     """One pose of a series, by its flat number, with the paths of points."""
     scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
-    scene.strokes.extend(Stroke(_rows(motion, motion.position(point))[series], "trace") for point in trace)
+    scene.strokes.extend(Stroke(rows_of(motion, motion.position(point))[series], "trace") for point in trace)
     return scene
 
 
@@ -231,8 +240,3 @@ def _add_band(scene: Scene, motion: DrawnPoses, point: str, samples: Array, magn
             corners[:, shown] = outline
             scene.regions.append(Region(corners, "band", point))
     return f"displacements of {point} × {factor:g}"
-
-
-def _rows(motion: DrawnPoses, vectors: Array) -> Array:
-    """Vectors (..., 3) by flat number of the pose, (poses, 3)."""
-    return np.broadcast_to(vectors, (*motion.shape, 3)).reshape(-1, 3)

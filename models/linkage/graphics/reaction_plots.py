@@ -12,9 +12,10 @@ from ....framework.errors import FrameError
 from ....framework.graphics.style import new_axes, styled
 from ....framework.graphics.units import moment_unit
 from ...job.force_figures import Over, draw_forces
+from ..description.joints import driven_name
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
-from .places import series_of
+from .places import rows_of, series_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 KINDS = ("joints", "drives")
 
 
-@styled
 def plot_reactions(
     motion: Kinematics,
     forces: Mapping[str, Array],
@@ -32,45 +32,40 @@ def plot_reactions(
     units: tuple[str, str],
 ) -> Axes:
     """See `Reactions.plot`."""
-    _check_kind(what)
     row = np.array(series_of(motion, None)[0])
-    if what == "joints":
-        curves = {name: np.linalg.norm(_rows(motion, force)[row, :3], axis=-1) for name, force in forces.items()}
-        label = f"joint force [{units[1]}]"
-    else:
-        curves = dict(_pushes(motion, drives, row, units))
-        label = "drive force or moment"
-    return _draw(axes, over_first_drive(motion, row, units[0]), curves, label)
+    along = {name: rows_of(motion, force)[row] for name, force in forces.items()}
+    pushes = dict(_pushes(motion, drives, row, units))
+    return _plot(over_first_drive(motion, row, units[0]), along, pushes, what, axes, units)
 
 
-def _check_kind(what: str) -> None:
-    if what not in KINDS:
-        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
-
-
-@styled
 def plot_four_bar_reactions(
     theta: Array, forces: Mapping[str, Array], torque: Array, what: str, axes: Axes | None, units: tuple[str, str]
 ) -> Axes:
     """See `Kinetostatics.plot`; angles and torque (...), forces (..., 3), of which the longest axis is drawn."""
-    _check_kind(what)
-    shape = torque.shape
-    axis = int(np.argmax(shape)) if shape else 0
-
-    def line(values: Array) -> Array:
-        """Along that axis, the first along the others."""
-        whole = np.broadcast_to(values, shape)
-        return np.atleast_1d(whole[tuple(slice(None) if k == axis else 0 for k in range(whole.ndim))])
-
-    curves = {name: line(np.linalg.norm(force, axis=-1)) for name, force in forces.items()}
-    label = f"joint force [{units[1]}]"
-    if what == "drives":
-        curves, label = {f"A [{moment_unit(units)}]": line(torque)}, "drive force or moment"
-    return _draw(axes, Over.drive(np.degrees(line(theta)), "A [°]", True), curves, label)
+    shape = torque.shape or (1,)
+    at = tuple(slice(None) if k == int(np.argmax(shape)) else 0 for k in range(len(shape)))
+    along = {name: np.broadcast_to(force, (*shape, 3))[at] for name, force in forces.items()}
+    angle, push = (np.broadcast_to(values, shape)[at] for values in (np.degrees(theta), torque))
+    over = Over.drive(angle, "A [°]", True)
+    return _plot(over, along, {f"A [{moment_unit(units)}]": push}, what, axes, units)
 
 
-def _draw(axes: Axes | None, over: Over, curves: Mapping[str, Array], label: str) -> Axes:
-    """On axes of matplotlib, new ones where None."""
+@styled
+def _plot(
+    over: Over,
+    forces: Mapping[str, Array],
+    pushes: Mapping[str, Array],
+    what: str,
+    axes: Axes | None,
+    units: tuple[str, str],
+) -> Axes:
+    """Sizes of the forces (k, 3 or more), or the forces and moments of the drives (k,), over poses."""
+    if what not in KINDS:
+        raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
+    curves, label = pushes, "drive force or moment"
+    if what == "joints":
+        curves = {name: np.linalg.norm(force[:, :3], axis=-1) for name, force in forces.items()}
+        label = f"joint force [{units[1]}]"
     found: Any = new_axes(4.8, 3.4) if axes is None else axes
     sizes = all(np.nanmin(curve, initial=0.0) >= 0.0 for curve in curves.values())
     draw_forces(found, over, curves, label, from_zero=sizes)
@@ -81,8 +76,9 @@ def _draw(axes: Axes | None, over: Over, curves: Mapping[str, Array], label: str
 def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:
     """Name with its unit, and force or moment, of each driven coordinate."""
     for joint, force in drives.items():
-        for component, push in zip(motion.linkage.drives[joint], _rows(motion, force)[row].T, strict=True):
-            name = joint if len(motion.linkage.drives[joint]) == 1 else f"{joint}.{component}"
+        driven = motion.linkage.drives[joint]
+        for component, push in zip(driven, rows_of(motion, force)[row].T, strict=True):
+            name = driven_name(joint, component, driven)
             yield f"{name} [{moment_unit(units) if component[0] == 'r' else units[1]}]", push
 
 
@@ -104,12 +100,7 @@ def over_first_drive(motion: Kinematics, row: Any, length: str) -> Over:
         Values (k,), what stands beside them, and whether they are angles.
     """
     for joint, components in motion.linkage.drives.items():
-        values = _rows(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
+        values = rows_of(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]
         turns = components[0][0] == "r"
         return Over.drive(np.degrees(values) if turns else values, f"{joint} [{'°' if turns else length}]", turns)
     return Over(np.arange(float(len(row))), "pose", False)
-
-
-def _rows(motion: Kinematics, values: Array) -> Array:
-    """By flat number of the pose, (poses, k)."""
-    return np.broadcast_to(values, (*motion.shape, values.shape[-1])).reshape(-1, values.shape[-1])

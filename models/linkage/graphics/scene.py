@@ -9,6 +9,7 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.graphics.scene import JointSymbol, Label, LoadArrow, Region, Scene, Stroke, coil, outline
 from ....framework.graphics.units import quantity
+from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, LinkageLink
 from .places import DrawnPlaces
 
@@ -61,15 +62,14 @@ def linkage_scene(
     if loads:
         scene.arrows.extend(_arrows(places, force_unit))
     if names:
-        used = _points_in_use(places)
+        used = points_in_use(linkage)
         scene.labels.extend(Label(point, places.position(point, link)) for point, link in used.items())
     return scene
 
 
 def ghost(places: DrawnPlaces) -> list[Stroke]:
     """Links as faint lines, for another pose."""
-    lines = (line for link in places.linkage.links.values() for line in _lines(places, link))
-    return [Stroke(line, "ghost") for line in lines]
+    return [Stroke(line, "ghost") for link in places.linkage.links.values() for line in lines(places, link)]
 
 
 def _add_link(scene: Scene, places: DrawnPlaces, link: LinkageLink, number: int) -> None:
@@ -83,14 +83,14 @@ def _add_link(scene: Scene, places: DrawnPlaces, link: LinkageLink, number: int)
     if closed:
         scene.regions.append(Region(corners, "link", link.name, number))
     kind = "link" if link.beams or not closed else "outline"
-    for index, line in enumerate(_lines(places, link)):
+    for index, line in enumerate(lines(places, link)):
         scene.strokes.append(Stroke(line, kind, "" if index else link.name, number))
     if closed and link.beams:
         # The body's edge where no beam runs: thin, so that the beams stay what carries the load.
         scene.strokes.append(Stroke(np.concatenate([corners, corners[:1]]), "ghost", number=number))
 
 
-def _lines(places: DrawnPlaces, link: LinkageLink) -> Iterator[Array]:
+def lines(places: DrawnPlaces, link: LinkageLink) -> Iterator[Array]:
     """A link as lines (k, 3): its beams, or the outline of its points."""
     at = {point: places.position(point, link.name) for point in link.points}
     if link.beams:
@@ -100,9 +100,8 @@ def _lines(places: DrawnPlaces, link: LinkageLink) -> Iterator[Array]:
     yield np.concatenate([corners, corners[:1]]) if closed else corners
 
 
-def _points_in_use(places: DrawnPlaces) -> dict[str, str | None]:
+def points_in_use(linkage: LinkageDescription) -> dict[str, str | None]:
     """Points on links or in joints, and the link on which each is taken."""
-    linkage = places.linkage
     used: dict[str, str | None] = {}
     for point in linkage.points:
         holders = [link.name for link in linkage.links.values() if point in link.points]

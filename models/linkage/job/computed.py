@@ -156,7 +156,7 @@ class Computed:
     def error_bound(self) -> Array:
         """Bound on the numerical error of the first point's displacement in every sample, (poses, 3)."""
         if not self.inputs.tolerances:
-            return np.array(np.broadcast_to(self.main.error_bound[..., :3], (self.poses, 3)))
+            return np.array(self.rows(self.main.error_bound[..., :3]))
         return self.parts["bound"][0, :, 0] if "digits" in self.inputs.also else np.zeros((self.poses, 3))
 
     @cached_property
@@ -200,7 +200,7 @@ class Computed:
     def reported_status(self) -> NDArray[np.str_]:
         """`status`, and of how many samples there is no result where the nominal linkage has one, (poses,)."""
         missing = np.max([spread.missing.max(axis=-1) for spread in self.spread.values()] or [np.zeros(1, int)], axis=0)
-        there = np.isfinite(np.broadcast_to(self.main.total, (self.poses, 6))).all(axis=-1)
+        there = np.isfinite(self.rows(self.main.total)).all(axis=-1)
         words = [
             f"; no result in {count} of {self.inputs.samples} samples" if count else "" for count in missing * there
         ]
@@ -239,8 +239,11 @@ class Computed:
     def where(self, pose: int) -> str:
         """A pose in words, such as ``"A = 30°"``."""
         name, drive = next(iter(self.inputs.drives.items()))
-        unit = {"deg": "°", "rad": " rad"}.get(drive.unit, " m")
-        return f"{name} = {self.drive[pose]:g}{unit}"
+        return f"{name} = {self.drive[pose]:g}{'' if drive.unit == 'deg' else ' '}{drive.sign}"
+
+    def rows(self, values: Array) -> Array:
+        """Values (..., k), which may not vary with the pose, of all poses, (poses, k)."""
+        return np.broadcast_to(values, (self.poses, values.shape[-1]))
 
     def _has(self, point: str) -> bool:
         return any(point in link.points for link in self.inputs.linkage.links.values())

@@ -1,23 +1,35 @@
-"""Figures of the job: paths of the points with their displacements, and the forces in joints and drives."""
+"""Figures of the job: the linkage at one pose, paths of the points with their displacements, and the forces in joints
+and drives."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ....framework.batch import Array
-from ....framework.graphics.canvas import few_ticks, frame_in_space
-from ....framework.graphics.style import COLOURS, GREY, ORANGE, entry, figure, space_figure, styled
-from ...job.figures import TracedPoint, draw_all_histograms, draw_trajectories
+from ....framework.graphics.canvas import draw as draw_scene
+from ....framework.graphics.canvas import few_ticks, finish, frame_in_space
+from ....framework.graphics.style import (
+    COLOURS,
+    GREY,
+    ORANGE,
+    entry,
+    figure,
+    fitting_figure,
+    space_figure,
+    styled,
+)
+from ...job.figures import TracedPoint, draw_histograms, draw_trajectories
 from ...job.force_figures import Over, draw_reactions
 from ...job.measured import CAPTION, FIGURE_FILE
 from ..graphics.plane import ROUNDING
-from .drawing import draw_mechanism
+from ..graphics.plots import scene_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ..motion import Motion
     from .result import RunResult
 
 CAPTIONS = {
@@ -48,9 +60,37 @@ def draw(result: RunResult) -> dict[str, Figure]:
         if (ways := _spreading(result, point))
     ]
     if spreads:
-        found["histogram.png"] = draw_all_histograms(spreads, result.where(pose))
+        found["histogram.png"] = draw_histograms(spreads, result.where(pose))
     found["reactions.png"] = _reactions(result)
     return found
+
+
+@styled
+def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str = "") -> Figure:
+    """Draw a linkage at one of its poses.
+
+    Parameters
+    ----------
+    motion
+        Its motion, (poses,).
+    pose
+        Number of the pose; the first that is assembled where it is not.
+    points
+        Points whose paths are drawn.
+    title
+        What stands above.
+
+    Returns
+    -------
+    Figure
+        A drawing in the plane of motion, or in space.
+    """
+    there = bool(motion.shape) and bool(motion.is_assembled[pose])
+    scene = scene_of(motion, pose if there else None, points)
+    drawn_on, axes = space_figure(6.4, 5.2) if scene.flat is None else fitting_figure(6.4, scene.extent)
+    draw_scene(scene, axes)
+    finish(scene, axes, "m", title)
+    return drawn_on
 
 
 def _trajectory(result: RunResult) -> Figure:
@@ -58,7 +98,7 @@ def _trajectory(result: RunResult) -> Figure:
     shown = list(result.shown)
     traced = []
     for point, spread in result.spread.items():
-        rigid = np.broadcast_to(result.accuracy[point].rigid, (result.poses, 3))[:, shown]
+        rigid = result.rows(result.accuracy[point].rigid)[:, shown]
         ways = "".join("xyz"[k] for k in shown)
         traced.append(TracedPoint(point, ways, rigid, rigid, spread.samples[..., shown]))
     if not traced:
@@ -86,8 +126,8 @@ def draw_paths(result: RunResult) -> Figure:
     else:
         drawn_on, (axes,) = figure(6.4, 4.4)
     for colour, (point, found) in zip(COLOURS, result.accuracy.items(), strict=False):
-        rigid = 1e3 * np.broadcast_to(found.rigid, (result.poses, 3))[:, shown]
-        moved = rigid + result.magnify * 1e3 * np.broadcast_to(found.total, (result.poses, 6))[:, shown]
+        rigid = 1e3 * result.rows(found.rigid)[:, shown]
+        moved = rigid + result.magnify * 1e3 * result.rows(found.total)[:, shown]
         axes.plot(*rigid.T, color=GREY if len(result.accuracy) == 1 else colour, lw=1.0, label=entry(f"{point}, rigid"))
         axes.plot(*moved.T, color=colour, lw=1.3, ls="--", label=entry(f"{point}, loaded"))
         where = result.where(result.pose) if point == result.inputs.points[-1] else None
@@ -108,15 +148,11 @@ def draw_paths(result: RunResult) -> Figure:
 def _reactions(result: RunResult) -> Figure:
     """Forces in the joints, and those of the drives, over the first drive."""
     linkage, found = result.inputs.linkage, result.reactions
-    forces = {j: np.linalg.norm(_rows(result, found.force(j))[:, :3], axis=-1) for j in linkage.joints}
+    forces = {j: np.linalg.norm(result.rows(found.force(j))[:, :3], axis=-1) for j in linkage.joints}
     units = {"r": "N m", "u": "N"}
-    forces_of_drives = (force for joint in linkage.drives for force in _rows(result, found.drive(joint)).T)
+    forces_of_drives = (force for joint in linkage.drives for force in result.rows(found.drive(joint)).T)
     driven = ((name, units[component[0]]) for _, component, name in result.inputs.driven)
     pushes = {name: (unit, push) for (name, unit), push in zip(driven, forces_of_drives, strict=True)}
     name, drive = next(iter(result.inputs.drives.items()))
-    unit = {"deg": "°", "rad": "rad"}.get(drive.unit, "m")
-    return draw_reactions(Over.drive(result.drive, f"{name} [{unit}]", unit == "°"), forces, pushes)
-
-
-def _rows(result: RunResult, values: Array) -> Array:
-    return np.broadcast_to(values, (result.poses, values.shape[-1]))
+    over = Over.drive(result.drive, f"{name} [{drive.sign}]", drive.unit == "deg")
+    return draw_reactions(over, forces, pushes)

@@ -15,6 +15,7 @@ from ...job.measured import LEVEL, UNITS, DriveValues, MeasuredPoint
 from ...measured.table import read_measured
 from ...moments import NAN_POLICIES
 from ...sampling import SAMPLERS, Distribution, goes_on
+from ..description.joints import driven_name
 from ..files.read import linkage_of
 from ..files.source import Source, shown_value
 from ..files.toml import Path as Place
@@ -192,13 +193,13 @@ class RunInputs:
     @property
     def driven(self) -> list[tuple[str, str, str]]:
         """Joint, coordinate, and name in the tables, of every driven coordinate in the order of the linkage."""
-        return [(j, c, _named(j, c, own)) for j, own in self.linkage.drives.items() for c in own]
+        return [(j, c, driven_name(j, c, own)) for j, own in self.linkage.drives.items() for c in own]
 
     def numbers(self, what: Callable[[Drive], Array]) -> dict[str, Array]:
         """Values or rates of the drives by joint, as `Linkage.move` takes them: (poses,), or (poses, f) of several."""
         out = {}
         for joint, driven in self.linkage.drives.items():
-            own = [self.drives[_named(joint, name, driven)] for name in driven]
+            own = [self.drives[driven_name(joint, name, driven)] for name in driven]
             each = np.broadcast_arrays(*(drive.factor * what(drive) for drive in own))
             out[joint] = np.stack(each, axis=-1) if len(driven) > 1 else each[0]
         return out
@@ -287,7 +288,7 @@ def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:
     if len(driven) == 1:
         return {joint: _drive(source, path, driven[0])}
     source.table(path, driven)
-    return {_named(joint, name, driven): _drive(source, (*path, name), name) for name in driven}
+    return {driven_name(joint, name, driven): _drive(source, (*path, name), name) for name in driven}
 
 
 def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
@@ -328,10 +329,6 @@ def _steady(name: str, drive: str, rate: Array) -> Array:
             "number for all poses"
         )
     return rate.reshape(-1)[:1].reshape(())
-
-
-def _named(joint: str, coordinate: str, driven: tuple[str, ...]) -> str:
-    return joint if len(driven) == 1 else f"{joint}.{coordinate}"
 
 
 def _check_lengths(source: Source, drives: Mapping[str, Drive]) -> None:

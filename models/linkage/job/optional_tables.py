@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ...job import choices, digits, large_table
 from ...job.outcome import SPECTRA, Outcome
-from ...job.passages import passages
 from .result import RunResult, compute
 
 CONDITION = """\
@@ -23,7 +22,6 @@ WITHOUT_BOUND = "Where contacts are found in equilibrium there is no bound on th
 def sections(result: RunResult) -> Iterator[str]:
     """Paragraphs of the report for the further tables that the file asks for."""
     also, outcome = result.inputs.also, result.outcome
-    point = result.inputs.points[0]
     if "condition" in also:
         yield CONDITION
         yield from _ranges(result)
@@ -32,8 +30,7 @@ def sections(result: RunResult) -> Iterator[str]:
         if np.isnan(outcome.error_bound).all():
             yield WITHOUT_BOUND
     if "large" in also:
-        yield from large_table.section(outcome, point, "table.csv")
-        yield from passages(outcome)
+        yield from large_table.section(outcome, "table.csv")
     if result.inputs.choices:
         yield "### Choices"
         yield choices.EXPLAINED.format(where=result.where(result.pose), first=choices.first(outcome.count))

@@ -18,7 +18,7 @@ from .sampled import conditions, few_samples, large_parts
 
 @dataclass(frozen=True, eq=False)
 class PointOutcome(Outcome):
-    """The first point to report.
+    """The first point to report; what has no docstring here is told by `Outcome`.
 
     Attributes
     ----------
@@ -27,6 +27,9 @@ class PointOutcome(Outcome):
     """
 
     result: Computed
+
+    singular_place = "a singular configuration"
+    place_error = np.nan  # none is known of a position that was iterated
 
     @property
     def drives(self) -> list[str]:
@@ -40,17 +43,10 @@ class PointOutcome(Outcome):
 
     @property
     def point(self) -> str:
-        """Name of the first point."""
         return self.result.inputs.points[0]
 
     @property
-    def singular_place(self) -> str:
-        """Any singular configuration."""
-        return "a singular configuration"
-
-    @property
     def axes(self) -> tuple[int, ...]:
-        """Components that are shown."""
         return self.result.shown
 
     @property
@@ -60,47 +56,37 @@ class PointOutcome(Outcome):
 
     @property
     def nan_policy(self) -> str:
-        """What is done with samples without a result."""
         return self.result.inputs.nan_policy
-
-    @cached_property
-    def _shape(self) -> tuple[int, int]:
-        return self.result.poses, 3
 
     def _whole(self, values: Array) -> Array:
         """Values (poses, 3 or more), which may not vary with the pose, as (poses, 3)."""
-        return np.array(np.broadcast_to(values[..., :3], self._shape))
+        return np.array(self.result.rows(values[..., :3]))
 
     @property
     def assembled(self) -> Mask:
-        """Poses that can be assembled."""
-        return np.broadcast_to(self.result.motion.is_assembled, self._shape[:1])
+        return np.broadcast_to(self.result.motion.is_assembled, (self.result.poses,))
 
     @cached_property
     def regular(self) -> Mask:
         """Poses at which motion and frame are regular, and the samples have statistics."""
-        frame = np.broadcast_to(self.result.main.status == "regular", self._shape[:1])
+        frame = np.broadcast_to(self.result.main.status == "regular", (self.result.poses,))
         known = np.isfinite(self.mean).all(axis=-1)
-        return np.asarray(frame & known & np.broadcast_to(self.result.motion.is_regular, self._shape[:1]))
+        return np.asarray(frame & known & np.broadcast_to(self.result.motion.is_regular, (self.result.poses,)))
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """Why a pose has no result, or ``"regular"``."""
         return np.where(self.regular, "regular", self.result.reported_status)
 
     @property
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the nominal displacement by its being linear."""
-        return np.broadcast_to(self.result.solution.nonlinearity(), self._shape[:1])
+        return np.broadcast_to(self.result.solution.nonlinearity(), (self.result.poses,))
 
     @property
     def rigid(self) -> Array:
-        """Position with rigid links and no clearance."""
         return self._whole(self.result.main.rigid)
 
     @property
     def compliance(self) -> Array:
-        """Nominal displacement without clearance."""
         return self._whole(self.result.main.compliance)
 
     @cached_property
@@ -114,11 +100,6 @@ class PointOutcome(Outcome):
         return self.result.error_bound
 
     @property
-    def place_error(self) -> float:
-        """None is known of a position that was iterated."""
-        return np.nan
-
-    @property
     def kappa(self) -> Array:
         """Condition number as usually assembled; NaN where a joint is ideal in some directions, or nodes are tied."""
         return self._conditions[0]
@@ -130,26 +111,22 @@ class PointOutcome(Outcome):
 
     @cached_property
     def _conditions(self) -> tuple[Array, Array]:
-        return conditions(self.result.main, self._shape[:1])
+        return conditions(self.result.main, (self.result.poses,))
 
     @cached_property
     def sampled_kappa(self) -> tuple[Array, Array]:
-        """Condition numbers of the first samples, whole and in the plane, (poses, some)."""
         return few_samples(self.result.inputs, self.result.nominal, SPECTRA).condition_numbers()
 
     @cached_property
     def kappa_scaled(self) -> Array:
-        """Scaled condition number of the matrix that is solved."""
-        return np.broadcast_to(self.result.main.scaled_condition_number(), self._shape[:1])
+        return np.broadcast_to(self.result.main.scaled_condition_number(), (self.result.poses,))
 
     @property
     def unknowns(self) -> int:
-        """Displacements of the frame's nodes."""
         return 6 * len(self.result.solution.frame.nodes)
 
     @cached_property
     def closes(self) -> Mask:
-        """Poses at which all samples that are taken to large displacement can be assembled."""
         return np.asarray(np.isfinite(self._large[1]).all(axis=(1, 2)))
 
     @cached_property

@@ -20,8 +20,7 @@ def remarks(result: RunResult) -> list[str]:
     where = [result.where(pose) for pose in range(result.poses)]
     found: list[str] = []
     for point, accuracy in result.accuracy.items():
-        moved = np.broadcast_to(accuracy.total, (result.poses, 6))
-        found += beyond_size(point, moved, result.size, where)
+        found += beyond_size(point, result.rows(accuracy.total), result.size, where)
     found += without_result(result.lost, result.poses, result.inputs.samples, result.inputs.nan_policy)
     found += failed_samples(result.outcome) if "large" in result.inputs.also else []
     return [*found, *_unmoved(result), *_pose(result)]

@@ -101,7 +101,7 @@ def _degrees(angle: Array) -> str:
 
 
 def _millimetres(result: RunResult, values: Array) -> list[str]:
-    at = np.broadcast_to(values, (result.poses, values.shape[-1]))[result.pose]
+    at = result.rows(values)[result.pose]
     return [f"{1e3 * at[k]:.4g}" for k in result.shown]
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.errors import MechanismWarning
+from ....framework.errors import expected_mechanisms
 from ...job.measured import MEASURED_WAY
 from ...job.memory import check
 from ...job.outcome import LARGE_WAY, LINEAR_WAY, taken
@@ -82,9 +81,7 @@ def finish(result: RunResult, advance: Advance | None = None, shared: Sharing = 
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):
         pass  # what cannot be chosen is told before anything is computed
-    with warnings.catch_warnings():
-        # Singular poses are part of the answer: their status says so.
-        warnings.simplefilter("ignore", MechanismWarning)
+    with expected_mechanisms():
         _ = result.pose, result.status, result.reactions
         shared.compute(result.kinds(), advance or (lambda *_: None))
         _ = result.spread, result.measured

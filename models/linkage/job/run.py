@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...job import large_table
-from ...job.measured import TABLE_FILE, MeasuredOutcome
-from ...job.passages import passages
+from ...job.measured import TABLE_FILE
 from ...job.report import Report
 from ...job.run import Job
 from ...job.sharing import ALONE, Sharing
@@ -27,8 +26,6 @@ from .table import as_csv, as_text, legend, reactions_csv
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
-
-    from ....framework.solution import Solution
 
 DRAWN = "In brackets: one standard error of sampling, in units of the last digit; all poses share the same draws."
 
@@ -54,7 +51,6 @@ class LinkageJob(Job):
 
     @property
     def has_beams(self) -> bool:
-        """Whether there is a beam to show in space."""
         return any(link.beams for link in self.inputs.linkage.links.values())
 
     @property
@@ -67,18 +63,7 @@ class LinkageJob(Job):
         finish(self.result, advance, self.shared)
 
     @property
-    def measured(self) -> MeasuredOutcome | None:
-        """Measured positions of a point beside those predicted."""
-        return self.result.measured
-
-    @property
-    def solution(self) -> Solution:
-        """The loaded frame at all poses."""
-        return self.result.solution
-
-    @property
     def entry(self) -> int:
-        """Which of its poses is shown."""
         return self.result.pose
 
     def tables(self) -> Mapping[str, str]:
@@ -91,7 +76,7 @@ class LinkageJob(Job):
         if result.displacement is None:
             return {}
         found: dict[str, NDArray[Any]] = {"drive": result.drive, "displacement": result.displacement}
-        found["rigid"] = np.stack([np.broadcast_to(each.rigid, (result.poses, 3)) for each in result.accuracy.values()])
+        found["rigid"] = np.stack([result.rows(each.rigid) for each in result.accuracy.values()])
         if "large" in also:
             found["displacement_large"] = np.moveaxis(result.outcome.large.samples, 1, 0)
             found["large_passes"] = result.outcome.large.passed.T
@@ -106,7 +91,6 @@ class LinkageJob(Job):
         yield from draw(self.result).items()
 
     def captions(self) -> Mapping[str, str]:
-        """Captions by file."""
         return captions(self.result)
 
     def page(self, path: Path) -> None:
@@ -118,12 +102,11 @@ class LinkageJob(Job):
         result = self.result
         times = result.drive if result.increasing else None
         if self.has_beams:
-            self.solution.save(path, times=times, axis=0)
+            self.result.solution.save(path, times=times, axis=0)
         else:
             result.motion.save(path, times=times)
 
     def remarks(self) -> list[str]:
-        """What the reader of the numbers should know."""
         return remarks(self.result)
 
     def report(self, compared: None = None) -> Report:
@@ -134,6 +117,6 @@ class LinkageJob(Job):
         """What the table's columns are, the table, what its brackets hold, and what was asked for beside it."""
         table = as_text(self.result, width)
         outcome = self.result.outcome
-        large = [*large_table.passage(outcome, width), *passages(outcome)] if "large" in self.inputs.also else []
+        large = large_table.passage(outcome, width) if "large" in self.inputs.also else []
         paragraphs = [legend(self.result), table, *([DRAWN] if self.inputs.tolerances else []), *large]
         return "\n\n".join(paragraphs)

@@ -2,79 +2,39 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError, MechanismWarning
+from ....framework.errors import FrameError
 from ...job.parts import Check, Parts
 from ...propagation.failures import FailedRows, FailureCount
 from ...sampling import draw
-from ..motion import Motion
 from ..statics.accuracy import PointAccuracy
-from ..study.sampled import SampledDisplacement
+from ..study.sampled import SampledDisplacement, SomePlaces
 from .inputs import RunInputs
 
 
-@dataclass(frozen=True, eq=False)
-class RunSamples:
-    """Displacement of points with samples of uncertain numbers.
-
-    Attributes
-    ----------
-    sampled
-        What displaces them.
-    draws
-        Samples of the numbers by tolerance, (n,) each; none for the linkage as the file has it.
-    """
-
-    sampled: SampledDisplacement
-    draws: Mapping[str, Array]
+class SomeSamples(SomePlaces):
+    """Results of some samples, computed when read, (points, poses, n, ...)."""
 
     def __call__(self, cut: slice) -> SomeSamples:
-        """Some of the samples."""
+        """Some of them."""
         return SomeSamples(self.sampled, {name: values[cut] for name, values in self.draws.items()})
-
-
-@dataclass(frozen=True, eq=False)
-class SomeSamples:
-    """Results of some samples, computed when read, (points, poses, n, ...).
-
-    Attributes
-    ----------
-    sampled, draws
-        As for `RunSamples`.
-    """
-
-    sampled: SampledDisplacement
-    draws: Mapping[str, Array]
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Number of poses, and of samples."""
-        return self.sampled.nominal.shape[1], len(next(iter(self.draws.values()), [0]))
 
     @cached_property
     def moved(self) -> Array:
         """Displacement from the nominal rigid position."""
-        with self._refused():
-            places = [np.broadcast_to(found.rigid + found.total[..., :3], (*self.shape, 3)) for found in self._accuracy]
-        return np.asarray(np.stack(places) - self.sampled.nominal)
+        return np.asarray(self.places() - self.sampled.nominal)
 
     def lost(self) -> dict[str, int]:
         """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
-        first = self._accuracy[0]
-        status = np.where(self._motion.status == "regular", first.status, self._motion.status)
-        reasons = np.broadcast_to(status, self.shape)
         missing = (np.isnan(self.moved) & ~np.isnan(self.sampled.nominal)).any(axis=(0, -1))
         found: dict[str, int] = {}
-        for reason, times in zip(*np.unique(reasons[missing], return_counts=True), strict=True):
+        for reason, times in zip(*np.unique(self.status[missing], return_counts=True), strict=True):
             # What follows a colon are numbers, which differ from sample to sample.
             short = str(reason).partition(":")[0]
             found[short] = found.get(short, 0) + int(times)
@@ -82,42 +42,26 @@ class SomeSamples:
 
     def bound(self) -> Array:
         """Bound on the numerical error of the first point's displacement, (1, poses, n, 3)."""
-        return np.broadcast_to(self._accuracy[0].error_bound[..., :3], (1, *self.shape, 3))
+        return np.broadcast_to(self.accuracy[0].error_bound[..., :3], (1, *self.shape, 3))
 
     def large(self) -> Array:
         """Displacement of the first point from its own rigid position at large displacement, (1, poses, n, 3)."""
-        with self._refused():
-            return np.broadcast_to(self._accuracy[0].large[..., :3], (1, *self.shape, 3))
+        with self.refused():
+            return np.broadcast_to(self.accuracy[0].large[..., :3], (1, *self.shape, 3))
 
     def large_passes(self) -> NDArray[np.bool_]:
         """Whether the linkage passes a singular configuration on the way there, (1, poses, n)."""
-        with self._refused():
-            return np.broadcast_to(self._accuracy[0].large_passes, (1, *self.shape))
+        with self.refused():
+            return np.broadcast_to(self.accuracy[0].large_passes, (1, *self.shape))
 
     def condition_numbers(self) -> tuple[Array, Array]:
         """Condition number of the stiffness matrix, and of its rows and columns in the plane, (poses, n) each."""
-        with self._refused():
-            return conditions(self._accuracy[0], self.shape)
+        with self.refused():
+            return conditions(self.accuracy[0], self.shape)
 
     def rigid(self) -> Array:
         """Its own rigid position, (1, poses, n, 3)."""
-        return np.broadcast_to(self._accuracy[0].rigid, (1, *self.shape, 3))
-
-    @cached_property
-    def _motion(self) -> Motion:
-        with self._refused():
-            return self.sampled.motion(self.draws)
-
-    @cached_property
-    def _accuracy(self) -> list[PointAccuracy]:
-        return [self._motion.accuracy(point, inertia=self.sampled.inertia) for point in self.sampled.points]
-
-    @contextmanager
-    def _refused(self) -> Iterator[None]:
-        """Refusals of samples as errors of the tolerances that drew them."""
-        with warnings.catch_warnings(), self.sampled.source.at("tolerances"):
-            warnings.simplefilter("ignore", MechanismWarning)
-            yield
+        return np.broadcast_to(self.accuracy[0].rigid, (1, *self.shape, 3))
 
 
 def conditions(accuracy: PointAccuracy, shape: tuple[int, ...]) -> tuple[Array, Array]:
@@ -152,20 +96,20 @@ def sampled_parts(inputs: RunInputs, nominal: Array) -> Parts:
     """
     draws = drawn(inputs)
     check = _refusing(inputs, draws) if inputs.nan_policy == "raise" else None
-    make = RunSamples(_displacement(inputs, nominal), draws)
+    make = SomeSamples(_displacement(inputs, nominal), draws)
     shape = *nominal.shape[:2], inputs.samples
     return Parts(make, shape, greatest=("bound",), counted=("lost",), check=check)
 
 
 def few_samples(inputs: RunInputs, nominal: Array, count: int) -> SomeSamples:
     """The first samples of a run; without tolerances the linkage itself."""
-    return RunSamples(_displacement(inputs, nominal), drawn(inputs))(slice(count))
+    return SomeSamples(_displacement(inputs, nominal), drawn(inputs))(slice(count))
 
 
 def large_parts(inputs: RunInputs, nominal: Array, count: int) -> Parts:
     """The first point of a run at large displacement, (1, poses, count, 3), with the first samples."""
     draws = {name: values[:count] for name, values in drawn(inputs).items()}
-    make = RunSamples(_displacement(inputs, nominal), draws)
+    make = SomeSamples(_displacement(inputs, nominal), draws)
     return Parts(make, (1, nominal.shape[1], count), soon=True)
 
 

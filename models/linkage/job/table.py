@@ -35,10 +35,10 @@ def reactions_csv(result: RunResult) -> str:
     names, columns = _drives(result)
     for joint in linkage.joints:
         names += [f"{joint}_{component}" for component in FORCES]
-        columns += list(np.moveaxis(_spread(result, found.force(joint)), -1, 0))
+        columns += list(np.moveaxis(result.rows(found.force(joint)), -1, 0))
     for joint, driven in linkage.drives.items():
         names += [f"{joint}_drive_{component}" for component in driven]
-        columns += list(np.moveaxis(_spread(result, found.drive(joint)), -1, 0))
+        columns += list(np.moveaxis(result.rows(found.drive(joint)), -1, 0))
     method = np.broadcast_to(found.method, (result.poses,)).tolist()
     rows = ([*row, how] for row, how in zip(np.column_stack(columns).tolist(), method, strict=True))
     return separated([*names, "method"], rows)
@@ -52,9 +52,7 @@ def as_text(result: RunResult, width: int | None = None) -> str:
 def legend(result: RunResult) -> str:
     """What the columns of the table are, and their units."""
     ways = " ".join(AXES[k] for k in result.shown)
-    drives = [
-        f"{name} [{ {'deg': '°', 'rad': 'rad'}.get(drive.unit, 'm') }]" for name, drive in result.inputs.drives.items()
-    ]
+    drives = [f"{name} [{drive.sign}]" for name, drive in result.inputs.drives.items()]
     units = {"r": "N m", "u": "N"}
     pushes = [f"drive {name} [{units[component[0]]}]" for _, component, name in result.inputs.driven]
     spread = "; mean and σ of its samples" if result.spread else ""
@@ -88,7 +86,7 @@ def _columns(result: RunResult) -> tuple[list[str], list[Array]]:
             parts |= {"mu_": found.rigid + spread.mean, "sigma_": spread.std}
         for kind, values in parts.items():
             names += [f"{point}_{kind}{axis}" for axis in AXES]
-            columns += list(np.moveaxis(_spread(result, values[..., :3]), -1, 0))
+            columns += list(np.moveaxis(result.rows(values[..., :3]), -1, 0))
     return names, columns
 
 
@@ -96,11 +94,11 @@ def _cells(result: RunResult) -> Iterator[list[str]]:
     """A heading, then a row a pose."""
     shown, point = result.shown, result.inputs.points[0]
     drives = result.inputs.linkage.drives
-    forces = [force for joint in drives for force in _spread(result, result.reactions.drive(joint)).T]
+    forces = [force for joint in drives for force in result.rows(result.reactions.drive(joint)).T]
     heads = list(result.inputs.drives) + [AXES[k] for k in shown] + [f"u_{AXES[k]}" for k in shown]
     columns = _drives(result)[1]
-    columns += [_spread(result, result.main.rigid)[:, k] for k in shown]
-    columns += [_spread(result, result.main.total)[:, k] for k in shown]
+    columns += [result.rows(result.main.rigid)[:, k] for k in shown]
+    columns += [result.rows(result.main.total)[:, k] for k in shown]
     forms = ["g"] * len(result.inputs.drives) + ["z.6f"] * len(shown) + [".3e"] * len(shown)
     errors = [np.full(result.poses, np.nan)] * len(columns)
     if point in result.spread:
@@ -117,7 +115,3 @@ def _cells(result: RunResult) -> Iterator[list[str]]:
     numbers = (np.column_stack(each).tolist() for each in (columns, errors))
     for row, uncertainties, status in zip(*numbers, result.marked_status.tolist(), strict=True):
         yield [*(with_error(*each) for each in zip(row, uncertainties, forms, strict=True)), status]
-
-
-def _spread(result: RunResult, values: Array) -> Array:
-    return np.broadcast_to(values, (result.poses, values.shape[-1]))

@@ -15,7 +15,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..description.places import place as place_of
+from ..description.sketch import place as place_of
 from .terms import Value
 from .tree import Tree, spanning_tree
 

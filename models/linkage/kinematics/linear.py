@@ -267,8 +267,12 @@ def least_squares(a: Array, b: Array, rank: int) -> Array:
     if rank == m:
         return np.asarray(transposed @ stacked_solve(a @ transposed, b))
     ok = np.isfinite(a).all(axis=(-1, -2), keepdims=True)
-    u, s, vt = np.linalg.svd(np.where(ok, a, 0.0), full_matrices=False)
+    return np.where(ok, by_singular_values(np.where(ok, a, 0.0), b, rank), np.nan)
+
+
+def by_singular_values(a: Array, b: Array, rank: int) -> Array:
+    """The same of finite matrices, by their singular values whatever the rank, so that no digits are lost."""
+    u, s, vt = np.linalg.svd(a, full_matrices=False)
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.einsum("...ij,...ik->...jk", u, b)[..., :rank, :] / s[..., :rank, None]
-        x = np.einsum("...ij,...ik->...jk", vt[..., :rank, :], along)
-    return np.where(ok, x, np.nan)
+        return np.asarray(np.einsum("...ij,...ik->...jk", vt[..., :rank, :], along))

@@ -11,17 +11,18 @@ import numpy as np
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
-from ..poses.coordinates import coordinate_of
+from ..graphics.plane import ROUNDING, plane
+from ..graphics.scene import points_in_use
+from ..poses.coordinates import some_coordinates
 from ..statics.frame import FramedPoses
+from ..worst_case.starts import circle, sphere
 from ..worst_case.worst_case import WorstCase
-from .forces import Parts, displacement, drawn_loads, drawn_springs, drive_forces, joint_forces
+from .forces import Parts, displacement, drawn_loads, drawn_springs, forces_of_joints_and_drives
 
 # Digits that are written of a number: an error of 1e-12 of it.
 DIGITS = 12
 # Digits of what is drawn and stands in no table.
 DRAWN = 5
-# Motion across the plane that is rounding, as a share of the linkage's size.
-ROUNDING = 1e-9
 # Bytes of the numbers on a page in the plane and in space, and poses from which on no more are tried.
 ROOM, MOST_POSES = {2: 250_000, 3: 900_000}, 721
 # Directions in which the outermost samples are drawn, in the plane and in space.
@@ -55,8 +56,9 @@ def page_data(
     samples
         Displacements of the point from its rigid position, (poses, samples, 3), to be drawn.
     """
-    loaded, forces = displacement(motion, point, link), joint_forces(motion)
-    flat = is_flat(motion) and not _across(worst, [loaded["displacement"]] if loaded else [], list(forces.values()))
+    loaded, (forces, pushes) = displacement(motion, point, link), forces_of_joints_and_drives(motion)
+    bent = [loaded["displacement"]] if loaded else []
+    flat = plane(motion) == (0, 1) and not _across(worst, bent, list(forces.values()))
     axes = [0, 1] if flat else [0, 1, 2]
     angular, values = motion.linkage.drives[drive][0][0] == "r", driven(motion, drive)
     redundant = worst is not None and worst.position.stress is not None
@@ -64,7 +66,7 @@ def page_data(
         "drive": {"name": drive, "turns": angular, "values": np.degrees(values) if angular else values},
         "status": np.broadcast_to(motion.status, motion.shape),
         "dimensions": len(axes),
-        "points": {name: motion.position(name)[..., axes] for name in _drawn(motion)},
+        "points": {name: motion.position(name)[..., axes] for name in points_in_use(motion.linkage)},
         "links": [{"name": name, "points": list(each.points)} for name, each in motion.linkage.links.items()],
         "joints": _joints(motion, axes),
         "springs": drawn_springs(motion, axes),
@@ -74,7 +76,7 @@ def page_data(
         "loaded": loaded and {name: _along(part, axes) for name, part in loaded.items()},
         "limits": [] if worst is None or redundant else _limits(worst, motion.shape, axes),
         "reactions": {name: _along(part, axes) for name, part in forces.items()},
-        "drives": drive_forces(motion),
+        "drives": pushes,
         "cloud": None if samples is None else _outermost(samples[..., axes]),
         "notes": [REDUNDANT] if redundant else [],
     }
@@ -114,20 +116,7 @@ def _listed(value: Any, every: int) -> Any:
 
 def driven(motion: FramedPoses, drive: str) -> Array:
     """Values of a drive's first coordinate, (poses,), radians or a length."""
-    pair = motion.linkage.joint(drive)
-    number = pair.kind.coordinates.index(motion.linkage.drives[drive][0])
-    return np.asarray(coordinate_of(motion, pair)[..., number])
-
-
-def is_flat(motion: FramedPoses) -> bool:
-    """Whether all links move in planes z = const and turn about z alone."""
-    there, size = motion.is_assembled, motion.mechanism.size
-    for link in motion.linkage.links:
-        tilted = np.abs(motion.axes(link)[..., 2] - np.array([0.0, 0.0, 1.0])).max(axis=-1)
-        lifted = np.abs(motion.origin(link)[..., 2])
-        if np.any(tilted[there] > ROUNDING) or np.any(lifted[there] > ROUNDING * size):
-            return False
-    return True
+    return some_coordinates(motion, drive, motion.linkage.drives[drive])[..., 0]
 
 
 def _along(part: Parts, axes: list[int]) -> Parts:
@@ -157,14 +146,6 @@ def listed(values: Array, digits: int = DIGITS) -> list[Any]:
     # A whole number is shorter without its point.
     rounded = (float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in values.tolist())
     return [int(each) if each is not None and each.is_integer() and abs(each) < 1e15 else each for each in rounded]
-
-
-def _drawn(motion: FramedPoses) -> list[str]:
-    """Points of links and joints."""
-    linkage = motion.linkage
-    used = {name for link in linkage.links.values() for name in link.points}
-    used |= {pair.point for pair in linkage.joints.values()}
-    return [name for name in linkage.points if name in used]
 
 
 def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
@@ -210,15 +191,7 @@ def _turns(worst: WorstCase, joint: str) -> bool:
 def _outermost(samples: Array) -> Array:
     """The outermost samples in a number of directions at each pose, (poses, directions, axes); NaN where none is."""
     dimensions = samples.shape[-1]
-    k = np.arange(DIRECTIONS[dimensions])
-    if dimensions == 2:
-        angles = 2.0 * np.pi * k / len(k)
-        n = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-    else:
-        # Points of a Fibonacci spiral lie evenly on the sphere.
-        z, turns = 1.0 - (2.0 * k + 1.0) / len(k), k * np.pi * (3.0 - np.sqrt(5.0))
-        across = np.sqrt(1.0 - z * z)
-        n = np.stack([across * np.cos(turns), across * np.sin(turns), z], axis=-1)
+    n = (circle if dimensions == 2 else sphere)(DIRECTIONS[dimensions])
     known = np.isfinite(samples).all(axis=-1, keepdims=True)
     along = np.where(known, np.nan_to_num(samples) @ n.T, -np.inf)
     farthest = np.take_along_axis(samples, along.argmax(axis=1)[..., None], axis=1)

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from ....framework.batch import Array, rotated
+from ..description.joints import driven_name
 from ..description.parts import GROUND
 from ..statics.accuracy import accuracy
 from ..statics.frame import FramedPoses
-from ..statics.reactions import reactions
+from ..statics.reactions import Reactions, reactions
 from ..statics.tangent import is_loaded as is_loaded_at_rest
 
-# By quantity its values at all poses, (poses, 6) each.
-Found = dict[str, Array]
+# By joint and coordinate, or whatever else names a quantity, its values at all poses, (poses, n) each.
+Found = dict[tuple[str, str], Array]
 # A quantity under all that acts, ``whole``, and under what acts beside the loads, ``beside``, where anything does.
 Parts = dict[str, Array]
 
@@ -42,18 +43,18 @@ def without_loads(motion: FramedPoses) -> FramedPoses | None:
     return found if is_loaded(found) else None
 
 
-def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found]) -> dict[str, Parts]:
+def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found]) -> dict[tuple[str, str], Parts]:
     """Quantities under all that acts, and under what acts beside the loads, between which they are linear.
 
     With the loads times a factor f a quantity is ``(1 - f) beside + f whole``; without `beside` it is zero there.
     """
     shape, other = motion.shape, without_loads(motion)
     beside = {} if other is None else found(other)
-    parts: dict[str, Parts] = {}
+    parts: dict[tuple[str, str], Parts] = {}
     for name, value in found(motion).items():
-        parts[name] = {"whole": np.broadcast_to(value, (*shape, 6))}
+        parts[name] = {"whole": np.broadcast_to(value, (*shape, value.shape[-1]))}
         if name in beside:
-            parts[name]["beside"] = np.broadcast_to(beside[name], (*shape, 6))
+            parts[name]["beside"] = np.broadcast_to(beside[name], (*shape, value.shape[-1]))
     return parts
 
 
@@ -67,39 +68,33 @@ def displacement(motion: FramedPoses, point: str, link: str | None) -> dict[str,
 
     def found(poses: FramedPoses) -> Found:
         solved = accuracy(poses, point, link, {}, inertia=moving(motion))
-        return {"displacement": solved.compliance, "bound": solved.closed.error_bound(solved.point)}
+        return {("displacement", ""): solved.compliance, ("bound", ""): solved.closed.error_bound(solved.point)}
 
-    return in_parts(motion, found)
+    return {name: part for (name, _), part in in_parts(motion, found).items()}
 
 
-def joint_forces(motion: FramedPoses) -> dict[str, Parts]:
-    """Forces of the joints on their second links."""
+def forces_of_joints_and_drives(motion: FramedPoses) -> tuple[dict[str, Parts], dict[str, dict[str, Any]]]:
+    """Forces of the joints on their second links; forces and moments of the drives, by driven coordinate."""
     if not is_loaded(motion):
-        return {}
+        return {}, {}
+    joints, drives = dict[str, Parts](), dict[str, dict[str, Any]]()
+    parts = in_parts(motion, lambda poses: _forces(reactions(poses)))
+    for joint in motion.linkage.joints:
+        joints[joint] = parts[joint, ""]
+    for joint, driven in motion.linkage.drives.items():
+        for coordinate in driven:
+            name = driven_name(joint, coordinate, driven)
+            drives[name] = {"turns": coordinate[0] == "r", **parts[joint, coordinate]}
+    return joints, drives
 
-    def found(poses: FramedPoses) -> Found:
-        return dict(reactions(poses).wrenches)
 
-    return in_parts(motion, found)
-
-
-def drive_forces(motion: FramedPoses) -> dict[str, dict[str, Any]]:
-    """Forces and moments of the drives, one for each driven coordinate."""
-    if not is_loaded(motion):
-        return {}
-    shape, other = motion.shape, without_loads(motion)
-    whole, beside = reactions(motion).drives, {} if other is None else reactions(other).drives
-    parts: dict[str, dict[str, Any]] = {}
-    for joint, coordinates in motion.linkage.drives.items():
-        for k, coordinate in enumerate(coordinates):
-            name = joint if len(coordinates) == 1 else f"{joint}.{coordinate}"
-            part = parts[name] = {
-                "turns": coordinate[0] == "r",
-                "whole": np.broadcast_to(whole[joint][..., k : k + 1], (*shape, 1)),
-            }
-            if beside:
-                part["beside"] = np.broadcast_to(beside[joint][..., k : k + 1], (*shape, 1))
-    return parts
+def _forces(found: Reactions) -> Found:
+    """Wrenches of joints, and the force on each driven coordinate."""
+    forces: Found = {(joint, ""): wrench for joint, wrench in found.wrenches.items()}
+    for joint, pushes in found.drives.items():
+        for k, coordinate in enumerate(found.motion.linkage.drives[joint]):
+            forces[joint, coordinate] = pushes[..., k : k + 1]
+    return forces
 
 
 def drawn_loads(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:

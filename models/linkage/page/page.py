@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import html
 import platform
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ....framework.batch import Array
-from ....framework.errors import FrameError, MechanismWarning
+from ....framework.errors import FrameError, expected_mechanisms
 from ..statics.frame import FramedPoses
 from ..worst_case.worst_case import WorstCase
 from .about import about
@@ -94,9 +93,7 @@ def page(
     grid: Sequence[GridAxis] = (),
 ) -> str:
     """The page with its numbers, styles and program in it."""
-    with warnings.catch_warnings():
-        # Singular poses are part of the answer: their status says so.
-        warnings.simplefilter("ignore", MechanismWarning)
+    with expected_mechanisms():
         data = page_data(motion, point, link, worst, checked(motion, drive), samples)
     data |= {
         "grid": [axis.table() for axis in grid],

@@ -31,19 +31,7 @@ OTHER_MODE = "other assembly mode; not reachable from the reference configuratio
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AssembledPoses:
-    """A linkage over a batch of poses, with the pose and the rates of each of its links; see `Motion`.
-
-    Attributes
-    ----------
-    linkage
-        The description.
-    mechanism
-        Its compiled form.
-    drives
-        Values, rates and accelerations of the drives.
-    assembly
-        The closed states.
-    """
+    """A linkage over a batch of poses, with the pose and the rates of each of its links; see `Motion`."""
 
     linkage: LinkageDescription
     mechanism: Mechanism

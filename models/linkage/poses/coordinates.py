@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ....framework import rotation
@@ -37,6 +39,12 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         else:
             out.append(_continued(motion, pair, offset, np.arctan2(rotated[..., 1, 0], rotated[..., 0, 0])))
     return np.stack(out, axis=-1) + pair.reference if out else np.zeros((*shape, 0))
+
+
+def some_coordinates(motion: Kinematics, joint: str, components: Sequence[str]) -> Array:
+    """Those coordinates (..., f) of a joint that are named, such as the driven ones."""
+    pair = motion.linkage.joint(joint)
+    return np.asarray(coordinate_of(motion, pair)[..., pair.kind.places_of(components)])
 
 
 def _first(array: Array, trailing: int) -> Array:

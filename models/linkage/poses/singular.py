@@ -209,7 +209,7 @@ def _around(motion: Kinematics) -> Kinematics:
     values: dict[str, Array] = {}
     for place, name in enumerate(sorted(linkage.drives)):
         pair, components = linkage.joint(name), linkage.drives[name]
-        chosen = [pair.kind.coordinates.index(component) for component in components]
+        chosen = pair.kind.places_of(components)
         units = np.array([motion.mechanism.size if component[0] == "u" else 1.0 for component in components])
         steps = np.random.default_rng(place).uniform(-BESIDE, BESIDE, (PROBES, len(chosen)))
         steps[0] = 0.0

@@ -21,7 +21,7 @@ from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_axes
-from ..description.places import place, places
+from ..description.sketch import place, places
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
 from .another_pose import at_another_pose, differs_in_place_only

@@ -16,7 +16,7 @@ from ....framework.orientation import default_axes
 from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import LinkageLink
-from ..description.places import places
+from ..description.sketch import places
 
 # Consistent mass of an even line of unit mass and length.
 _LINE = np.kron([[2.0, 1.0], [1.0, 2.0]], np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / 6.0

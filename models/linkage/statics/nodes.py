@@ -7,7 +7,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..description.places import places
+from ..description.sketch import places
 
 # Distances that differ by that share of the greatest are equal.
 ALIKE = 1e-9

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ...distributions import Distribution, ends
-from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
+from ..derivatives.position_sensitivity import position_sensitivity, with_redundant_rows
 from ..motion import Motion
 from ..worst_case.contributors import Contributors
 from ..worst_case.limits import Given, Limit, limits
@@ -29,9 +29,8 @@ MIDDLES = (np.arange(4096) + 0.5) / 4096
 def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: bool = True) -> dict[str, WorstCase]:
     """By point the worst case of clearances, at their upper limits, where they count, and of all other tolerances."""
     upper_limits = dict(_clearances(sampled.tolerances))
-    others = _others(sampled.tolerances)
     # Where clearances may lie in any direction, that in which they lie at nominal numbers is among them.
-    slopes = _slopes(sampled, others, clearance=not clearances)
+    slopes = _slopes(sampled, _others(sampled.tolerances), clearance=not clearances) | dict(sampled.heat)
     found = {}
     for index, point in enumerate(sampled.points):
         by = position_sensitivity(motion, point, None)
@@ -41,20 +40,10 @@ def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: boo
             columns = np.zeros((*motion.shape, full.rows, 1))
             columns[..., :3, 0] = slope[index].reshape(*motion.shape, 3)
             columns[..., 3:6, 0] = np.nan  # how the link turns is not among the samples
-            lower, upper = reach(others[name])
+            lower, upper = reach(sampled.tolerances[name])
             own.append(Limit(name, columns, np.array(0.5 * (upper - lower)), np.array(0.5 * (upper + lower))))
-        own += [_by_heat(full, motion, slope[index], name, sampled) for name, slope in sampled.heat.items()]
         found[point] = WorstCase(by, tuple(own))
     return found
-
-
-def _by_heat(full: PositionSensitivity, motion: Motion, slope: Array, name: str, sampled: SampledDisplacement) -> Limit:
-    """Limit of a temperature, by which a point is displaced so much, (poses, 3)."""
-    columns = np.zeros((*motion.shape, full.rows, 1))
-    columns[..., :3, 0] = slope.reshape(*motion.shape, 3)
-    columns[..., 3:6, 0] = np.nan  # how the link turns is not among the samples
-    lower, upper = reach(sampled.tolerances[name])
-    return Limit(name, columns, np.array(0.5 * (upper - lower)), np.array(0.5 * (upper + lower)))
 
 
 def contributors(worst: WorstCase, tolerances: Mapping[str, Tolerance]) -> Contributors:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.errors import MechanismWarning
+from ....framework.errors import expected_mechanisms
 from ...job.parts import cuts, one_by_one
 from ..description.linkage_description import LinkageDescription
 from ..files.source import Source
@@ -51,8 +52,7 @@ def nominal_positions(motion: Motion, accuracy: Mapping[str, PointAccuracy]) -> 
     """Nominal rigid positions of points, (points, poses, 1, 3); NaN where there is no displacement."""
     shape = (int(np.prod(motion.shape)), 3)
     each = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", MechanismWarning)  # the status says so
+    with expected_mechanisms():
         for found in accuracy.values():
             known = np.isfinite(np.broadcast_to(found.total[..., :3], shape))
             each.append(np.where(known, np.broadcast_to(found.rigid, shape), np.nan))
@@ -101,7 +101,7 @@ class SampledDisplacement:
         moved, status = np.empty((*shape, 3)), []
         for cut in one_by_one(cuts(shape[1], n)):
             own = {name: values[cut] for name, values in draws.items()}
-            places, reasons = self._places(own, cut.stop - cut.start, clearance)
+            places, reasons = self._places(own, clearance)
             moved[:, :, cut] = places - self.nominal
             for name, slope in self.heat.items():
                 if name in draws:
@@ -113,16 +113,58 @@ class SampledDisplacement:
         """Motion with samples of the uncertain numbers, (n,) each: (poses, n)."""
         return self.poses.move(varied(self.source, self.tolerances, draws, LinkageDescription), column=True)
 
-    def _places(self, draws: Mapping[str, Array], n: int, clearance: bool) -> tuple[Array, NDArray[np.str_]]:
-        shape = (self.nominal.shape[1], n)
-        with warnings.catch_warnings(), self.source.at("tolerances"):
-            warnings.simplefilter("ignore", MechanismWarning)
-            motion = self.motion(draws)
-            each = [motion.accuracy(point, inertia=self.inertia) for point in self.points]
-            displaced = [found.total if clearance else found.compliance for found in each]
-            places = [
-                np.broadcast_to(found.rigid + own[..., :3], (*shape, 3))
-                for found, own in zip(each, displaced, strict=True)
-            ]
-            status = np.where(motion.status == "regular", each[0].status, motion.status)
-        return np.stack(places), np.broadcast_to(status, shape)
+    def _places(self, draws: Mapping[str, Array], clearance: bool) -> tuple[Array, NDArray[np.str_]]:
+        some = SomePlaces(self, draws)
+        return some.places(clearance=clearance), some.status
+
+
+@dataclass(frozen=True, eq=False)
+class SomePlaces:
+    """Where some samples of the points are, computed when read.
+
+    Attributes
+    ----------
+    sampled
+        What displaces them.
+    draws
+        Samples of the numbers by tolerance, (n,) each; none for the linkage as the file has it.
+    """
+
+    sampled: SampledDisplacement
+    draws: Mapping[str, Array]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of poses, and of samples."""
+        return self.sampled.nominal.shape[1], len(next(iter(self.draws.values()), [0]))
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Their motion, (poses, n)."""
+        with self.refused():
+            return self.sampled.motion(self.draws)
+
+    @cached_property
+    def accuracy(self) -> list[PointAccuracy]:
+        """Displacements by point."""
+        return [self.motion.accuracy(point, inertia=self.sampled.inertia) for point in self.sampled.points]
+
+    @property
+    def status(self) -> NDArray[np.str_]:
+        """That of the motion, or where it is regular that of the frame, (poses, n)."""
+        with self.refused():
+            status = np.where(self.motion.status == "regular", self.accuracy[0].status, self.motion.status)
+        return np.broadcast_to(status, self.shape)
+
+    def places(self, *, clearance: bool = True) -> Array:
+        """Displaced positions, (points, poses, n, 3)."""
+        with self.refused():
+            moved = [found.total if clearance else found.compliance for found in self.accuracy]
+            each = [found.rigid + own[..., :3] for found, own in zip(self.accuracy, moved, strict=True)]
+            return np.stack([np.broadcast_to(place, (*self.shape, 3)) for place in each])
+
+    @contextmanager
+    def refused(self) -> Iterator[None]:
+        """Refusals of samples as errors of the tolerances that drew them."""
+        with expected_mechanisms(), self.sampled.source.at("tolerances"):
+            yield

@@ -15,7 +15,7 @@ from ..description.parts import GROUND
 from ..graphics.places import ReferencePlaces
 from ..motion import Motion
 from ..poses.configuration import extent
-from ..poses.coordinates import coordinate_of
+from ..poses.coordinates import some_coordinates
 
 Bools = NDArray[np.bool_]
 # A place is reached within this share of the linkage's size.
@@ -75,12 +75,7 @@ class InverseKinematics:
     @cached_property
     def start(self) -> Array:
         """Drive values in the reference configuration, (drives,)."""
-        out = []
-        for name, components in self.linkage.drives.items():
-            pair = self.linkage.joint(name)
-            own = coordinate_of(self.home, pair)
-            out += [own[pair.kind.coordinates.index(component)] for component in components]
-        return np.array(out)
+        return np.concatenate([some_coordinates(self.home, *drive) for drive in self.linkage.drives.items()])
 
     @cached_property
     def slides(self) -> Bools:
@@ -144,12 +139,8 @@ class InverseKinematics:
         """
         led = {f"{self.point} to {'xyz'[k]}": places[:, k] for k in self._ways}
         at = Motion.of(self._led(), led, {}, {}, "keep", 0.0)
-        columns = []
-        for name, components in self.linkage.drives.items():
-            pair = self.linkage.joint(name)
-            own = coordinate_of(at, at.linkage.joint(name))
-            columns += [own[..., pair.kind.coordinates.index(component)] for component in components]
-        drives = np.stack([np.broadcast_to(each, (len(places),)) for each in columns], axis=-1)
+        columns = [some_coordinates(at, *drive) for drive in self.linkage.drives.items()]
+        drives = np.concatenate([np.broadcast_to(each, (len(places), each.shape[-1])) for each in columns], axis=-1)
         drives = np.where(np.isfinite(drives).all(axis=-1, keepdims=True), drives, self.start)
         return drives, self._off(self.poses(drives), places) <= REACHED, at.is_assembled | at.assembly.other
 
