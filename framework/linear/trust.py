@@ -124,7 +124,8 @@ class ResultsWithBounds(NamedResults):
         """Sensitivity of one component of a result to every load, joint stiffness, offset, support, member and node.
 
         All derivatives come from one adjoint solution (Choi & Kim, *Structural Sensitivity Analysis and Optimization
-        1*, 2005, ch. 2). Those by loads, offsets and supports do not depend on the load; they exist for an unloaded frame as well.
+        1*, 2005, ch. 2). Those by loads, offsets and supports do not depend on the load; they exist for an unloaded
+        frame as well.
 
         Parameters
         ----------
