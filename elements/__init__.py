@@ -37,7 +37,7 @@ __all__ = [
     "Tube",
 ]
 
-# Each name is loaded where it is first used: a beam needs no other shape than its own, and scikit-fem comes late.
+# Each module is imported when a name of it is first used, to keep the import of the package short.
 _LATER = {
     "ArcLengthMapping": "..framework.scikit_fem.arc_length",
     "Beam": ".beam",

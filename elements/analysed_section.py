@@ -10,10 +10,10 @@ from ..framework.errors import FrameError
 from ..framework.protocol import Array
 
 OWNER = "Section.from_sectionproperties"
-# Product of inertia beside the second moments that is rounding of a mesh; and, beside the size of the section, an
-# offset of the shear centre that is the error of one.
+# Up to these the following are errors of the mesh: the product of inertia over the sum of the second moments, and the
+# offset of the shear centre over the size of the section.
 SKEW, OFFSET = 1e-6, 5e-3
-# What the analysis gives along its axes x and y, and along its principal axes 1 and 2.
+# Names of the analysed properties: False by the axes x and y, True by the principal axes 1 and 2.
 NAMES = {
     False: ("ixx_c", "iyy_c", "a_sx", "a_sy", "x_se", "y_se"),
     True: ("i11_c", "i22_c", "a_s11", "a_s22", "x11_se", "y22_se"),
@@ -21,7 +21,7 @@ NAMES = {
 
 
 def properties_of(analysed: object, unit: float, principal: bool) -> tuple[dict[str, Any], str]:
-    """What a `Section` is made of, and what it leaves out of the analysed one, in words."""
+    """Parameters of a `Section`, by name; and a warning of what it neglects of the analysed section, "" for none."""
     section = _analysed(analysed)
     found = section.section_props
     first, second, shear_y, shear_z, off_y, off_z = (float(getattr(found, name)) for name in NAMES[principal])
@@ -59,7 +59,7 @@ def properties_of(analysed: object, unit: float, principal: bool) -> tuple[dict[
 
 
 def _analysed(given: object) -> Any:
-    """The section with its geometric and warping properties; a geometry with a mesh is analysed here."""
+    """The section with its geometric and warping properties; a geometry with a mesh is analysed first."""
     if hasattr(given, "create_mesh"):
         from sectionproperties.analysis import Section as Analysis
 
@@ -86,7 +86,10 @@ def _analysed(given: object) -> Any:
 
 
 def _fibres(section: Any, turn: float) -> Array:
-    """Places y, z and shear stresses along y, z by a unit Vy, Vz and T at all nodes, (n, 8), in axes turned so far."""
+    """Fibres at all nodes of the mesh, (n, 8), in axes rotated by `turn` (radians).
+
+    The columns are y, z, the shear stress along y by unit Vy, Vz and T, and that along z.
+    """
     centroid = np.array([float(section.section_props.cx), float(section.section_props.cy)])
     (group,) = section.calculate_stress(vx=1.0, vy=1.0, mzz=1.0).material_groups
     by_x, by_y, by_torque = (
@@ -95,7 +98,7 @@ def _fibres(section: Any, turn: float) -> Array:
     )
     c, s = np.cos(turn), np.sin(turn)
     along = np.array([[c, -s], [s, c]])
-    # A unit force along a turned axis is one of its components along each of the old ones.
+    # A unit force along a rotated axis has components c and s along the original axes.
     by_forces = (c * by_x + s * by_y, c * by_y - s * by_x, by_torque)
     stresses = [part @ along for part in by_forces]
     rows = [part[:, axis] for axis in (0, 1) for part in stresses]

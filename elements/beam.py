@@ -1,4 +1,4 @@
-"""Straight beam between two nodes."""
+"""The beam element: a straight Euler-Bernoulli or Timoshenko beam between two nodes."""
 
 from __future__ import annotations
 
@@ -34,33 +34,33 @@ _NOTHING: frozenset[int] = frozenset()
 class Beam(BeamSectionLaw):
     """Straight 3-D beam, Euler-Bernoulli or Timoshenko, prismatic or tapered.
 
-    The stiffness is that of the force method: the end forces (N, T, and in each plane of bending
-    the shear force and the moment at the elastic centre) work on six deformations that do not
-    mix, so that ``K = sum_i k_i b_i b_i^T``, with ``1 / k_i`` the integral of the section's
+    The stiffness is that of the force method: normal force, torque, and in each plane of bending
+    the shear force and the moment at the elastic centre work on six uncoupled deformations,
+    so that ``K = sum_i k_i b_i b_i^T``, with ``1 / k_i`` the integral of the section's
     flexibility. For a prismatic beam these are Przemieniecki's (*Theory of Matrix Structural
     Analysis*, 1968, Eq. 5.116): ``E A / L``, ``G J / L``, ``E I / L`` and ``12 E I / (L^3 (1 + phi))``
-    with ``phi = 12 E I / (k G A L^2)``, 0 without shear. For a taper the integrals are taken
+    with ``phi = 12 E I / (k G A L^2)``, 0 without shear. For a tapered beam the integrals are computed
     by quadrature to rounding, so that one element is exact for forces at its ends.
 
     Local x runs from the first node to the second. Local z is as near to global z as can be; a member along
     global z has local y along global y. `up` gives another direction for local z. Where both ends are on one body of
-    the frame, its axes stand for the global ones.
+    the frame, the axes of the body take the place of the global ones.
 
     Parameters
     ----------
     section : CrossSection
-        Section at the start, and all along unless `end` is given.
+        Section at the start, and along the whole beam unless `end` is given.
     material : Material
-        Moduli and density, the same all along.
+        Moduli and density, constant along the beam.
     end : CrossSection, optional
         Section at the end, of the same type; sizes vary linearly in between.
     up : array_like, optional
-        Direction (..., 3), global (of a member on one body, in its axes), to which local z is nearest; not along the
-        member.
+        Direction (..., 3) in global axes (for a member on one body, in its axes), to which local z is as near as can
+        be; not along the member.
     shear : bool
-        Timoshenko's shear deformation (True) or none (False).
+        Whether to include shear deformation: True for Timoshenko's theory, False for Euler-Bernoulli's.
     segments : int
-        Number of equal parts into which the framework cuts the member.
+        Number of equal parts into which the framework divides the member.
     release : iterable of str
         End components that carry no force, such as ``("start rz", "end ry")``, in local axes.
 
@@ -81,13 +81,13 @@ class Beam(BeamSectionLaw):
 
     @property
     def family(self) -> Hashable | None:
-        """Equal for beams of sections of one form that are alike in all but numbers."""
+        """Key that is equal for beams that differ in numbers alone: same forms of section, shear and releases."""
         end = None if self.end is None else self.end.form
         return Beam, self.section.form, end, self.up is None, self.shear, self.releases
 
     @property
     def deforms_as(self) -> Hashable | None:
-        """Equal for prismatic beams of the same `up` and releases."""
+        """Key that is equal for prismatic beams with the same `up` and releases."""
         if type(self) is not Beam or self.end is not None or (self.up is not None and self.up.ndim > 1):
             return None
         return Beam, None if self.up is None else self.up.tobytes(), self.releases
@@ -95,7 +95,7 @@ class Beam(BeamSectionLaw):
     # -- stiffness --------------------------------------------------------------------------------------------------
 
     def stiffness_matrix(self, length: Array | float) -> Array:
-        """Stiffness in local axes, symmetric to the last bit, zero where components do not meet.
+        """Stiffness in local axes, symmetric to the last bit, with exact zeros between uncoupled components.
 
         Parameters
         ----------
@@ -105,12 +105,11 @@ class Beam(BeamSectionLaw):
         Returns
         -------
         ndarray
-            Forces and moments at both ends by their displacements and rotations, (..., 12, 12).
+            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
 
         Examples
         --------
-        Two deflections and the rotations beside them, ``12 E I / L^3`` and ``6 E I / L^2`` (Przemieniecki 1968, Eq.
-        5.116).
+        The entries of deflection and rotation, ``12 E I / L^3`` and ``6 E I / L^2`` (Przemieniecki 1968, Eq. 5.116).
 
         >>> from linkframe.elements import Beam, Material, Section
         >>> beam = Beam(Section(A=1.0, Iy=1.0, Iz=1.0, J=1.0), Material(E=1.0, nu=0.3))
@@ -135,16 +134,16 @@ class Beam(BeamSectionLaw):
         else:
             planes = [self._plane(direction, length) for direction in DIRECTIONS]
             stiffness = self._springs([plane.springs for plane in planes], length)
-            # With the sections they vary only where these move the elastic centre.
+            # Deformations vary with the sections only if these move the elastic centre.
             varying = shape_of(arm.shape, *(plane.fraction for plane in planes))
-            # Each number lies in one piece: that is how batches are read and written.
+            # Batch axes come last in memory, so that the batch of each component is contiguous.
             rows = np.zeros((6, 12, *varying), np.result_type(arm, np.float64))
             for at, number in deformations(planes, arm).items():
                 rows[at] = number
         return stiffness.transpose(*range(1, stiffness.ndim), 0), rows.transpose(*range(2, rows.ndim), 0, 1)
 
     def spring_numbers(self, length: Array | float) -> tuple[list[Array], dict[tuple[int, int], Real]]:
-        """The numbers of `springs` one by one, see `LineElement.spring_numbers`."""
+        """The values of `springs` one by one, see `LineElement.spring_numbers`."""
         arm, length = np.asarray(length), as_real(length)
         planes = [self._plane(direction, length) for direction in DIRECTIONS]
         shape = shape_of(arm.shape, self.sections_shape)
@@ -182,7 +181,7 @@ class Beam(BeamSectionLaw):
         return forces
 
     def end_force_numbers(self, length: Array | float, displacement: Sequence[Any] | Array) -> list[Any]:
-        # differences of displacements come first, so that a large motion of the whole costs no digits
+        # differences of displacements are taken first, so that a large rigid motion costs no digits
         length, u = as_real(length), displacement
         forces: list[Any] = [0.0] * 12
         for i in BARS:
@@ -203,7 +202,8 @@ class Beam(BeamSectionLaw):
         """Displacement at a distance from the start for unit end displacements.
 
         Interdependent cubics for a prismatic beam (Friedman & Kosmatka, Comput. Struct. 47 (1993)
-        473-481); for a taper the exact curves, by quadrature. Released ends follow the member.
+        473-481); for a tapered beam the exact curves, by quadrature. At a released component the displacement is that
+        of the member's end, not of the node.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ class Beam(BeamSectionLaw):
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
+            ``ux uy uz rx ry rz`` at x per unit of each of the twelve end displacements, in local axes, (..., 6, 12).
         """
         length, x = as_real(length), as_real(x)
         return self._shapes(length, x / length)[0]
@@ -234,16 +234,16 @@ class Beam(BeamSectionLaw):
                 direction,
                 strain_rows(plane, x, flexibility[direction.bending], flexibility[direction.shearing]),
             )
-            # the slope is the shear strain and the rotation together
+            # the slope is the sum of rotation and shear strain
             slopes[..., direction.deflection, :] += direction.sign * values[..., direction.rotation, :]
         return values, slopes
 
     def _shapes(self, length: Real, fraction: Real) -> tuple[Array, list[tuple[BendingPlane, Plane]]]:
-        """`shape_functions` at a fraction of the length, (..., 6, 12), and the planes in which they bend."""
+        """`shape_functions` at a fraction of the length, (..., 6, 12), and the two planes of bending."""
         shape = np.broadcast_shapes(np.shape(length), np.shape(fraction), self.sections_shape)
         values, part, planes = np.zeros((*shape, 6, 12)), self._part(fraction), []
         for i in BARS:
-            # a bar with a released end moves as one, with its other end
+            # a bar with a released end moves as a rigid body with its other end
             constrained, share = (0, i) not in self.releases, self._bar(i, length) * part.bar(i, length)
             values[..., i, i], values[..., i, i + 6] = (1.0 - share, share) if constrained else (0.0, 1.0)
         x = fraction * length
@@ -264,7 +264,7 @@ class Beam(BeamSectionLaw):
         """Consistent mass with rotary inertia in local axes.
 
         The inertia in torsion is ``rho (Iy + Iz)`` per length (Przemieniecki, *Theory of Matrix Structural Analysis*,
-        1968, ch. 11). Closed form for a prismatic beam, quadrature for a taper or with releases.
+        1968, ch. 11). Closed form for a prismatic beam, quadrature for a tapered one or one with releases.
 
         Parameters
         ----------
@@ -274,11 +274,11 @@ class Beam(BeamSectionLaw):
         Returns
         -------
         ndarray
-            Inertia of both ends, (..., 12, 12).
+            Mass matrix by the displacements and rotations of both ends, (..., 12, 12).
 
         Examples
         --------
-        A motion along the beam moves its whole mass, 3 m of 80 kg/m.
+        For a motion along the beam it gives the whole mass, 3 m of 80 kg/m.
 
         >>> from linkframe.elements import Beam, Material, Rectangle
         >>> beam = Beam(Rectangle(y=0.1, z=0.1), Material(E=200e9, nu=0.3, density=8000.0))
@@ -306,7 +306,7 @@ class Beam(BeamSectionLaw):
 
         From the work ``N / 2 int uy'^2 + uz'^2 + (Iy + Iz) / A rx'^2 dx`` of the axial force (the last
         term is Wagner's, for torsional buckling; McGuire, Gallagher & Ziemian, *Matrix Structural Analysis*, 2nd ed.,
-        ch. 9). Closed form for a prismatic beam, quadrature (`quadrature`) for a taper or with releases.
+        ch. 9). Closed form for a prismatic beam, quadrature for a tapered one or one with releases.
 
         Parameters
         ----------
@@ -318,11 +318,11 @@ class Beam(BeamSectionLaw):
         Returns
         -------
         ndarray
-            By the end displacements, (..., 12, 12).
+            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
 
         Examples
         --------
-        A force of 1 N turns a rigid bar of 2 m with 1/2 N/m.
+        A tension of 1 N in a rigid bar of 2 m resists the lateral motion of one end with ``N / L``, 1/2 N/m.
 
         >>> import numpy as np
         >>> from linkframe.elements import Beam, Circle, Material
@@ -344,7 +344,7 @@ class Beam(BeamSectionLaw):
             plane_geometric(axial, length, self._phi(direction, length)).stamp(matrix, direction.dofs, direction.sign)
         return matrix
 
-    # -- by the integrals of the flexibility ------------------------------------------------------------------------
+    # -- integrals of the flexibility -------------------------------------------------------------------------------
 
     def _part(self, fraction: Real) -> Part:
         """Integrals of the flexibility from the start to a fraction of the length."""

@@ -1,4 +1,4 @@
-"""What a beam is made of, and its section law: flexibility, inertia and stress at any point of its length."""
+"""Parameters of a beam, and its section law: flexibility, inertia and stress at any point of its length."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .section import Section
 
 @dataclass(frozen=True, eq=False)
 class BeamSectionLaw(LineElement):
-    """A member of a section and a material, prismatic or tapered; `linkframe.elements.Beam` tells of its parameters."""
+    """A prismatic or tapered member with a section and a material; `linkframe.elements.Beam` lists its parameters."""
 
     section: CrossSection
     material: Material
@@ -65,38 +65,41 @@ class BeamSectionLaw(LineElement):
 
     @property
     def kind(self) -> Hashable:
-        """Equal for beams that share section, material, end, up, shear and releases."""
+        """Key that is equal for beams with the same section, material, end, up, shear and releases."""
         up = None if self.up is None else (self.up.shape, self.up.tobytes())
         return self.section, self.material, self.end, up, self.shear, self.releases
 
     @property
     def exact(self) -> bool:
-        """One piece is exact in statics: its shape functions solve the beam's equations."""
+        """True: the shape functions solve the beam's differential equation, so one segment is exact in statics."""
         return True
 
     @property
     def balanced(self) -> bool:
-        """A rigid motion deforms nothing."""
+        """True: a rigid motion does not deform the beam."""
         return True
 
     @property
     def elementwise(self) -> bool:
-        """The integrals of a taper are sums, whose last bit depends on what else is summed."""
+        """True for a prismatic beam: the integrals of a tapered one are sums whose last bit depends on the batch."""
         return self.end is None
 
     @property
     def roundings(self) -> float:
-        """Roundings in `springs`; of 400 random members the worst had 6, of tapered ones 28."""
+        """Bound on the rounding error of `springs` in units of 2^-53.
+
+        The largest error seen in 400 random members was 6 units for prismatic and 28 for tapered ones.
+        """
         return 12.0 if self.end is None else 100.0
 
     @property
     def quadrature(self) -> int:
-        """Points at most, see `rule_between`."""
+        """Largest number of quadrature points, see `rule_between`."""
         return 3 if self.end is None else 2 * POINTS
 
     @property
     def integration_points(self) -> tuple[Array, Array]:
-        """Fractions and weights, (points, ...); those of a taper suit its flexibility, which is no polynomial."""
+        """Points as fractions of the length, and weights, (points, ...), which suit the flexibility of a taper."""
         return super().integration_points if self.end is None else spread_points(self.section, self.end)
 
     def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
@@ -106,7 +109,7 @@ class BeamSectionLaw(LineElement):
         return spread_points(first, last)
 
     def part(self, index: int, count: int) -> Self:
-        """One of `count` equal parts: its piece of the taper, and the releases of the ends that it keeps.
+        """Part `index` of `count` equal parts, with its piece of the taper and the releases at ends of the whole beam.
 
         Parameters
         ----------
@@ -118,7 +121,7 @@ class BeamSectionLaw(LineElement):
         Returns
         -------
         Beam
-            Of one segment, its ends' sections those of the taper there.
+            Beam of one segment, with the sections that the taper has at its ends.
         """
         kept = {0: index == 0, 1: index == count - 1}
         release = tuple(f"{ENDS[end]} {COMPONENTS[component]}" for end, component in self.releases if kept[end])
@@ -138,7 +141,7 @@ class BeamSectionLaw(LineElement):
         return default_axes(chord) if self.up is None else axes_towards(chord, self.up)
 
     def axis_numbers(self, chord: Array) -> list[Real]:
-        """The numbers of `axes` one by one, see `LineElement.axis_numbers`."""
+        """The components of `axes` one by one, see `LineElement.axis_numbers`."""
         return default_axis_numbers(chord) if self.up is None else super().axis_numbers(chord)
 
     # -- at a point of the length -----------------------------------------------------------------------------------
@@ -154,12 +157,12 @@ class BeamSectionLaw(LineElement):
         Returns
         -------
         ndarray
-            One over ``E A``, ``ky G A``, ``kz G A``, ``G J``, ``E Iy`` and ``E Iz`` there, (..., 6).
+            Inverses of ``E A``, ``ky G A``, ``kz G A``, ``G J``, ``E Iy`` and ``E Iz`` at that fraction, (..., 6).
         """
         return self._stacked(fraction, self._flexibility(as_real(fraction)))
 
     def section_inertia(self, fraction: Array | float) -> Array:
-        """Inertia per length that goes with each of ``ux .. rz``.
+        """Inertia per length in each of ``ux .. rz``.
 
         Parameters
         ----------
@@ -169,12 +172,12 @@ class BeamSectionLaw(LineElement):
         Returns
         -------
         ndarray
-            ``rho A`` three times, ``rho (Iy + Iz)``, ``rho Iy``, ``rho Iz`` there, (..., 6).
+            ``rho A`` three times, ``rho (Iy + Iz)``, ``rho Iy``, ``rho Iz`` at that fraction, (..., 6).
         """
         return self._stacked(fraction, self._inertia(as_real(fraction)))
 
     def section_sway(self, fraction: Array | float) -> Array:
-        """Weight of each of ``ux' .. rz'`` squared in twice the work of a unit axial force.
+        """The factors w in the work ``N / 2 int sum_i w_i u_i'^2 dx`` of an axial force, with u' of ``ux' .. rz'``.
 
         Parameters
         ----------
@@ -184,7 +187,7 @@ class BeamSectionLaw(LineElement):
         Returns
         -------
         ndarray
-            0, 1, 1, ``(Iy + Iz) / A``, 0, 0 there, (..., 6).
+            0, 1, 1, ``(Iy + Iz) / A``, 0, 0 at that fraction, (..., 6).
         """
         section = self._section(as_real(fraction))
         return self._stacked(fraction, (0.0, 1.0, 1.0, (section.Iy + section.Iz) / section.A, 0.0, 0.0))

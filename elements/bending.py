@@ -1,8 +1,7 @@
 """Bending of a member in one plane, by the force method at its elastic centre.
 
-The member is held at the distance `centre` from its start. There, the moment turns the ends against
-each other and the shear force moves them against each other, each without the other, so that the
-stiffness is the sum of two terms of rank one ::
+The elastic centre lies at the distance `centre` from the start. A moment there only rotates the ends relative to each
+other, and a shear force there only displaces them, so that the stiffness is the sum of two terms of rank one ::
 
     K = shear * b b^T + bend * a a^T,     b = (1, c, -1, L - c),  a = (0, -1, 0, 1)
 
@@ -11,8 +10,8 @@ on (v1, r1, v2, r2), with c the `centre`, ``1 / bend = f0`` and ``1 / shear = f2
     f0 = int 1 / EI dx,   f2 = int (x - c)^2 / EI + 1 / (k G A) dx,   c = int x / EI dx / f0.
 
 A prismatic member has c = L / 2, bend = EI / L, shear = 12 EI / (L^3 (1 + phi)). Both flexibilities
-are sums of positive terms, and a hinge only moves the centre into itself. (The elastic centre is that of the
-theory of arches, Timoshenko & Young, *Theory of Structures*; phi as in Przemieniecki, *Theory of Matrix
+are sums of positive terms, so no digits cancel. With a hinge at one end, the hinge is the centre. (The elastic centre
+is that of the theory of arches, Timoshenko & Young, *Theory of Structures*; phi as in Przemieniecki, *Theory of Matrix
 Structural Analysis*, ch. 5.)
 """
 
@@ -32,9 +31,9 @@ PlaneSprings = tuple[Real, Real]
 
 
 class Curve(NamedTuple):
-    """Rotation and deflection at x of a member clamped at its start, under a moment and a slope of moment.
+    """Rotation and deflection at x of a member clamped at its start, per unit moment and per unit slope of the moment.
 
-    The bending moment is ``moment + slope (x - centre)``, and the shear force is -slope.
+    The bending moment is ``moment + slope (x - centre)``, and the shear force is -slope. Each value is (...).
     """
 
     rotation_by_moment: Real
@@ -44,9 +43,16 @@ class Curve(NamedTuple):
 
 
 class Plane(NamedTuple):
-    """Bending stiffness of a member in one plane: where its centre is, and the factors of its two terms.
+    """Bending stiffness of a member in one plane, each value (...).
 
-    `fraction` of the length lies before the centre: the distance `centre`, with `rest` beyond.
+    Attributes
+    ----------
+    fraction
+        Distance of the elastic centre from the start over the length.
+    centre, rest
+        Distances of the elastic centre from the start and from the end.
+    shear, bend
+        Factors of the two terms of the stiffness, force per length and moment per radian.
     """
 
     fraction: Real
@@ -57,15 +63,24 @@ class Plane(NamedTuple):
 
     @property
     def springs(self) -> PlaneSprings:
-        """The factors of the two terms."""
+        """Factors of the two terms, `shear` and `bend`."""
         return self.shear, self.bend
 
 
 def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
-    """Stiffness of a member from its rotation by a moment and its deflection by a slope of moment, as of a `Curve`, at
-    its elastic centre, at `fraction` of the length.
+    """Stiffness of a member in one plane of bending.
 
-    Released components, indices into (v1, r1, v2, r2), carry nothing. A hinge takes the place of the centre.
+    Parameters
+    ----------
+    fraction
+        Distance of the elastic centre from the start over the length, (...).
+    length
+        Length, (...).
+    whole
+        Rotation by a unit moment and deflection by a unit slope of the moment at the end, about the elastic centre, as
+        in a `Curve`, (...) each.
+    released
+        Indices into (v1, r1, v2, r2) of end components that carry no force; a hinge takes the place of the centre.
     """
     centre, rest = fraction * length, (1.0 - fraction) * length
     if not released:
@@ -82,7 +97,7 @@ def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released:
 
 
 def stamp_stiffness(matrix: Array, plane: Plane, dofs: tuple[int, int, int, int], sign: float) -> None:
-    """Write the stiffness of `plane` into `matrix` at `dofs`; `sign` is the sense of its rotations."""
+    """Write the stiffness of `plane` into `matrix` at `dofs`; `sign` is the sign of rotations in the plane."""
     v1, r1, v2, r2 = dofs
     shear, turn = plane.shear, plane.shear * plane.centre
     start, end = sign * turn, sign * plane.shear * plane.rest
@@ -98,17 +113,17 @@ def stamp_stiffness(matrix: Array, plane: Plane, dofs: tuple[int, int, int, int]
 
 
 def plane_forces(plane: Plane, v1: Array, r1: Array, v2: Array, r2: Array) -> tuple[Array, Array, Array, Array]:
-    """End forces on (v1, r1, v2, r2), by way of the deformations."""
+    """End forces on (v1, r1, v2, r2), (...) each, computed from the deformations."""
     slope = plane.shear * ((v1 - v2) + (plane.centre * r1 + plane.rest * r2))
     moment = plane.bend * (r2 - r1)
     return slope, plane.centre * slope - moment, -slope, plane.rest * slope + moment
 
 
 def start_rows(plane: Plane, length: Real, whole: Curve, released: frozenset[int]) -> tuple[Row, Row]:
-    """Displacement and rotation of the member's own start by (v1, r1, v2, r2) of the nodes.
+    """Displacement and rotation of the member's own start per unit of (v1, r1, v2, r2) of the nodes.
 
-    They are those of the first node, unless they are released: then the member, bent as it is,
-    follows what holds it. `whole` is the curve at the end of the member, about the centre of `plane`.
+    They are those of the first node, unless they are released: then they follow from the other constraints of the
+    member. `whole` is the curve at the end of the member, about the centre of `plane`.
     """
     shear_ratio = plane.shear * whole.deflection_by_slope
     if START_TURNED not in released:
@@ -124,7 +139,7 @@ def start_rows(plane: Plane, length: Real, whole: Curve, released: frozenset[int
 
 
 def plane_rows(plane: Plane, start: tuple[Row, Row], x: Real, curve: Curve) -> tuple[Row, Row]:
-    """Deflection and rotation at x by (v1, r1, v2, r2), with the `curve` at x about the plane's centre."""
+    """Deflection and rotation at x per unit of (v1, r1, v2, r2), with the `curve` at x about the plane's centre."""
     deflection, rotation = start
     by_shear = (1.0, plane.centre, -1.0, plane.rest)
     by_bend = (0.0, -1.0, 0.0, 1.0)
@@ -142,7 +157,7 @@ def plane_rows(plane: Plane, start: tuple[Row, Row], x: Real, curve: Curve) -> t
 
 
 def strain_rows(plane: Plane, x: Real, bending: Real, shearing: Real) -> tuple[Row, Row]:
-    """Shear strain and curvature at x by (v1, r1, v2, r2), with the section's flexibilities."""
+    """Shear strain and curvature at x per unit of (v1, r1, v2, r2), with the section's flexibilities there."""
     s, m = plane.shear, plane.bend
     arm = s * (x - plane.centre)
     strain = -shearing * s

@@ -1,4 +1,4 @@
-"""Solid circle."""
+"""The solid circular cross-section."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Circle(CrossSection):
         return {"A": area, "Iy": inertia, "Iz": inertia, "J": 2.0 * inertia, "ky": 6.0 / 7.0, "kz": 6.0 / 7.0}
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, which are in the outer fibre.
+        """Extreme stresses, which occur in the outer fibre.
 
         A shear force gives the tangential stress ``4/3 V sin(angle) / A`` in the outer fibre (Timoshenko,
         *Strength of Materials* I, on beams of circular section).

@@ -1,4 +1,4 @@
-"""Clearance directions of a joint: the components in which it has clearance, by default and checked."""
+"""The components of a joint in which it has clearance: their default, and the checks of those that are given."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ TRANSLATIONS, ROTATIONS = (0, 1, 2), (3, 4, 5)
 
 
 def radial(springs: Array) -> tuple[int, ...]:
-    """Clearance directions of a bearing: the translations that it constrains, but not along its only free axis.
+    """Clearance directions of a bearing: the constrained translations, except along the axis of a single free rotation.
 
     A revolute or cylindrical joint about z has clearance in ``ux uy``, a spherical one in ``ux uy uz``, a slider along
-    x in ``uy uz``. What is free (stiffness 0 throughout) has no clearance.
+    x in ``uy uz``. Components that are free (stiffness 0 in the whole batch) have no clearance.
     """
     constrained = np.any(springs.reshape(-1, 6) > 0.0, axis=0).tolist()
     turning = [k - 3 for k in ROTATIONS if not constrained[k]]
@@ -26,7 +26,7 @@ def radial(springs: Array) -> tuple[int, ...]:
 
 
 def checked_directions(springs: Array, names: str | Sequence[str | int] | None) -> tuple[int, ...]:
-    """Indices of the components in `names`, which may be such indices, or those of `radial` where None.
+    """Indices of the components `names` (names or indices); the default of `radial` where None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What every cross-section has in common."""
+"""The base class of cross-sections, `CrossSection`, and the stress formulas that they share."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .parameters import Real, common_shape, derived_number, given_state, positiv
 
 @cache
 def _sizes_of(kind: type) -> tuple[str, ...]:
-    """Names of what sections of a class are made from."""
+    """Names of the parameters of a class of sections."""
     return tuple(each.name for each in fields(kind) if each.init)
 
 
@@ -39,7 +39,7 @@ class CrossSection(ABC):
     ky, kz
         Shear coefficients for shear forces along y and z, (...): the shear areas are ``ky A``, ``kz A``.
         All shapes take Cowper's values at nu = 0 (G. R. Cowper, J. Appl. Mech. 33 (1966) 335-340),
-        so that a section knows nothing of its material; his values at nu = 0.3 are 2 (rectangle)
+        so that a section does not depend on its material; his values at nu = 0.3 are 2 (rectangle)
         to 6 (thin tube) per cent greater. `Section` takes any other.
     """
 
@@ -67,12 +67,12 @@ class CrossSection(ABC):
         return given_state(self)
 
     def sizes(self) -> dict[str, Real]:
-        """What the section was made from, by name.
+        """The parameters from which the section was made, by name.
 
         Returns
         -------
         dict
-            Number or array, (...), by the name of the parameter.
+            Number or array (...), length, by the name of the parameter.
 
         Examples
         --------
@@ -84,7 +84,10 @@ class CrossSection(ABC):
 
     @property
     def form(self) -> Hashable:
-        """Equal for sections that may be evaluated as one whose sizes are arrays; the section itself where none may."""
+        """Key that is equal for sections that can be evaluated together, as one section with arrays of sizes.
+
+        It is the class for linkframe's own shapes, else the section itself.
+        """
         return type(self) if type(self).__module__.startswith(__name__.rpartition(".")[0]) else self
 
     @cached_property
@@ -93,19 +96,19 @@ class CrossSection(ABC):
         return shape_of(*self.sizes().values())
 
     def between(self, end: Self, fraction: Real) -> Self:
-        """Section on the way to another of its type, sizes interpolated linearly.
+        """Section between this one and another of its type, by linear interpolation of the sizes.
 
         Parameters
         ----------
         end
             Section at the fraction 1.
         fraction
-            Fraction of the way, 0 here and 1 at `end`, (...).
+            0 for this section to 1 for `end`, (...).
 
         Returns
         -------
         same type
-            The section there, its batch shape the broadcast of both sections' and the fraction's.
+            The interpolated section; its batch shape is the broadcast of both sections' and the fraction's.
 
         Examples
         --------
@@ -120,7 +123,7 @@ class CrossSection(ABC):
 
     @abstractmethod
     def _derive(self) -> dict[str, Real]:
-        """A, Iy, Iz, J, ky and kz that are not sizes themselves."""
+        """Those of A, Iy, Iz, J, ky and kz that are not parameters themselves, by name, (...) each."""
 
     @abstractmethod
     def stress(self, forces: Array) -> Array:
@@ -139,7 +142,7 @@ class CrossSection(ABC):
 
 
 def split(forces: Array) -> tuple[Array, ...]:
-    """N, Vy, Vz, T, My, Mz of forces (..., 6)."""
+    """The components N, Vy, Vz, T, My, Mz of internal forces (..., 6), (...) each."""
     return tuple(np.moveaxis(np.asarray(forces, dtype=np.float64), -1, 0))
 
 
@@ -149,5 +152,5 @@ def von_mises(normal: Real, shear: Real) -> Array:
 
 
 def greatest(*stresses: Real) -> Array:
-    """Greatest of stresses of different batch shapes."""
+    """Greatest of several stresses, (...), the broadcast of their batch shapes."""
     return np.asarray(np.max(np.stack(np.broadcast_arrays(*stresses)), axis=0))

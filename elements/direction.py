@@ -1,4 +1,4 @@
-"""Where the six motions of a beam meet its twelve end components: two bars and two planes of bending."""
+"""Indices of tension, torsion and the two planes of bending among the twelve end components of a beam."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ BARS = (0, 3)
 
 
 class BendingPlane(NamedTuple):
-    """A plane of bending in the twelve end components and six section forces.
+    """Indices and signs of one plane of bending among the twelve end components and six section forces.
 
     Attributes
     ----------
     deflection, rotation
-        Components of an end that lie in it.
+        Indices of its displacement and rotation among the six of a point.
     sign
-        Sense of the rotation in the plane: in xz a positive one lowers uz along x.
+        Sign of the rotation in the plane: -1 in xz, where a positive ry makes uz decrease along x.
     shearing, bending
-        Section forces that shear and that bend.
+        Indices of its shear force and bending moment among the six section forces.
     dofs
-        End components (v1, r1, v2, r2).
+        Indices of (v1, r1, v2, r2) among the twelve end components.
     signs
-        Sense of these four in the plane.
+        Signs of these four in the plane.
     """
 
     deflection: int
@@ -45,7 +45,7 @@ DIRECTIONS = (
 
 
 def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
-    """Write the rows of displacement and rotation of one plane of bending."""
+    """Write the rows `pair` of deflection and rotation in one plane of bending into `rows`, (..., 6, 12)."""
     deflection, rotation = pair
     for dof, sign, m, t in zip(plane.dofs, plane.signs, deflection, rotation, strict=True):
         rows[..., plane.deflection, dof] = sign * m
@@ -53,13 +53,13 @@ def stamp_rows(rows: Array, plane: BendingPlane, pair: tuple[Row, Row]) -> None:
 
 
 def deformations(planes: Sequence[Plane], arm: Array) -> dict[tuple[int, int], Real]:
-    """By spring and end displacement, how much it deforms; what is left out is zero."""
+    """Deformation of each spring per unit end displacement, by (spring, end displacement); missing pairs are zero."""
     found: dict[tuple[int, int], Real] = {}
     for bar in BARS:
         found[bar, bar], found[bar, bar + 6] = -1.0, 1.0
     for direction, plane in zip(DIRECTIONS, planes, strict=True):
         deflection, rotation, sign = direction[:3]
-        # the parts add up to the length in its precision, so that a rigid turn costs no energy
+        # the two parts add up to the length in its precision, so that a rigid rotation costs no energy
         before = plane.fraction * arm
         found[deflection, deflection], found[deflection, deflection + 6] = 1.0, -1.0
         found[deflection, rotation], found[deflection, rotation + 6] = sign * before, sign * (arm - before)

@@ -17,7 +17,7 @@ from .bending import Curve
 from .cross_section import CrossSection
 from .parameters import Real
 
-# Points of a rule: tapers to a thousandth come out to rounding.
+# Number of quadrature points: enough to integrate a taper to a thousandth of the size to rounding.
 POINTS = 32
 
 Six = tuple[Real, Real, Real, Real, Real, Real]
@@ -25,7 +25,7 @@ Six = tuple[Real, Real, Real, Real, Real, Real]
 
 @dataclass(frozen=True, eq=False)
 class UniformPart:
-    """From the start to `fraction` of a member of one section: the integrals are polynomials.
+    """Part of a prismatic member from its start to `fraction` of its length; the integrals are polynomials.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class UniformPart:
     section: Six
 
     def bar(self, component: int, length: Real) -> Real:
-        """Elongation or twist per unit force, (...)."""
+        """Elongation per unit force (component 0) or twist per unit torque (component 3) of the part, (...)."""
         return self.section[component] * self.fraction * length
 
     def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
@@ -62,14 +62,14 @@ class UniformPart:
 
 @dataclass(frozen=True, eq=False)
 class TaperedPart:
-    """From the start to `fraction` of a tapered member, by quadrature; the axis of its points leads.
+    """Part of a tapered member from its start to `fraction` of its length; integrals by quadrature.
 
     Parameters
     ----------
     fraction
         Fraction of the length, (...).
     points, weights
-        Fractions and weights, (points, ...).
+        Quadrature points as fractions of the member's length, and weights, (points, ...).
     section
         Strain and curvature per unit ``N Vy Vz T My Mz`` at the points, six of shape (points, ...).
     """
@@ -80,7 +80,7 @@ class TaperedPart:
     section: Six
 
     def bar(self, component: int, length: Real) -> Real:
-        """Elongation or twist per unit force, (...)."""
+        """Elongation per unit force (component 0) or twist per unit torque (component 3) of the part, (...)."""
         return np.asarray(np.sum(self.weights * self.section[component], axis=0) * length)
 
     def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
@@ -108,9 +108,10 @@ Part = UniformPart | TaperedPart
 def tapered_part(
     start: CrossSection, end: CrossSection, section: Callable[[Real], Six], fraction: Real, ndim: int
 ) -> TaperedPart:
-    """Part of a member whose sizes are linear from `start` to `end`; `section` gives the flexibilities by fraction.
+    """Part, up to `fraction`, of a member whose sizes vary linearly from section `start` to `end`.
 
-    The points have at least `ndim` axes beside the leading one.
+    ``section(fraction)`` gives the six flexibilities there. The quadrature points have at least `ndim` axes after the
+    leading one.
     """
     points, weights = spread_points(start, start.between(end, fraction), ndim)
     points, weights = fraction * points, fraction * weights
@@ -118,7 +119,7 @@ def tapered_part(
 
 
 def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tuple[Array, Array]:
-    """Gauss's rule on (0, 1), (points, ...), its points spread geometrically towards where a size is small.
+    """Gauss's rule on (0, 1), its points (points, ...) graded geometrically towards the end where a size is small.
 
     With ``x = expm1(g t) / expm1(g)`` a size that is linear in x and grows by exp(g) is
     exponential in t: its powers are entire functions, which Gauss's rule in t integrates to
@@ -132,15 +133,15 @@ def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tupl
     grows, shrinks = np.maximum(ratios.max(axis=0), 1.0), np.maximum(1.0 / ratios.min(axis=0), 1.0)
     if not (np.any(grows > 1.0) and np.any(shrinks > 1.0)):
         return _spread(np.log(grows / shrinks), ndim)
-    # over half the length a size grows by half of what it grows by
+    # over half of the length a size grows by half of its whole growth
     points, weights = _spread(np.log1p(0.5 * (grows - 1.0)), ndim)
     others, theirs = _spread(np.log1p(0.5 * (shrinks - 1.0)), ndim)
     return 0.5 * np.concatenate([points, 2.0 - others]), 0.5 * np.concatenate([weights, theirs])
 
 
 def _spread(growth: Array, ndim: int) -> tuple[Array, Array]:
-    """Gauss's rule on (0, 1), its points towards the start for a `growth` above zero, (POINTS, ...)."""
-    # an even spread is the limit of no growth, reached well before this
+    """Gauss's rule on (0, 1), (POINTS, ...), graded towards the start for a `growth` above zero."""
+    # without growth the plain rule is the limit, to which this tiny growth comes to the last bit
     growth = np.where(growth == 0.0, 1e-200, growth)
     t, w = (part.reshape((POINTS,) + (1,) * max(growth.ndim, ndim)) for part in gauss(POINTS))
     span = np.expm1(growth)

@@ -1,4 +1,6 @@
-"""Frame analysis in scikit-fem forms, over a `Basis` of `ElementLineFrame`."""
+"""scikit-fem forms of frame analysis (stiffness, mass, geometric stiffness, loads), for a `Basis` of
+`ElementLineFrame`.
+"""
 
 from __future__ import annotations
 

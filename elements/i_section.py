@@ -1,4 +1,4 @@
-"""Rolled or welded I."""
+"""The cross-section of a rolled or welded I-beam."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class ISection(CrossSection):
         slender = 12.0 + m * (72.0 + m * (150.0 + m * 90.0)) + 30.0 * n * n * m * (1.0 + m)
         return {
             "A": area,
-            # flanges about their own axes and by Steiner, and the web: no differences
+            # flanges by the parallel-axis theorem, and the web: a sum without cancellation
             "Iy": flanges * (tf * tf / 12.0 + 0.25 * (h - tf) * (h - tf)) + tw * clear**3 / 12.0,
             "Iz": (flanges * b * b + clear * tw**3) / 12.0,
             "J": flanges * tf * tf / 3.0 - 0.42 * tf**4 + clear * tw**3 / 3.0 + _junctions(tw, tf),
@@ -85,11 +85,11 @@ class ISection(CrossSection):
         Normal stress is extreme at a flange tip. Von Mises stress is the greatest along the flanges, from the web
         (shear flow of both shear forces, torsion ``T tf / J``) to their tips (no shear), and along the web, from the
         flanges to mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``), by Jourawski's and Saint-Venant's
-        formulas (Timoshenko, *Strength of Materials* I and II); about its tip the torsional stress of a flange is that
+        formulas (Timoshenko, *Strength of Materials* I and II); near the tip of a flange the torsional stress is that
         of a strip, 0.74 of ``T tf / J`` in the middle of its end face. The torsional stress of an open wall has
-        opposite signs on its two faces, so that it adds to the shear on one of them. Faces are looked at in places so
-        close that the greatest is missed by less than 0.1 %. Where web and flange meet, torsion makes 5 to 8 % more in
-        the face above the web, and in the sharp corner more still, which is left out.
+        opposite signs on its two faces, so that it adds to the shear on one of them. Faces are sampled so closely
+        that the greatest stress is underestimated by less than 0.1 %. Not included: where web and flange meet, the
+        torsional stress is 5 to 8 % higher in the face above the web, and higher still in the sharp corner.
 
         Parameters
         ----------
@@ -129,7 +129,7 @@ class ISection(CrossSection):
             von_mises(axial + by_web, flow_middle + in_web),
         )
         faces = (
-            # Of a flange from its middle to its tip, of its end from mid-thickness, of the web from mid-height.
+            # a flange from its middle to its tip, its end face from mid-thickness, the web from mid-height
             (
                 Wall(axial + by_top, by_tip, 0.0, up * b * (h - tf) / 4.0, along * b * b / 8.0, in_flange),
                 b / tf,
@@ -145,6 +145,6 @@ class ISection(CrossSection):
 
 
 def _junctions(tw: Real, tf: Real) -> Real:
-    """What the two junctions of web and flange add to the torsion constant."""
+    """Contribution of the two junctions of web and flange to the torsion constant, (...)."""
     ratio = tw / tf
     return 2.0 * (-0.042 + ratio * (0.2204 - 0.0725 * ratio)) * ((tf * tf + 0.25 * tw * tw) / tf) ** 4

@@ -1,4 +1,4 @@
-"""Six springs between two coincident nodes."""
+"""The joint element: six springs between two coincident nodes, with or without clearance."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..framework.renamed import RenamedAttribute, renamed_keywords
 from .clearance_directions import checked_directions
 from .parameters import array_of, common_shape, require, shape_of
 
-# Clearance and pitch of a joint that has none.
+# Default of clearance and pitch: zero.
 _NONE = array_of("Joint", "clearance", 0.0)
 
 
@@ -26,34 +26,34 @@ _NONE = array_of("Joint", "clearance", 0.0)
 class Joint(JointElement):
     """Three springs and three rotational springs between two coincident nodes.
 
-    With the relative displacement ``d = u2 - u1`` the joint pulls its first node with
-    ``f = diag(stiffness) d``, and the second with -f (Eq. 5 of the four-bar paper:
-    ``[[k, -k], [-k, k]]``). In a screw the spring along z acts on ``uz - pitch rz / 2 pi``.
+    With the relative displacement ``d = u2 - u1`` the joint exerts the force ``f = diag(stiffness) d`` on its first
+    node, and -f on the second (Eq. 5 of the four-bar paper: ``[[k, -k], [-k, k]]``). With a `pitch` the spring along z
+    acts on ``uz - pitch rz / (2 pi)``.
 
     With a clearance ε the displacement d in the `clearance_directions` is free inside a ball of radius ε (a circle
     where there are two, a stretch where there is one) and stiff beyond: in contact along the unit vector n,
     ``d = (ε + f/k) n`` with the force f n. There is no friction.
 
-    However far it turns, displacements are along axes that follow the first node. Rotations of the least stiffness turn
-    together, by one rotation vector, about axes that the stiffer ones carry. So two free rotations make a
-    constant-velocity joint, which never twists about the third axis, and not a universal joint, whose cross turns about
-    an axis of each of its two members: that one is two joints in series, each free about one axis, with a node of the
-    cross between them.
+    At large displacement, displacements are measured along axes that follow the first node. The rotations with the
+    least stiffness together form one rotation vector, about axes that are carried along by the stiffer rotations. Two
+    free rotations therefore make a constant-velocity joint, which never twists about the third axis. A universal joint,
+    whose cross turns about an axis of each of the two members, is two joints in series, each free about one axis, with
+    a node for the cross between them.
 
     Parameters
     ----------
     stiffness : array_like
-        ``ktx kty ktz krx kry krz``, (..., 6), force per length and moment per radian, each from 0
-        (free) to inf (ideal).
+        Three springs and three rotational springs ``ktx kty ktz krx kry krz``, (..., 6), force per length and moment
+        per radian, each from 0 (free) to inf (ideal).
     axes : array_like, optional
         Joint axes as columns, (..., 3, 3), in global components, orthonormal and right-handed;
         the global axes if not given.
     clearance : array_like
         Radial clearance ε, (...), length (angle where its directions are rotations); 0 for none.
     clearance_directions : str or sequence of str, optional
-        Components ``ux uy uz`` or ``rx ry rz`` in which the joint has clearance, of one and the same stiffness. If not
-        given, the translations that the joint constrains, but for the one along its axis if it turns about one axis
-        only: ``ux uy`` of a revolute about z, all three of a spherical joint, ``uy uz`` of a slider along x.
+        Components ``ux uy uz`` or ``rx ry rz`` in which the joint has clearance, all of equal stiffness. If not given,
+        the translations that the joint constrains, except along its axis if it turns about a single axis: ``ux uy`` for
+        a revolute about z, all three for a spherical joint, ``uy uz`` for a slider along x.
     pitch : array_like
         Advance of the second node along z per turn about z, (...), length; positive for a right-handed screw.
 
@@ -96,7 +96,7 @@ class Joint(JointElement):
         )
         self.__post_init__()
 
-    # apart, so that a subclass may be a plain dataclass with fields of its own
+    # separate from __init__, so that a subclass can be a plain dataclass with further fields
     def __post_init__(self) -> None:
         springs = array_of("Joint", "stiffness", self.stiffness)
         if springs.shape[-1:] != (6,):
@@ -113,7 +113,7 @@ class Joint(JointElement):
         shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
         common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         names = self.clearance_directions
-        # one without clearance has none, which are given again where it is replaced
+        # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
         directions = () if none and not gap.any() else checked_directions(springs, names)
         vars(self).update(
@@ -131,7 +131,7 @@ class Joint(JointElement):
         Returns
         -------
         Joint
-            Its stiffness, clearance and pitch as they are.
+            Joint with the same stiffness, clearance and pitch.
         """
         clone = copy(self)
         object.__setattr__(clone, "axes", axes)
@@ -144,7 +144,7 @@ class Joint(JointElement):
         return shape_of(self.stiffness.shape[:-1], axes, self.clearance.shape, self.pitch.shape)
 
     def matrix(self) -> Array:
-        """Stiffness of the two nodes, of a joint in contact all round.
+        """Stiffness matrix of the two nodes, the clearance being ignored.
 
         Returns
         -------
@@ -163,16 +163,16 @@ class Joint(JointElement):
         return self.springs_matrix()
 
     def typical(self) -> Joint:
-        """The joint without clearance, each spring the stiffest of its batch, (6,).
+        """A joint without clearance whose springs are the stiffest of the batch.
 
         Returns
         -------
         Joint
-            Its stiffness (6,), its axes and pitch as they are.
+            Joint with a stiffness (6,) that does not vary over the batch, and with the same axes and pitch.
         """
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
 
 
 def _is_zero(value: ArrayLike) -> bool:
-    """Whether a number is plainly zero, as it is where it was not given."""
+    """Whether a parameter is the Python float 0.0, as it is by default."""
     return type(value) is float and value == 0.0

@@ -1,4 +1,4 @@
-"""Linear elastic, isotropic material."""
+"""The linear elastic, isotropic material of a beam."""
 
 from __future__ import annotations
 
@@ -37,15 +37,15 @@ class Material:
     nu : array_like, optional
         Poisson's ratio, (...), between -1 and 0.5, ends excluded.
     G : array_like, optional
-        Shear modulus, (...), force per area, above zero. It is free of E (timber, say), so
-        the `nu` that follows from it is not bound to (-1, 0.5).
+        Shear modulus, (...), force per area, above zero. It may be chosen independently of E (for timber, say):
+        the `nu` that follows from it need not lie between -1 and 0.5.
     density : array_like
         Mass per volume, (...), zero or above.
 
     Raises
     ------
     FrameError
-        If a number is out of its range, or if not just one of `nu` and `G` is given.
+        If a number is out of its range, or unless exactly one of `nu` and `G` is given.
 
     Examples
     --------
@@ -89,5 +89,5 @@ class Material:
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """Batch shape: the broadcast of the numbers."""
+        """Batch shape: the broadcast of moduli and density."""
         return shape_of(self.E, self.G, self.density)

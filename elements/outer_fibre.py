@@ -1,4 +1,4 @@
-"""Outer-fibre stress of a circular section."""
+"""Stress in the outer fibre of a circular section or tube, by bending, shear and torsion together."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from .parameters import Real
 
 SAMPLES = 32
 STEPS = 12
-# Places of which the outer fibres are looked at together, so that they stay in the cache; and the last step that
-# counts, as the height is flat at its greatest.
+# Batch entries that are evaluated together, so that they stay in the processor's cache; and the step of the angle at
+# which Newton's method ends, as the function is flat at its maximum.
 BLOCK, SETTLED = 2048, 1e-8
 
 
@@ -28,11 +28,11 @@ def outer_fibre_stress(forces: Array, area: Real, inertia: Real, radius: Real, p
     Parameters
     ----------
     forces
-        ``N Vy Vz T My Mz``, (..., 6).
+        Internal forces ``N Vy Vz T My Mz``, (..., 6).
     area, inertia, radius
-        A, I about a diameter, and R, (...).
+        Area A, second moment of area I about a diameter, and outer radius R, (...).
     peak
-        Shear stress at the neutral axis over the mean one, (...).
+        Ratio of the shear stress at the neutral axis to the mean shear stress ``V / A``, (...).
     """
     N, Vy, Vz, T, My, Mz = split(forces)
     axial, bending = N / area, np.hypot(My, Mz) * radius / inertia
@@ -43,10 +43,10 @@ def outer_fibre_stress(forces: Array, area: Real, inertia: Real, radius: Real, p
 
 
 def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
-    """Maximum over the angle of the root of the sum of (p + q cos a + r sin a)^2.
+    """Maximum over the angle a of the square root of the sum of (p + q cos a + r sin a)^2, (...).
 
-    The square is a trigonometric polynomial of degree two: it has at most two maxima. The two
-    best of the samples are led uphill by Newton steps no longer than a sample's distance.
+    The sum is a trigonometric polynomial of degree two, which has at most two maxima. The two highest local maxima
+    among the samples are refined by Newton steps no longer than the distance of two samples.
     """
     sizes = [np.abs(p) + np.hypot(q, r) for p, q, r in waves]
     scale = greatest(*sizes)
@@ -60,7 +60,7 @@ def _greatest(*waves: tuple[Real, Real, Real]) -> Array:
 
 
 def _highest(waves: Sequence[tuple[Array, Array, Array]]) -> Array:
-    """Maximum over the angle of the sum of (p + q cos a + r sin a)^2, (n,)."""
+    """Maximum over the angle a of the sum of (p + q cos a + r sin a)^2, (n,)."""
 
     def height(c: Array, s: Array) -> Array:
         return np.asarray(sum((p + q * c + r * s) ** 2 for p, q, r in waves))
@@ -84,7 +84,7 @@ def _highest(waves: Sequence[tuple[Array, Array, Array]]) -> Array:
         slope, bow = _derivatives(waves, c, s)
         near = np.abs(slope) < step * np.abs(bow)
         turn = np.divide(slope, np.abs(bow), out=step * np.sign(slope), where=near)
-        # A turn by twice the angle of this tangent: no further sine need be known.
+        # Rotate by the angle 2 atan(t), whose cosine and sine are rational in t.
         t = 0.5 * turn
         whole = 1.0 / (1.0 + t * t)
         cosine, sine = (1.0 - t * t) * whole, 2.0 * t * whole
@@ -97,7 +97,7 @@ def _highest(waves: Sequence[tuple[Array, Array, Array]]) -> Array:
 
 
 def _derivatives(waves: Sequence[tuple[Array, Array, Array]], c: Array, s: Array) -> tuple[Array, Array]:
-    """Half the first and second derivative of the height by the angle."""
+    """Half of the first and second derivative, by the angle, of the sum in `_highest`."""
     slope, bow = np.zeros(()), np.zeros(())
     for p, q, r in waves:
         swing = q * c + r * s

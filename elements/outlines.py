@@ -1,4 +1,4 @@
-"""Outlines of cross-sections, for drawings."""
+"""Outlines of cross-sections, for pictures of frames in space."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ def outlines(section: CrossSection) -> list[Array]:
     Parameters
     ----------
     section
-        Of which the first of a batch is taken. One that is known by its properties alone becomes the rectangle with
-        the same ``Iy / A`` and ``Iz / A``.
+        The cross-section; of a batch the first entry is drawn, of a tube the outer circle. A section that has no
+        outline here becomes the rectangle with the same ``Iy / A`` and ``Iz / A``.
 
     Returns
     -------
     list of ndarray
-        Corners y, z of each part, counterclockwise, (k, 2), length.
+        Corners y, z of each convex part, counterclockwise, (k, 2), length.
     """
     if isinstance(section, Circle):
         return [0.5 * _first(section.diameter) * _round()]

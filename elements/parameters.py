@@ -1,4 +1,4 @@
-"""Numbers as they arrive: converted once, checked once, refused with their name."""
+"""Conversion and checks of the numbers that elements are given; errors name the element and the parameter."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ Real = float | Array
 
 
 def array_of(owner: str, name: str, value: ArrayLike) -> Array:
-    """`value` as a read-only array of its own."""
+    """`value` as a read-only copy, an array of floats."""
     return numbers(value, f"{owner}: {name}")
 
 
 def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:
-    """Refuse `array` unless `ok` holds everywhere, naming the first value at fault."""
+    """Raise a `FrameError` unless `ok` holds everywhere, naming the first value at which it does not."""
     if np.all(ok):
         return
     shape = np.broadcast_shapes(array.shape, np.shape(ok))
@@ -31,7 +31,7 @@ def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool
 
 
 def number(owner: str, name: str, value: ArrayLike) -> Real:
-    """A finite number, or an array of them; single numbers stay Python floats, which are cheap."""
+    """A finite number, or an array of them; single numbers become Python floats, which are cheap."""
     if type(value) is float and isfinite(value):
         return value
     array = array_of(owner, name, value)
@@ -58,7 +58,7 @@ def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
 
 
 def derived_number(owner: str, name: str, value: Array | float) -> Real:
-    """What follows from checked numbers: above zero and finite unless those leave the range of floats."""
+    """A positive number computed from checked ones; a `FrameError` where it overflows or underflows."""
     if type(value) is float and 0.0 < value < inf:
         return value
     array = array_of(owner, name, value)
@@ -67,7 +67,7 @@ def derived_number(owner: str, name: str, value: Array | float) -> Real:
 
 
 def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int, ...]:
-    """Broadcast of named shapes; the names are told when they do not fit."""
+    """Broadcast of named shapes; a `FrameError` with the names where they do not broadcast."""
     try:
         return shape_of(*shapes.values())
     except ValueError:
@@ -76,19 +76,19 @@ def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int
 
 
 def shape_of(*values: Real | tuple[int, ...] | None) -> tuple[int, ...]:
-    """Broadcast of numbers, and of shapes; at once where all are single numbers, as most are."""
+    """Broadcast of the shapes of numbers, and of shapes; fast where all are single numbers, as most are."""
     shapes = {np.shape(v) if not isinstance(v, tuple) else v for v in values if not isinstance(v, float | None)}
     shapes.discard(())
     return np.broadcast_shapes(*shapes) if len(shapes) > 1 else next(iter(shapes), ())
 
 
 def as_real(value: Array | float) -> Real:
-    """A Python float where there is one number: far cheaper than an array of one."""
+    """A Python float if there is one number, which is far cheaper than an array; else an array of floats."""
     return float(value) if np.ndim(value) == 0 else np.asarray(value, dtype=np.float64)
 
 
 def given_state(described: object) -> dict[str, object]:
-    """State of an object for copies and other processes: without what was found from the rest of it on the way."""
+    """State of an object for copying and pickling: its attributes without cached properties."""
     kind = type(described)
     return {
         name: value

@@ -1,4 +1,4 @@
-"""Rigid mass at a node."""
+"""The point mass: a rigid body attached to one node."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from ..framework.errors import FrameError
 from ..framework.protocol import Array, PointElement, proven
 from .parameters import Real, array_of, common_shape, not_negative, require
 
-# Share of the largest entry of a tensor that is rounding, as where a principal tensor was turned.
+# Asymmetry and negative moments up to this share of a tensor's largest entry are rounding, as after a rotation.
 _ROUNDING = 1e-12
 
 
 @proven
 @dataclass(frozen=True, eq=False, init=False)
 class PointMass(PointElement):
-    """Rigid mass on a node.
+    """Rigid body attached to a node.
 
     With the offset o from the node to the centre of mass, whose velocity is ``u' + r' x o``, the parallel-axis theorem
     gives (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 2), ::
@@ -30,10 +30,11 @@ class PointMass(PointElement):
     mass : array_like
         Mass, (...), zero or above.
     inertia : array_like
-        About the centre of mass, in global axes: three principal moments (..., 3), or a tensor
-        (..., 3, 3), symmetric and not negative. What ends in (3, 3) is a tensor.
+        Moments of inertia about the centre of mass in global axes, mass times length squared: three principal moments
+        (..., 3), or a symmetric tensor (..., 3, 3) without negative principal moments. An array whose shape ends in
+        (3, 3) is taken as a tensor.
     offset : array_like
-        From the node to the centre of mass, global, (..., 3).
+        Vector from the node to the centre of mass in global axes, (..., 3), length.
 
     Raises
     ------
@@ -71,16 +72,16 @@ class PointMass(PointElement):
         return np.broadcast_shapes(np.shape(self.mass), self.inertia.shape[:-2], self.offset.shape[:-1])
 
     def mass_matrix(self) -> Array:
-        """Inertia of the node in global axes.
+        """Mass matrix of the node in global axes.
 
         Returns
         -------
         ndarray
-            By ``ux uy uz rx ry rz``, (..., 6, 6), symmetric.
+            Symmetric matrix by ``ux uy uz rx ry rz``, (..., 6, 6).
 
         Examples
         --------
-        A mass of 2 kg at 0.5 m from its node has 0.5 kg m^2 about it.
+        A mass of 2 kg at 0.5 m from its node has a moment of inertia of 0.5 kg m^2 about the node.
 
         >>> from linkframe.elements import PointMass
         >>> PointMass(2.0, offset=(0.5, 0.0, 0.0)).mass_matrix().diagonal().tolist()
@@ -102,7 +103,7 @@ class PointMass(PointElement):
 
 
 def _tensor(inertia: Array) -> Array:
-    """Principal moments (..., 3) or a tensor (..., 3, 3) as a tensor."""
+    """Principal moments (..., 3) or a tensor (..., 3, 3) as a checked tensor (..., 3, 3)."""
     if inertia.shape[-1:] != (3,):
         raise FrameError(f"PointMass: inertia has shape {inertia.shape}; give (..., 3) or (..., 3, 3)")
     require("PointMass", "inertia", inertia, np.isfinite(inertia), "finite; give a moment of inertia")

@@ -1,6 +1,6 @@
-"""Closed-form stiffness of a prismatic beam, and mass and geometric stiffness of one of its planes of bending.
+"""Closed-form stiffness of a prismatic beam, and mass and geometric stiffness in one plane of bending.
 
-The last two follow from the interdependent cubics: M from ``int rho A v^2 + rho I r^2 dx``, the geometric
+The last two follow from the interdependent cubics: the mass from ``int rho A v^2 + rho I r^2 dx``, the geometric
 stiffness from ``N int v'^2 dx`` (Przemieniecki, *Theory of Matrix Structural Analysis*, 1968,
 ch. 11 and 15; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
 """
@@ -18,20 +18,20 @@ from .parameters import Real
 
 
 def _rows(length: float) -> Array:
-    """Deformations of the springs about the middle of a beam, (6, 12)."""
+    """Deformations of the six springs of a beam per unit end displacement, about its middle, (6, 12)."""
     rows, middle = np.zeros((6, 12)), Plane(0.5, 0.5 * length, 0.5 * length, 0.0, 0.0)
     for at, number in deformations([middle, middle], np.array(length)).items():
         rows[at] = number
     return rows
 
 
-# What of the deformations is the same for every length, and by how much they grow with it.
+# The deformations are linear in the length: their constant part, and their part per unit of length.
 _BY_ENDS = _rows(0.0)
 _BY_LENGTH = _rows(1.0) - _BY_ENDS
 
 
 class Mirrored(NamedTuple):
-    """Entries of a symmetric 4 x 4 matrix on (v1, r1, v2, r2) that looks the same from either end."""
+    """Entries of a symmetric 4 x 4 matrix on (v1, r1, v2, r2) that is the same seen from either end."""
 
     v1v1: Real
     v1r1: Real
@@ -41,7 +41,7 @@ class Mirrored(NamedTuple):
     r1r2: Real
 
     def stamp(self, matrix: Array, dofs: tuple[int, int, int, int], sign: float) -> None:
-        """Write into `matrix` at `dofs`; `sign` is the sense of the rotations."""
+        """Write the entries into `matrix` at `dofs`; `sign` is the sign of rotations in the plane."""
         v1, r1, v2, r2 = dofs
         near, far = sign * self.v1r1, sign * self.v1r2
         matrix[..., v1, v1] = matrix[..., v2, v2] = self.v1v1
@@ -55,22 +55,22 @@ class Mirrored(NamedTuple):
 
 
 def prismatic_springs(flexibility: Array, length: Real) -> Array:
-    """Stiffness of the springs of `linkframe.elements.Beam`, (6, ...), by the flexibility of its section (6, ...).
+    """Stiffness of the springs of `linkframe.elements.Beam`, (6, ...), from the flexibility of its section, (6, ...).
 
-    ``E A / L``, ``G J / L``, ``E I / L``, and ``12 E I / L^3 (1 + phi)`` as one over ``L^3 / 12 E I + L / k G A``
-    (Przemieniecki 1968, Eq. 5.116).
+    ``E A / L``, ``G J / L``, ``E I / L``, and ``12 E I / (L^3 (1 + phi))``, computed as
+    ``1 / (L^3 / (12 E I) + L / (k G A))`` (Przemieniecki 1968, Eq. 5.116).
     """
     missing = (1,) * (np.ndim(length) + 1 - flexibility.ndim)
     out: Array = flexibility.reshape(6, *missing, *flexibility.shape[1:]) * length
-    # about the middle, as `UniformPart` has it
+    # 1/12 about the middle, rounded as in `UniformPart`
     out[1:3] += out[5:3:-1] * length * length * (0.25 - 1.0 / 6.0)
     return np.divide(1.0, out, out=out)
 
 
 def prismatic_rows(length: Array) -> Array:
-    """Deformations of the springs by the displacements of the ends, (6, 12, ...); they are linear in the length.
+    """Deformations of the springs per unit end displacement, (6, 12, ...); they are linear in the length.
 
-    Each number lies in one piece: that is how batches are read and written.
+    Batch axes come last, so that the batch of each component is contiguous in memory.
     """
     missing = (1,) * length.ndim
     out: Array = _BY_LENGTH.reshape(6, 12, *missing) * length
@@ -79,12 +79,12 @@ def prismatic_rows(length: Array) -> Array:
 
 
 def bar_mass(per_length: Real, length: Real) -> tuple[Real, Real]:
-    """Near and far entry of the mass of a bar with linear shape functions."""
+    """Diagonal and off-diagonal entry of the mass matrix of a bar with linear shape functions, (...) each."""
     return per_length * length / 3.0, per_length * length / 6.0
 
 
 def plane_mass(per_length: Real, rotary: Real, length: Real, phi: Real) -> Mirrored:
-    """Consistent mass of translation (`per_length`, rho A) and rotation (`rotary`, rho I)."""
+    """Consistent mass in one plane of bending, of translation (`per_length`, rho A) and rotation (`rotary`, rho I)."""
     m = per_length * length / (1.0 + phi) ** 2
     r = rotary / (length * (1.0 + phi) ** 2)
     turn = r * (0.1 - phi / 2.0) * length
@@ -101,7 +101,7 @@ def plane_mass(per_length: Real, rotary: Real, length: Real, phi: Real) -> Mirro
 
 
 def plane_geometric(axial: Real, length: Real, phi: Real) -> Mirrored:
-    """Geometric stiffness under the axial force `axial`, tension positive."""
+    """Geometric stiffness in one plane of bending under the axial force `axial`, tension positive."""
     g = axial / (length * (1.0 + phi) ** 2)
     sway, turn = g * (1.2 + phi * (2.0 + phi)), g * length / 10.0
     bow = phi * (1.0 + phi / 2.0) / 6.0

@@ -1,4 +1,4 @@
-"""Solid rectangle."""
+"""The solid rectangular cross-section."""
 
 from __future__ import annotations
 
@@ -60,13 +60,13 @@ class Rectangle(CrossSection):
 
     @cached_property
     def torsion_moduli(self) -> tuple[Array, Array]:
-        """Torque per shear stress at mid-side, (...) each: of the sides ``y = const``, of the sides ``z = const``."""
+        """Torque over shear stress at mid-side, (...) each: of the sides ``y = const``, of the sides ``z = const``."""
         short, long = _sides(self.y, self.z)
         at_long = 1.0 - 8.0 / np.pi**2 * _series(long / short, 0.5, lambda n, e: 2.0 * e / (1.0 + e * e) / n**2)
         remainder = _series(long / short, 1.0, lambda n, e: (2.0 - n % 4.0) * 2.0 * e / (1.0 + e) / n**2)
         at_short = 8.0 / np.pi**2 * (CATALAN - remainder)
         of_long, of_short = self.J / (short * at_long), self.J / (short * at_short)
-        upright = np.asarray(self.z) >= np.asarray(self.y)  # then the sides y = const are the long ones
+        upright = np.asarray(self.z) >= np.asarray(self.y)  # where the sides y = const are the long ones
         return np.where(upright, of_long, of_short), np.where(upright, of_short, of_long)
 
     def stress(self, forces: Array) -> Array:
@@ -74,10 +74,9 @@ class Rectangle(CrossSection):
 
         Normal stress is extreme in a corner. Von Mises stress is the greatest over the corners
         (no shear), the four sides (bending, torsion by Saint-Venant's series, and the parabola of the shear force along
-        the side, 3/2 of the mean at its middle) and the centre. Sides are looked at in places of their own between
-        their middles and corners, so close that the greatest is missed by less than 0.1 %, always downwards; in
-        corners, at mid-sides and in the centre nothing is missed. Inside, off the centre, nothing is looked at: there
-        two shear forces beside bending can make it greater by about 2 %.
+        the side, 3/2 of the mean at its middle) and the centre. It is exact in corners, at mid-sides and in the centre.
+        In between, the sides are sampled so closely that the greatest stress is underestimated by less than 0.1 %.
+        Other points inside are not sampled: there two shear forces together with bending can give about 2 % more.
 
         Parameters
         ----------
@@ -123,10 +122,10 @@ def _torsion_constant(y: Real, z: Real) -> Real:
 
 
 def _sides(y: Real, z: Real) -> tuple[Array, Array]:
-    """Short and long side."""
+    """Short and long side, (...) each."""
     return np.asarray(np.minimum(y, z)), np.asarray(np.maximum(y, z))
 
 
 def _series(ratio: Array, rate: float, term: Callable[[float, Array], Array]) -> Array:
-    """Sum over odd n of ``term(n, exp(-rate pi n ratio))``, as far as counts in double precision for ratio >= 1."""
+    """Sum over odd n of ``term(n, exp(-rate pi n ratio))``, (...), to double precision for ratio >= 1."""
     return np.asarray(sum(term(n, np.exp(-rate * np.pi * n * ratio)) for n in np.arange(1.0, 12.0 / rate, 2.0)))

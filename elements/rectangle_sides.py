@@ -1,4 +1,4 @@
-"""Stress along the sides of a rectangle: bending, shear and Saint-Venant's torsion together."""
+"""Greatest von Mises stress along the sides of a rectangle, of bending, shear and Saint-Venant torsion together."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ import numpy as np
 from ..framework.protocol import Array
 from .parameters import Real
 
-# Places between a corner and the middle of a side, even ones and more of them near the corner. Terms of a power series
-# that is used up to sqrt(2) - 1; terms of series in exp(-pi n / 2) and in exp(-pi n), n odd.
+# Sample points between a corner and the middle of a side: evenly spaced ones, and further ones near the corner. Numbers
+# of terms: of a power series that is used up to sqrt(2) - 1, of series in exp(-pi n / 2), and in exp(-pi n), n odd.
 EVEN, NEAR, POWERS, SLOW, FAST = 32, 12, 16, 10, 6
-# u (1 - s) where the torsional stress is half of and nearly that at mid-side.
+# Values of u (1 - s), see `long_side`, at which the torsional stress is half of, and nearly, that at mid-side.
 HALF_WAY, NEARLY = 0.7, 7.0
-# Entries that are looked at together, so that they stay in the cache.
+# Batch entries that are evaluated together, so that they stay in the processor's cache.
 BLOCK = 4096
 OF_SERIES = 8.0 / np.pi**2
 CATALAN = 0.915965594177219015054603514932384110774
-# Torsional stress in the middle of a strip's end face over that in the middle of its length.
+# Ratio of the torsional stress in the middle of a strip's end face to that in the middle of its long side.
 AT_SHORT = OF_SERIES * CATALAN
 ROOT3 = np.sqrt(3.0)
 SWITCH = np.sqrt(2.0) - 1.0
 # Greatest of (1 - s^2)^2 / (1 - s) over s from 0 to 1, at s = 1/3.
 PARABOLA = 32.0 / 27.0
-# Stress beside a corner is left out where it is below that in the corner by no less than rounding.
+# A side is skipped only if its stress stays below that in the corner by more than rounding.
 SURELY = 1.0 + 1e-12
 
 
 class Side(NamedTuple):
-    """Places between the middle of a side, s = 0, and its end, s = 1.
+    """Sample points along half of a side, from its middle, s = 0, to its end, s = 1.
 
     Attributes
     ----------
     place
-        s, (k, ...).
+        Coordinates s, (k, ...).
     torsion
-        Torsional shear stress there over that at mid-side, (k, ...).
+        Ratio of the torsional shear stress at s to that at mid-side, (k, ...).
     """
 
     place: Array
@@ -50,28 +50,29 @@ def raise_along(worst: Array, ratio: Real, normal: tuple[Real, Real, Real], shea
     Parameters
     ----------
     worst
-        Greatest von Mises stress so far, corners and mid-sides among it, (...).
+        Greatest von Mises stress so far, which includes corners and mid-sides, (...).
     ratio
-        Length of these sides over that of the others, (...).
+        Ratio of the length of these sides to that of the other two, (...).
     normal
-        Normal stress of the axial force, of bending across the side, and of bending along it at its end, (...).
+        Normal stress by the axial force, by bending that is constant along the side, and by bending that varies along
+        it, at its end, (...) each.
     shear, twist
-        Shear stress of the shear force and of torsion at mid-side, (...).
+        Shear stress at mid-side by the shear force and by torsion, (...).
 
     Returns
     -------
     ndarray
-        Force per area, (...).
+        Greatest von Mises stress, force per area, (...).
     """
     axial, across, along = normal
-    # One of the three alone is greatest in a corner or at mid-side.
+    # A single one of the three is greatest in a corner or at mid-side.
     if sum(bool(np.any(each)) for each in (along, shear, twist)) < 2:
         return worst
     signs = np.sign(axial) * np.sign(across) * np.sign(shear) * np.sign(twist)
     more, less = np.abs(axial) + np.abs(across), np.abs(np.abs(axial) - np.abs(across))
     along, shear, twist = np.abs(along), np.abs(shear), np.abs(twist)
     several = ((along > 0.0) & ((shear > 0.0) | (twist > 0.0))) | ((shear > 0.0) & (twist > 0.0))
-    # In no place is torsion more than this over that at mid-side, times the root of 1 - s.
+    # An upper bound on torsion(s) / sqrt(1 - s).
     steepest = np.sqrt(1.42 + 0.78 * np.asarray(ratio))
     steep = ROOT3 * (np.sqrt(PARABOLA) * shear + steepest * twist)
     wanted = several & (SURELY * steep > np.sqrt(along) * np.sqrt(2.0 * more + along))
@@ -83,11 +84,11 @@ def raise_along(worst: Array, ratio: Real, normal: tuple[Real, Real, Real], shea
         array = np.asarray(values)
         return array if array.ndim == 0 else np.broadcast_to(array, worst.shape)[kept]
 
-    # Stresses over the greatest so far, whose squares stay in range.
+    # Stresses are divided by the greatest so far, so that squares do not overflow.
     so_far = worst[kept]
     bent, level, lower = of(along) / so_far, of(more) / so_far, of(less) / so_far
     sheared, turned = ROOT3 * of(shear) / so_far, ROOT3 * of(twist) / so_far
-    # Of the two sides one has the greater normal stress, and one the greater shear stress: the same one, or not.
+    # The greater normal stress and the greater shear stress may occur on the same side or on opposite sides.
     opposed, lengths = np.broadcast_to(of(signs) < 0.0, so_far.shape), of(ratio)
     signed = np.where(opposed, -turned, turned)
     for start in range(0, so_far.size, BLOCK):
@@ -103,7 +104,7 @@ def raise_along(worst: Array, ratio: Real, normal: tuple[Real, Real, Real], shea
 
 
 def _highest(side: Side, bent: Array, sheared: Array, pairs: list[tuple[Array, Array]]) -> Array:
-    """Greatest square of von Mises stress, not below one."""
+    """Greatest square of the von Mises stress over the points of a side, at least one, (n,)."""
     found = np.ones_like(bent)
     for s, g in zip(side.place, side.torsion, strict=True):
         rise, force = bent * s, sheared * (1.0 - s * s)
@@ -114,17 +115,17 @@ def _highest(side: Side, bent: Array, sheared: Array, pairs: list[tuple[Array, A
 
 
 def side_of(ratio: Array) -> Side:
-    """Side `ratio` times as long as the other.
+    """Sample points and torsional stress of a side that is `ratio` times as long as the other.
 
     Parameters
     ----------
     ratio
-        Above zero, (n,).
+        Ratio of the lengths of the sides, above zero, (n,).
 
     Returns
     -------
     Side
-        Its places and what torsion does there, (k, n).
+        Sample points and torsional stress there, (k, n) each.
     """
     long, short = long_side(np.maximum(ratio, 1.0)), short_side(np.maximum(1.0 / ratio, 1.0))
     return Side(*(np.where(ratio >= 1.0, one, other) for one, other in zip(long, short, strict=True)))
@@ -136,7 +137,7 @@ def _one_side(ratio: float) -> Side:
 
 
 def long_side(ratio: Array) -> Side:
-    """Side `ratio` >= 1 times as long as the other; places are close where its end is felt.
+    """A side that is `ratio` >= 1 times as long as the other, with more sample points near its end.
 
     The sum ``1 - 8 / pi^2 sum_odd cosh(n u s) / (n^2 cosh(n u))`` with ``u = pi ratio / 2`` is split into its slow part
     ``exp(-n u (1 - s))``, which is Legendre's chi function, and terms that fall as ``exp(-n u)``.
@@ -149,10 +150,10 @@ def long_side(ratio: Array) -> Side:
 
 
 def short_side(ratio: Array) -> Side:
-    """Side `ratio` >= 1 times as short as the other.
+    """The shorter side, where the other is `ratio` >= 1 times as long.
 
-    The sum ``sum_odd (-1)^((n - 1) / 2) / n^2 tanh(n pi ratio / 2) cos(n pi s / 2)`` with its part ``tanh -> 1``, which
-    knows no ratio, in closed form.
+    The sum ``sum_odd (-1)^((n - 1) / 2) / n^2 tanh(n pi ratio / 2) cos(n pi s / 2)``, in which the part ``tanh -> 1``,
+    independent of the ratio, is summed in closed form.
     """
     ratio = np.asarray(ratio)
     shape = (-1, *(1 for _ in ratio.shape))
@@ -167,9 +168,10 @@ def short_side(ratio: Array) -> Side:
 
 
 def _off(u: Array) -> Array:
-    """Distances of the places from the end, (k, ...): even ones, and some as a geometric series.
+    """Distances 1 - s of the sample points from the end, (k, ...): evenly spaced ones, and a geometric series.
 
-    These lie where the torsional stress rises to nearly that at mid-side, and beyond as far as the first even one.
+    The series covers the range near the end in which the torsional stress rises to nearly that at mid-side, and at
+    least that up to the first of the even points.
     """
     farthest = np.maximum(1.0 / EVEN, np.minimum(0.2, NEARLY / u))
     nearest = np.minimum(0.2 * farthest, HALF_WAY / u)
@@ -212,7 +214,8 @@ def _middle(u: Array) -> Array:
 
 @cache
 def _short_places() -> tuple[Array, Array]:
-    """Distances ``1 - s`` from the end, (k,); ``sum_odd sin(n t) / n^2`` of ``t = pi (1 - s) / 2``, mid-side first.
+    """Distances ``1 - s`` from the end, (k,), and ``sum_odd sin(n t) / n^2`` at ``t = pi (1 - s) / 2``, (k + 1,), at
+    mid-side first.
 
     It is ``-1/2`` of the integral of ``log(tan(t / 2))``, whose smooth part is integrated by Gauss's rule.
     """

@@ -1,4 +1,4 @@
-"""Released end components of a member."""
+"""Releases of a beam: end components, such as ``"start rz"``, that carry no force."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def parse_releases(release: Iterable[str]) -> tuple[tuple[int, int], ...]:
     Raises
     ------
     FrameError
-        If an entry is not an end and a component, or if the member itself would be left free to
-        move: three releases in one plane of bending, or one translation or the twist at both ends.
+        If an entry is not an end and a component, or if the member itself would be free to move: three releases in
+        one plane of bending, or the same translation, or the twist, at both ends.
     """
     pairs = set()
     for text in (release,) if isinstance(release, str) else release:

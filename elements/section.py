@@ -1,4 +1,4 @@
-"""Section given by its properties."""
+"""The cross-section that is given by its properties, `Section`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from .cross_section import CrossSection, greatest, split, von_mises
 from .parameters import Real, array_of, common_shape, positive, shape_of
 
 NOT_GIVEN = float("nan")
-# Numbers of a block of places and forces that stays in the cache.
+# Size of an array of fibres times batch entries that still stays in the processor's cache.
 BLOCK = 200_000
 
 
 @dataclass(frozen=True, eq=False)
 class Section(CrossSection):
-    """Doubly symmetric section of any form, by its properties.
+    """Section of any form, given by its properties in principal axes, its shear centre being the centroid.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ class Section(CrossSection):
     cy, cz : array_like, optional
         Distances from the centroid to the extreme fibres along y and z, (...); needed for stress.
     Wt : array_like, optional
-        Torque per greatest torsional shear stress, (...); needed for stress.
+        Torsional section modulus: torque over greatest torsional shear stress, (...), length cubed; needed for stress.
     fibres : array_like, optional
-        Places at which stress is looked at, (n, 8): y and z, the shear stress along y that unit forces Vy, Vz and a
-        unit torque T make there, and that along z. With them stress is the greatest there, and needs none of the
-        others.
+        Points at which stress is evaluated, (n, 8): coordinates y and z, the shear stress along y by unit forces Vy, Vz
+        and a unit torque T, and likewise that along z. With them stress is the greatest over these points, and none of
+        the other properties is needed for it.
 
     Raises
     ------
@@ -52,8 +52,8 @@ class Section(CrossSection):
 
     Examples
     --------
-    >>> channel = Section(A=1.1e-3, Iy=1.06e-6, Iz=1.94e-7, J=2.8e-8)
-    >>> channel.A
+    >>> profile = Section(A=1.1e-3, Iy=1.06e-6, Iz=1.94e-7, J=2.8e-8)
+    >>> profile.A
     0.0011
     """
 
@@ -72,8 +72,8 @@ class Section(CrossSection):
     def from_sectionproperties(cls, analysed: object, *, unit: float = 1.0, principal: bool = False) -> Self:
         """Section of any form as the package sectionproperties has analysed it (extra ``sections``).
 
-        Its x and y become local y and z, its coefficients of shear are those at nu = 0, and stress is that of its
-        analysis at all nodes of its mesh. At a re-entrant corner that grows with the fineness of the mesh. ::
+        Its x and y become local y and z, its shear coefficients are those at nu = 0, and stress is evaluated at all
+        nodes of its mesh. At a re-entrant corner stress grows as the mesh is refined. ::
 
             from sectionproperties.pre.library import channel_section
             geometry = channel_section(d=100, b=50, t_f=8, t_w=5, r=6, n_r=8).create_mesh([10.0])
@@ -82,17 +82,18 @@ class Section(CrossSection):
         Parameters
         ----------
         analysed
-            A section with geometric and warping properties, or a geometry with a mesh, which is analysed. It has no
-            materials of its own.
+            A section with geometric and warping properties, or a geometry with a mesh, which is then analysed. It must
+            not have materials of its own.
         unit
-            Length of one of its units: 1e-3 of a drawing in millimetres where the frame is in metres.
+            Its unit of length in units of the frame: 1e-3 for a drawing in millimetres and a frame in metres.
         principal
-            Take its first and second principal axis as local y and z. The beam is to be turned accordingly by ``up=``.
+            Whether to take its first and second principal axis as local y and z. Rotate the beam accordingly by
+            ``up=``.
 
         Returns
         -------
         Section
-            With all properties and with fibres.
+            Section with all properties and with fibres.
 
         Raises
         ------
@@ -102,7 +103,7 @@ class Section(CrossSection):
         Warns
         -----
         UserWarning
-            If the shear centre lies off the centroid: that the member twists under forces is left out.
+            If the shear centre lies off the centroid: the twist of the member under transverse forces is neglected.
         """
         if not (np.ndim(unit) == 0 and np.isfinite(unit) and unit > 0.0):
             raise FrameError(f"Section.from_sectionproperties: unit = {unit!r} must be a positive number of lengths")
@@ -127,13 +128,13 @@ class Section(CrossSection):
 
     @property
     def form(self) -> Hashable:
-        """Sections of which the same properties are given; with fibres, the section itself."""
+        """Key that is equal for sections of which the same properties are given; with fibres, the section itself."""
         return (type(self), self._given) if self.fibres is None else self
 
     @cached_property
     def _given(self) -> tuple[str, ...]:
         """Names of the properties that were given."""
-        # a number that is none is not equal to itself
+        # properties that were not given are NaN, which is not equal to itself
         return tuple(
             name
             for name, value in super().sizes().items()
@@ -154,14 +155,14 @@ class Section(CrossSection):
         return {}
 
     def require(self, purpose: str, *names: str) -> None:
-        """Refuse `purpose` if a property that it needs was not given.
+        """Raise an error if a property that is needed for a purpose was not given.
 
         Parameters
         ----------
         purpose
-            What for, as the error tells it.
+            Purpose, for the error message.
         *names
-            Names of the properties that it needs.
+            Names of the properties that are needed.
 
         Raises
         ------
@@ -173,12 +174,12 @@ class Section(CrossSection):
             raise FrameError(f"Section: {purpose} needs {', '.join(names)}; give {', '.join(missing)}")
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses: the greatest at the fibres, or else estimated upwards.
+        """Extreme stresses: the greatest at the fibres, or else an estimate from the properties.
 
-        Without fibres bending and torsion are bounded, since the form is not known: the extreme fibres are taken to
-        meet in corners, with the whole torsional stress there. Shear forces are estimated: ``V / (k A)`` of both
-        directions and the torsional stress are added at the centroid, where the greatest shear stress of a rectangle is
-        a quarter more. Give fibres where shear decides.
+        Without fibres the form is unknown, and bending with torsion is bounded from above: the extreme fibres are
+        assumed to meet in a corner that carries the whole torsional stress. Shear is only estimated: ``V / (k A)`` of
+        both directions and the torsional stress are added at the centroid; for a rectangle the true shear stress there
+        is a quarter higher. Give fibres where shear governs.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Spring along the line between two nodes."""
+"""The spring element along the line between two nodes, with or without preload."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ ALONG, ACROSS = 0, (1, 2)
 @proven
 @dataclass(frozen=True, eq=False, init=False)
 class Spring(LineElement):
-    """Spring that pulls two nodes along the line between them, and holds none of their rotations.
+    """Spring along the line between two nodes, which transmits no moments.
 
-    With the force S that it carries at rest (tension positive), the length L and the displacements along (u) and
+    With the preload S in the undeformed shape (tension positive), the length L and the displacements along (u) and
     across (v, w) the line, ::
 
         N = S + k (u2 - u1),    across: S / L (v2 - v1),  S / L (w2 - w1)
 
     The part across is the geometric stiffness of a string (Przemieniecki, *Theory of Matrix Structural Analysis*,
-    1968, ch. 15). S itself is in equilibrium with the loads at rest: it is not applied to the nodes.
+    1968, ch. 15). By default S is in equilibrium in the undeformed shape and is not applied to the nodes.
 
-    A force that is `applied` is one of the loads instead: give it to both nodes by `Frame.load`, the spring does not.
-    The frame is linear about its shape without loads, ``across`` being zero. That the force turns with the line counts
-    where forces on the displaced shape do: in buckling, in how far linear results hold, and in large displacement.
+    With `applied` the force S is one of the loads instead; apply it to both nodes by `Frame.load`, since the spring
+    does not. The frame is then linearised about its shape without loads, where ``across`` is zero. The rotation of
+    the force with the line is taken into account in buckling, in ``solution.linear`` and at large displacement.
 
     Parameters
     ----------
     stiffness : array_like
-        Force per length, (...), zero or above.
+        Stiffness k, force per length, (...), zero or above.
     force : array_like
-        Force at rest, (...), tension positive.
+        Preload S in the undeformed shape, (...), tension positive.
     applied : bool
-        Whether the loads of the frame hold the force.
+        Whether the loads on the frame hold the preload in equilibrium.
 
     Raises
     ------
@@ -70,7 +70,7 @@ class Spring(LineElement):
 
     @property
     def kind(self) -> Hashable:
-        """A spring is evaluated with none but itself."""
+        """The spring itself: each is evaluated on its own."""
         return self
 
     @property
@@ -79,7 +79,7 @@ class Spring(LineElement):
 
     @property
     def balanced(self) -> bool:
-        """A force at rest resists that its line turns, where no loads stand for it."""
+        """Whether a rigid motion costs no energy: a preload resists rotation of its line, unless loads hold it."""
         return self.applied or not np.any(self.force)
 
     @property
@@ -88,14 +88,14 @@ class Spring(LineElement):
 
     @property
     def quadrature(self) -> int:
-        """Gauss points for a linear load times the linear shape functions."""
+        """Number of Gauss points for a linear load times the linear shape functions."""
         return 2
 
     def part(self, index: int, count: int) -> Spring:
         return self if count == 1 else Spring(count * np.asarray(self.stiffness), self.force, applied=self.applied)
 
     def stiffness_matrix(self, length: Array | float) -> Array:
-        """Stiffness in local axes: along the line that of the spring, across it that of the force at rest.
+        """Stiffness in local axes: along the line that of the spring, across it the geometric stiffness of the preload.
 
         Parameters
         ----------
@@ -105,7 +105,7 @@ class Spring(LineElement):
         Returns
         -------
         ndarray
-            Forces on both ends by their displacements, (..., 12, 12); zero for moments and rotations.
+            Forces on both ends per unit displacement of the ends, (..., 12, 12); zero for moments and rotations.
         """
         return self._stamped(self.stiffness, self._across(length))
 
@@ -133,7 +133,7 @@ class Spring(LineElement):
         Returns
         -------
         ndarray
-            The force over the length where ends move apart across the line, (..., 12, 12).
+            Forces on both ends per unit displacement of the ends, (..., 12, 12): ``axial / length`` across the line.
         """
         return self._stamped(0.0, as_real(axial) / as_real(length))
 

@@ -1,4 +1,4 @@
-"""Round tube."""
+"""The cross-section of a round tube."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ class Tube(CrossSection):
         return self.outer - 2.0 * self.thickness
 
     def stress(self, forces: Array) -> Array:
-        """Extreme stresses, which are in the outer fibre.
+        """Extreme stresses, which occur in the outer fibre.
 
         A shear force V gives the tangential stress ``p V sin(angle) / A`` with
-        ``p = 4/3 (D^2 + D d + d^2) / (D^2 + d^2)``: Jourawski's formula at the neutral axis, and
-        for a thin or a full wall all along the outer fibre.
+        ``p = 4/3 (D^2 + D d + d^2) / (D^2 + d^2)``: Jourawski's formula at the neutral axis, which for a thin tube
+        and for a solid circle holds along the whole outer fibre.
 
         Parameters
         ----------

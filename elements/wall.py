@@ -1,4 +1,4 @@
-"""Stress along a flat wall of an open section: bending along it, shear flow and torsion together."""
+"""Greatest von Mises stress along a flat wall of an open section, of bending, shear flow and torsion together."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from ..framework.protocol import Array
 from .parameters import Real
 from .rectangle_sides import BLOCK, PARABOLA, Side, side_of
 
-# Even places at which a wall without torsion at its end is looked at.
+# Number of intervals into which a wall without torsion is divided for sampling.
 PLACES = 24
 
 
 @dataclass(frozen=True)
 class Wall:
-    """Stresses along a wall, none below zero, from its middle, s = 0, to its end, s = 1; each (...).
+    """Magnitudes of the stresses along a wall, from its middle, s = 0, to its end, s = 1.
 
-    Normal stress is ``level + rise s``, shear stress ``constant + linear (1 - s) + parabola (1 - s^2) + twist g(s)``, g
-    being the torsional stress along one side of a rectangle, which is nothing at its end.
+    Normal stress is ``level + rise s``, shear stress ``constant + linear (1 - s) + parabola (1 - s^2) + twist g(s)``,
+    where g is the torsional stress along a side of a rectangle over that at mid-side, zero at the end.
 
     Attributes
     ----------
     level, rise, constant, linear, parabola, twist
-        Force per area.
+        Coefficients, force per area, zero or above, (...).
     """
 
     level: Real
@@ -36,7 +36,7 @@ class Wall:
     twist: Real = 0.0
 
     def of(self, kept: NDArray[np.bool_]) -> list[Array]:
-        """The numbers, in their order, at some entries (n,) of the batch."""
+        """The six coefficients at the n batch entries where the mask `kept` (...) is True, (n,) each."""
         every = self.level, self.rise, self.constant, self.linear, self.parabola, self.twist
         return [np.broadcast_to(np.asarray(each), kept.shape)[kept] for each in every]
 
@@ -47,21 +47,21 @@ def raise_along_wall(worst: Array, wall: Wall, ratio: Real = 1.0, start: Real = 
     Parameters
     ----------
     worst
-        Greatest von Mises stress so far, both ends of the wall among it, (...).
+        Greatest von Mises stress so far, which includes both ends of the wall, (...).
     wall
-        Its stresses.
+        Stresses along the wall.
     ratio
-        Length of the face over that across it, (...).
+        Ratio of the length of the face to its width, (...).
     start
-        Share s of the wall from which on it is looked at, (...).
+        Coordinate s from which on the wall is sampled, (...).
 
     Returns
     -------
     ndarray
-        Force per area, (...).
+        Greatest von Mises stress, force per area, (...).
     """
-    # By what a share d of the wall takes off at its end, the square of the normal stress falls by no less than this
-    # times d; and three times that of the shear stress rises by no more than this times d.
+    # At the distance d = 1 - s from the end, the square of the normal stress is lower than at the end by at least
+    # falls d, and three times the square of the shear stress is higher by at most rises d.
     falls = wall.rise * (2.0 * np.asarray(wall.level) + wall.rise)
     steepest = np.sqrt(1.42 + 0.78 * np.asarray(ratio))
     steep = np.sqrt(PARABOLA) * np.asarray(wall.parabola) + wall.linear + steepest * wall.twist
@@ -70,7 +70,7 @@ def raise_along_wall(worst: Array, wall: Wall, ratio: Real = 1.0, start: Real = 
     if not kept.any():
         return worst
     so_far, raised = worst[kept], worst.copy()
-    # Stresses over the greatest so far, whose squares stay in range.
+    # Stresses are divided by the greatest so far, so that squares do not overflow.
     numbers = [each / so_far for each in wall.of(kept)]
     lengths, starts = (np.broadcast_to(np.asarray(each, dtype=float), worst.shape)[kept] for each in (ratio, start))
     twisted = bool(numbers[-1].any())
@@ -83,7 +83,7 @@ def raise_along_wall(worst: Array, wall: Wall, ratio: Real = 1.0, start: Real = 
 
 
 def _highest(side: Side, start: Array, numbers: list[Array]) -> Array:
-    """Greatest square of von Mises stress, not below one."""
+    """Greatest square of the von Mises stress over the sample points, at least one, (n,)."""
     level, rise, constant, linear, parabola, twist = numbers
     found = np.ones_like(level)
     for place, g in zip(side.place, side.torsion, strict=True):
@@ -95,7 +95,7 @@ def _highest(side: Side, start: Array, numbers: list[Array]) -> Array:
 
 
 def _places(ratio: Array) -> Side:
-    """Places of sides, those of one where all are alike."""
+    """Sample points of a side for ratios (n,), (k, n); (k, 1) where all ratios are equal."""
     alike = ratio.size > 0 and bool(np.all(ratio == ratio.flat[0]))
     return side_of(ratio[:1] if alike else ratio)
 

@@ -1,4 +1,4 @@
-"""Many nodes, members, supports and loads described by one call each, with arrays for what differs among them."""
+"""Descriptions in bulk: many nodes, members, supports or loads by one call each, and frames from line meshes."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ Row = TypeVar("Row", Node, Member, JointLink)
 
 @dataclass(eq=False, repr=False)
 class InBulk(Editable):
-    """A description that takes many parts at once; `linkframe.framework.Frame` is one."""
+    """The part of a description that takes many parts by one call; a base class of `linkframe.framework.Frame`."""
 
     @classmethod
     def from_mesh(cls, mesh: Any, element: Any, *, scale: float = 1.0, drop_unconnected: bool = False) -> Self:
         """Make a frame of a line mesh: its points become nodes, its lines members.
 
         Nodes are named by their numbers, ``"0"``, ``"1"``, ..., or by what an Abaqus file calls them. A member bears
-        the name of the smallest set that it is in: ``"mast"`` where that holds one line, ``"mast 0"``, ``"mast 1"``,
-        ... where it holds more (with the labels of an Abaqus file in place of the numbers). Sets are the physical
-        groups of gmsh, the sets of Abaqus and meshio, subdomains and boundaries of scikit-fem, also in files that it
-        wrote (``frame.mesh.save``). They are found in ``node_sets``, which `fix_many` and `load_many` take by name,
-        and in ``element_sets``; a set of one node is a further name of this, where no node has it.
+        the name of the smallest set that it is in: ``"mast"`` if the set has one line, ``"mast 0"``, ``"mast 1"``, ...
+        if it has more (with the labels of an Abaqus file in place of the numbers). Sets are the physical groups of
+        gmsh, the sets of Abaqus and meshio, and the subdomains and boundaries of scikit-fem, also from files written by
+        ``frame.mesh.save``. They become ``node_sets``, which `fix_many` and `load_many` take by name, and
+        ``element_sets``; the name of a set of one node becomes an alias of that node unless a node has that name.
 
         Parameters
         ----------
@@ -53,14 +53,14 @@ class InBulk(Editable):
             lines have no length, or None for lines to leave out. ``"material 2"`` is the set of lines with 2 in an
             array ``material`` of whole numbers.
         scale
-            Length of the mesh's unit: 1e-3 for a mesh in millimetres and a frame in metres.
+            Factor by which coordinates are multiplied: 1e-3 for a mesh in millimetres and a frame in metres.
         drop_unconnected
-            Whether nodes on no line are left out; else they are refused.
+            Whether to leave out nodes that are on no line; if False, such nodes are an error.
 
         Returns
         -------
         Frame
-            Without supports and loads.
+            The frame, without supports and loads.
 
         Raises
         ------
@@ -112,9 +112,9 @@ class InBulk(Editable):
         Parameters
         ----------
         names
-            Their names, n of them; or n itself, for names that count on: ``"0"``, ``"1"``, ...
+            Names of the n nodes; or n itself, for consecutive numbers as names: ``"0"``, ``"1"``, ...
         coordinates
-            Positions (..., n, 3), in the axes of `body` or global; a batch leads.
+            Positions (..., n, 3), length, in the axes of `body` or global; batch axes come first.
         body
             Body that carries the nodes.
 
@@ -126,7 +126,7 @@ class InBulk(Editable):
         Raises
         ------
         FrameError
-            As by `node`; no node is placed then.
+            As for `node`; no node is placed then.
 
         Examples
         --------
@@ -175,12 +175,12 @@ class InBulk(Editable):
         Parameters
         ----------
         element
-            One for all, of which parameters may be arrays (..., n), one number for each, or (..., 1) where a batch is
-            the same for all; or n elements, one for each.
+            One element for all, whose parameters may be arrays (..., n) with one number for each, or (..., 1) for a
+            batch that is the same for all; or n elements, one for each.
         pairs
             Names of the two nodes of each, n pairs; or the numbers of these nodes in the order of description, (n, 2).
         names
-            Names of the members or joints; where None they count on: ``"0"``, ``"1"``, ...
+            Names of the n members or joints; None gives consecutive numbers: ``"0"``, ``"1"``, ...
 
         Returns
         -------
@@ -190,11 +190,11 @@ class InBulk(Editable):
         Raises
         ------
         FrameError
-            As by `add`; nothing is added then.
+            As for `add`; nothing is added then.
 
         Examples
         --------
-        Three rods between four nodes, by the numbers of these.
+        Three rods between four nodes, given by the numbers of the nodes.
 
         >>> import numpy as np
         >>> from linkframe.elements import Beam, Circle, Material
@@ -229,7 +229,7 @@ class InBulk(Editable):
 
     @without_search()
     def fix_many(self, nodes: Names, *names: str) -> None:
-        """Hold components of many nodes at zero; all six where none is named.
+        """Support many nodes: set displacement components to zero, all six where none is named.
 
         Parameters
         ----------
@@ -251,8 +251,8 @@ class InBulk(Editable):
         nodes
             Names of the nodes, n of them, or the name of a set of them.
         **force
-            Values by component ``fx fy fz mx my mz``: a number for all nodes, or (..., n) with one for each; a batch
-            leads.
+            Values by component ``fx fy fz mx my mz``: one number for all nodes, or (..., n) with one for each; batch
+            axes come first.
         """
         there = self._known(nodes, "load")
         what = f"load at {len(there)} nodes"
@@ -266,7 +266,7 @@ class InBulk(Editable):
                 )
         self._join({f"{FORCES[k]} of the {what}": value.shape[:-1] for k, value in given.items()})
         for k, value in given.items():
-            # of a batch a part is an array, of one number for each node a number, of one for all the array itself
+            # the value of each node: one for all, or its own, an array (...) where there is a batch
             parts = repeat(value) if not value.ndim else map(np.asarray, np.moveaxis(value, -1, 0))
             loads = self.loads
             for node, part in zip(there, parts, strict=False):
@@ -278,7 +278,7 @@ class InBulk(Editable):
     # -- inside -----------------------------------------------------------------------------------------------------
 
     def _check_new(self, what: str, names: list[str], *known: Mapping[str, object], counted: bool) -> None:
-        """Refuse names that exist and, where they are not `counted` numbers, that are none or are given twice."""
+        """Refuse names that exist already; unless they are `counted` numbers, also invalid and repeated ones."""
         if not counted:
             if set(map(type, names)) - {str} or not all(names):
                 names[:] = [plain(what, name) for name in names]
@@ -292,7 +292,7 @@ class InBulk(Editable):
                 raise FrameError(f"{what} {clash!r} exists already: choose another name")
 
     def _known(self, nodes: Names, of: str) -> list[str]:
-        """Names of nodes in the description."""
+        """The names by which nodes are described, from names, aliases or the name of a set."""
         given = self.node_sets.get(nodes, [nodes]) if isinstance(nodes, str) else list(nodes)
         if set(map(type, given)) <= {str} and all(map(self.nodes.__contains__, given)):
             return given
@@ -331,7 +331,7 @@ class InBulk(Editable):
         numbers: NDArray[np.integer[Any]] | None,
         families: list[NDArray[np.int64]],
     ) -> None:
-        """Members, with what `add` looks at looked at for those of one element together."""
+        """Add members, making the checks of `add` for all members of one family of elements at once."""
         kinds: dict[Hashable, str] = {}
         chords = self._chords(starts, stops, numbers)
         if chords is not None:
@@ -354,7 +354,7 @@ class InBulk(Editable):
         self._examined |= kinds
 
     def _add_joints(self, names: list[str], elements: list[JointElement], starts: list[str], stops: list[str]) -> None:
-        """Joints, likewise."""
+        """Add joints, checking each different element once."""
         for name, first, second in zip(names, starts, stops, strict=True):
             self._check_coincident(name, first, second)
         leaders, _ = distinct(elements)
@@ -367,7 +367,7 @@ class InBulk(Editable):
         self.joints.update(zip(names, _rows(JointLink, each, starts, stops), strict=True))
 
     def _chords(self, starts: list[str], stops: list[str], numbers: NDArray[np.integer[Any]] | None) -> Array | None:
-        """From start to end of each (n, 3); None where a body or the batch moves nodes."""
+        """Vector from start to end of each member, (n, 3); None where nodes are on bodies or vary over the batch."""
         whole = None
         if numbers is not None and len(self.nodes) <= 4 * len(starts):
             whole = _plain_places(list(self.nodes.values()))
@@ -380,7 +380,7 @@ class InBulk(Editable):
 
 
 def _plain_places(nodes: list[Node]) -> Array | None:
-    """Positions of nodes (n, 3); None where a body or the batch moves one."""
+    """Positions of nodes, (n, 3); None where one of them lies on a body or varies over the batch."""
     places = list(map(attrgetter("coordinates"), nodes))
     if set(map(attrgetter("body"), nodes)) != {None} or set(map(attrgetter("ndim"), places)) != {1}:
         return None
@@ -389,10 +389,10 @@ def _plain_places(nodes: list[Node]) -> Array | None:
 
 
 def _rows(kind: type[Row], *columns: Iterable[object]) -> Iterator[Row]:
-    """Named tuples of their fields, as their own constructor makes them in twice the time."""
+    """Named tuples from columns of their fields, in half the time that their constructor takes."""
     return map(tuple.__new__, repeat(kind), zip(*columns, strict=False))
 
 
 def _numbers(first: int, count: int) -> list[str]:
-    """Names that count on."""
+    """Consecutive numbers as names, `count` of them from `first` on."""
     return list(map(str, range(first, first + count)))

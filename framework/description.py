@@ -12,16 +12,15 @@ from .listing import html_table
 
 
 class Description(DescribedLoads):
-    """What a frame is made of and what acts on it: data alone, which nothing here solves.
+    """Parts, supports and loads of a frame, as data alone.
 
-    `linkframe.framework.Frame`, which a user describes, is one that answers as well; its docstring tells of the
-    attributes.
+    `linkframe.framework.Frame` adds the analyses; its docstring lists the attributes.
     """
 
     def exclude(self, where: ArrayLike) -> None:
         """Leave batch entries out, such as poses that a linkage cannot take.
 
-        They must be described all the same, by any numbers; their status is ``absent`` and their results are NaN.
+        Such entries still need some finite numbers in the description; their status is ``absent``, their results NaN.
 
         Parameters
         ----------
@@ -54,7 +53,7 @@ class Description(DescribedLoads):
         return f"<Frame of shape {self.shape}: {counts}>"
 
     def _repr_html_(self) -> str:
-        """In a notebook: what there is of each kind, by name."""
+        """Table for a notebook: each member, joint, support and load by name."""
         rows = [
             *([name, "member", f"{ends.start} to {ends.end}"] for name, ends in self.members.items()),
             *([name, "joint", f"{ends.first} to {ends.second}"] for name, ends in self.joints.items()),
@@ -68,14 +67,14 @@ class Description(DescribedLoads):
 
 
 def excluding(frame: Description, where: NDArray[np.bool_]) -> Description:
-    """A copy of a description without the batch entries `where` (...)."""
+    """Copy of a description in which the batch entries `where`, a boolean array (...), are left out as well."""
     clone = frame.copy()
     clone.exclude(where)
     return clone
 
 
 def alone(frame: Description) -> Description:
-    """The same description, dicts and all, which does not tell what it was made from."""
+    """The description without its `made_from`: a shallow copy, which shares all dicts; itself where it has none."""
     if frame.made_from is None:
         return frame
     clone = object.__new__(type(frame))

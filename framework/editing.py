@@ -1,4 +1,4 @@
-"""A description changed in place: other elements, other coordinates, other loads, with all names and the rest kept."""
+"""Changes of a description in place: other elements, coordinates or loads, everything else being kept."""
 
 from __future__ import annotations
 
@@ -28,28 +28,27 @@ Element = LineElement | JointElement | PointElement
 
 @dataclass(eq=False, repr=False)
 class Editable(Description):
-    """A description of which parts can be changed in place; `linkframe.framework.Frame` is one."""
+    """The part of a description that changes it in place; a base class of `linkframe.framework.Frame`."""
 
     def change(self, name: str | Sequence[str], new: Element | ArrayLike) -> None:
-        """Put another element in place of a member, joint or mass, or move nodes.
+        """Replace the element of a member, joint or mass, or move nodes.
 
-        Everything else stays: names, connections, supports, loads and forms added to a member. The next solution finds
-        what depends on these alone, such as the order of elimination, ready.
+        Everything else stays: names, connections, supports, loads and forms added to a member. The next solution reuses
+        what depends on these alone, such as the order of elimination.
 
         Parameters
         ----------
         name
-            The member, joint or mass; or the node, or several nodes that are moved at once, such as both of a joint.
+            The member, joint or mass; or the node, or several nodes that are moved at once, such as the two of a joint.
         new
-            An element of the same sort, a member for a member; or coordinates (..., 3), in the axes of the nodes'
-            bodies where they have such: one place for all of the nodes, or (..., n, 3) with one for each of n nodes.
+            An element of the same sort, such as a beam for a beam; or coordinates, in the axes of the nodes' bodies or
+            global: (..., 3), one place for all of the nodes, or (..., n, 3) with one for each of n nodes.
 
         Raises
         ------
         FrameError
-            Where the name is unknown, the element of another sort, or what it makes could not be described: a member
-            of no length, a joint between places apart, a load beyond the end of its member. The frame is then as it
-            was.
+            Where the name is unknown, the element is of another sort, or the change would give a member without length,
+            a joint between distant nodes, or a load beyond the end of its member. The frame is then left unchanged.
 
         Examples
         --------
@@ -65,21 +64,22 @@ class Editable(Description):
         >>> float((frame.solve().displacement("B")[1] / before).round(12))
         8.0
         """
-        # of an array, as coordinates mostly are, it takes long to see that it is no element
+        # coordinates are mostly arrays, for which isinstance with abstract classes is slow
         if not isinstance(new, np.ndarray) and isinstance(new, (LineElement, JointElement, PointElement)):
             self._change_element(plain("element", name) if isinstance(name, str) else _one(name), new)
         else:
             self._move([name] if isinstance(name, str) else list(name), new)
 
     def set_load(self, node: str, **force: ArrayLike) -> None:
-        """Put a force and moment in place of all that a node was loaded with so far.
+        """Replace all loads on a node.
 
         Parameters
         ----------
         node
             Name of the node.
         **force
-            Values by component, (...): force ``fx fy fz`` and moment ``mx my mz`` in global axes. None for no load.
+            Values by component, (...): force ``fx fy fz`` and moment ``mx my mz`` in global axes. Without any, the node
+            is unloaded.
 
         Examples
         --------
@@ -102,12 +102,12 @@ class Editable(Description):
             raise
 
     def unload(self, *names: str) -> None:
-        """Take all loads off.
+        """Remove all loads from nodes and members.
 
         Parameters
         ----------
         *names
-            Nodes and members from which loads are taken; where none is named, from all of them, gravity too.
+            Nodes and members to unload; where none is named, all loads are removed, gravity included.
 
         Examples
         --------
@@ -157,7 +157,7 @@ class Editable(Description):
         self._examined |= kinds
 
     def _fitting(self, name: str, part: Member | JointLink | MassPoint, new: Element) -> dict[Hashable, str]:
-        """Put an element to the test in the place of another; what it proves to be."""
+        """Check an element that is to replace another; the kinds that were checked, for `_examined`."""
         if isinstance(new, LineElement):
             assert isinstance(part, Member)
             new.check(self._chord(part.start, part.end))
@@ -188,7 +188,7 @@ class Editable(Description):
         try:
             for node, place in zip(nodes, each, strict=True):
                 self.nodes[node] = Node(place, before[node].body)
-            # the measure of what coincides: of all nodes, where those that were moved may have been the farthest
+            # all nodes are measured anew only where a moved node may have been the farthest
             self.size = max(size, self._reach(nodes)) if reached < size else self._reach(self.nodes)
             self._check_near(set(nodes))
             self._rejoin(
@@ -202,12 +202,12 @@ class Editable(Description):
             raise
 
     def _reach(self, names: Iterable[str]) -> float:
-        """Largest coordinate of some nodes."""
+        """Largest absolute coordinate of some nodes."""
         nodes = [(name, self.nodes[name]) for name in names]
         return max([_largest(at.coordinates if at.body is None else self.position(name)) for name, at in nodes])
 
     def _check_near(self, moved: set[str]) -> None:
-        """Refuse places that what is on the nodes cannot have."""
+        """Refuse positions of moved nodes that their members, member loads or joints do not allow."""
         for name, member in self.members.items():
             if member.start in moved or member.end in moved:
                 chord = self._check_length(name, member.start, member.end)
@@ -215,7 +215,7 @@ class Editable(Description):
                     self.members[name] = member._replace(element=replace(member.element, length=self.length(name)))
                 member.element.check(chord)
                 for load in self.member_loads.get(name, ()):
-                    if isinstance(load, FormLoad):  # all along
+                    if isinstance(load, FormLoad):  # it acts along the whole member
                         continue
                     end = (0.0 if load.span is None else load.span[1]) if isinstance(load, LineLoad) else load.at
                     if end > self._least_length(name):
@@ -226,7 +226,7 @@ class Editable(Description):
                 self._check_coincident(name, joint.first, joint.second)
 
     def _rejoin(self, before: Sequence[Shape], given: dict[str, Shape]) -> None:
-        """The batch after something of shapes `before` was replaced by what is `given`, by name."""
+        """Update the batch shape after values of the shapes `before` were replaced by those `given` by name."""
         if not any(shape and shape not in given.values() for shape in before):
             self._join(given)
             return
@@ -239,7 +239,7 @@ class Editable(Description):
             raise
 
     def _shapes_given(self) -> Iterator[tuple[str, Shape]]:
-        """Batch shapes of all that is described, by its name."""
+        """Name and batch shape of every number that is described."""
         for name, body in self.bodies.items():
             yield f"origin of body {name!r}", body.origin.shape[:-1]
             yield f"axes of body {name!r}", body.axes.shape[:-2]
@@ -264,7 +264,7 @@ class Editable(Description):
 
 
 def _largest(place: Array) -> float:
-    """Largest coordinate; of one place without the cost of an operation on arrays."""
+    """Largest absolute coordinate; by Python floats for a single place, which is faster than an array operation."""
     return max(map(abs, place.tolist())) if place.ndim == 1 else float(np.abs(place).max(initial=0.0))
 
 

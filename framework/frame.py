@@ -1,4 +1,4 @@
-"""A frame as a user has it: the description of nodes, members, joints, supports and loads, and what it answers."""
+"""The class `Frame`: a description of nodes, members, joints, supports and loads, with the analyses that solve it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .bulk import InBulk
 from .checked import switch
 from .errors import FrameError
 
-# What solves takes longer to load than all that describes a frame: it is loaded where it is first asked for.
+# The solvers take longer to import than the whole description of a frame, so they are imported on first use.
 if TYPE_CHECKING:
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False, repr=False)
 class Frame(InBulk):
-    """Frame of beams and joints; what varies over a batch is given as arrays.
+    """Frame of beams and joints, described part by part and then solved for a whole batch at once.
 
-    The batch shape is the NumPy broadcast of everything that the description holds: 36 poses given as ``(36, 1)``
-    and 100 samples as ``(100,)`` make displacements ``(36, 100, 6)``.
+    Any number of the description may be an array that varies over the batch. The batch shape is the NumPy broadcast of
+    all of them: 36 poses given as ``(36, 1)`` and 100 samples as ``(100,)`` make displacements ``(36, 100, 6)``.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Frame(InBulk):
     aliases
         Other names of nodes.
     node_sets, element_sets
-        Names of the nodes, and of the members and joints, in each set of the mesh that the frame is from.
+        Names of the nodes, and of the members and joints, in each set of the mesh that the frame was made from.
     ties
         Rigid links and ties.
     supports
@@ -49,21 +49,21 @@ class Frame(InBulk):
     loads
         By node: index of the component and value, (...), of each load.
     member_loads
-        By member: line and point loads.
+        By member: line loads, point loads and loads by scikit-fem forms.
     weight
         Acceleration of gravity (..., 3).
     absent
         Batch entries that are left out, (...); None for none.
     made_from
-        What the frame was made from, such as a motion: what its status says of entries that are not regular, solutions
-        of the frame say too.
+        What the frame was made from, such as a motion. Where the motion is not regular, solutions of the frame carry
+        its status.
     size
-        Largest coordinate, the measure of what coincides.
+        Largest absolute coordinate of all nodes, by which it is judged whether two nodes coincide.
     tolerance
-        Length up to which the two nodes of a joint may lie apart and count as one place.
+        Distance up to which the two nodes of a joint count as coincident; 0 allows for rounding alone.
     axes
-        Names of the batch axes, such as ``("pose", "sample")``, the last of which is the last of the batch; tables of
-        results have them (`Solution.to_xarray`). Empty where they have none.
+        Names of the batch axes, such as ``("pose", "sample")``, aligned with the last axes of the batch; tables of
+        results are labelled by them (`Solution.to_xarray`). Empty for axes without names.
 
     Examples
     --------
@@ -92,27 +92,26 @@ class Frame(InBulk):
     def solve(
         self, method: str | None = None, *, clearance: bool = True, large: bool = False, steps: int = 1
     ) -> Solution | LargeSolution:
-        """Static solution of the whole batch; lazy, so nothing is computed that nobody reads.
+        """Static solution of the whole batch; each result is computed when it is first read.
 
-        Where joints have clearance, it is the equilibrium at which each journal rests in its bearing, found at once
-        together with the compliance (see `linkframe.framework.clearances.clearance`); ``solution.contact(joint)``
-        tells where.
+        Where joints have clearance, the contact state of each journal in its bearing is found together with the elastic
+        displacements (see `linkframe.framework.clearances.clearance`); read it from ``solution.contact(joint)``.
 
         Parameters
         ----------
         method
             ``broadcast`` or ``banded`` (LAPACK, a band for each entry) for any batch; or for one large frame, whose
             stiffness does not vary, ``sparse`` (SuperLU), ``cholesky`` (CHOLMOD, with the extra ``fast``) or
-            ``iterative`` (conjugate gradients). Where None, the plan takes what promises to be fastest; ``explain()``
-            says what and why. The results are the same.
+            ``iterative`` (conjugate gradients). None chooses the method that is expected to be fastest; ``explain()``
+            says which and why. The results agree to rounding.
         clearance
-            Whether the joints' clearances are taken into account; False leaves compliance alone, so that the
-            difference is the displacement by clearance.
+            Whether the joints' clearances are taken into account. With False only the compliance is left; the
+            difference of the two is the displacement due to clearance.
         large
-            Equilibrium at finite displacement and rotation, to which `method` does not apply. Members are cut into
-            their ``segments``.
+            Whether to find the equilibrium at finite displacement and rotation. Members are then divided into their
+            ``segments``, and `method` must be None.
         steps
-            For `large`, number of equal steps in which loads, offsets and prescribed displacements grow.
+            For `large`, number of equal steps in which loads, offsets and prescribed displacements are applied.
 
         Returns
         -------
@@ -156,18 +155,18 @@ class Frame(InBulk):
         return Solution.of(self, method, clearance=clearance)
 
     def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> EquilibriumPath:
-        """Equilibrium path at large displacement from rest on, past limit points where the load falls, by arc length.
+        """Equilibrium path at large displacement, from the unloaded frame past limit points, by the arc-length method.
 
         Parameters
         ----------
         node, component
-            Displacement that tells where to end.
+            Node and displacement component at which the path ends, such as ``"C"`` and ``"uy"``.
         to
-            Its value there, length or radians.
+            Value of that displacement at the end of the path, length or radians.
         steps
             Largest number of points.
         first
-            Load factor of the first step; later ones follow the number of iterations.
+            Load factor of the first step; the length of later steps is adapted to the number of iterations.
 
         Returns
         -------
@@ -207,7 +206,7 @@ class Frame(InBulk):
         return follow(self, node, component, to, steps, first)
 
     def modes(self, count: int) -> Modes:
-        """The lowest natural frequencies and mode shapes, of the frame with its joints in contact all round.
+        """The lowest natural frequencies and mode shapes of the frame, its joints without clearance.
 
         Parameters
         ----------
@@ -222,7 +221,7 @@ class Frame(InBulk):
         Raises
         ------
         FrameError
-            If `count` is not among these, the frame has no mass, or fewer modes with mass.
+            If `count` is out of range, the frame has no mass, or it has fewer modes with mass than `count`.
 
         Examples
         --------
@@ -244,7 +243,7 @@ class Frame(InBulk):
         return modes(self, count)
 
     def buckling(self, count: int) -> Buckling:
-        """The lowest load factors at which the loaded frame buckles, with its joints in contact all round.
+        """The lowest load factors at which the loaded frame buckles, its joints without clearance.
 
         Parameters
         ----------
@@ -260,8 +259,8 @@ class Frame(InBulk):
         Raises
         ------
         FrameError
-            If `count` is not among these, or the frame is a mechanism without its loads. In a batch of which some
-            entries are, their factors are NaN, and a `MechanismWarning` tells so.
+            If `count` is out of range, or the frame is a mechanism even without loads. Where only some entries of a
+            batch are, their factors are NaN and a `MechanismWarning` says so.
 
         Examples
         --------
@@ -284,37 +283,37 @@ class Frame(InBulk):
 
     @property
     def mesh(self) -> Any:
-        """The first batch entry as a scikit-fem ``MeshLine1`` with 3-D points, members cut into their segments.
+        """The first batch entry as a scikit-fem ``MeshLine1`` with 3-D points, members divided into their segments.
 
         Its subdomains are ``beam``, ``joint`` and, if there are any, ``rigid``; each member and joint by its name; and
         each body with the members on it. Its boundaries are the supported nodes. A basis on it needs the mapping
-        `linkframe.elements.ArcLengthMapping`, as scikit-fem's own is for solids.
+        `linkframe.elements.ArcLengthMapping`: scikit-fem's own is wrong for lines in space.
         """
         return self._numbered.mesh
 
     @property
     def dofs(self) -> Any:
-        """Numbering of `mesh`, a ``Dofs``: six a node, ``ux uy uz rx ry rz``, nodes in the order of description."""
+        """Numbering of `mesh`, a scikit-fem ``Dofs``: ``ux uy uz rx ry rz`` by node, nodes in order of description."""
         return self._numbered.numbering
 
     def basis(self, on: str | Sequence[str] = "beam", *, intorder: int = 6) -> Any:
         """A scikit-fem ``Basis`` over members of one kind, on `mesh` and numbered as `dofs`.
 
-        Its fields are the displacement by the members' own shape functions, in their own axes, ``u[0]`` to ``u[5]``
-        for ``ux uy uz rx ry rz``, with the derivative along the member as ``u.grad``; the degrees of freedom are
-        global.
+        Its fields are displacements in the members' local axes, interpolated by their shape functions: ``u[0]`` to
+        ``u[5]`` for ``ux uy uz rx ry rz``, and ``u.grad`` for the derivative along the member. The degrees of freedom
+        are displacements of the nodes in global axes.
 
         Parameters
         ----------
         on
             A member, a body (all members on it), ``"beam"`` for all members, or several of these.
         intorder
-            Order of integration; 6 is exact for two displacements of a prismatic beam.
+            Order of the quadrature; 6 is exact for the product of two displacements of a prismatic beam.
 
         Returns
         -------
         skfem.Basis
-            Of the first batch entry.
+            The basis at the first batch entry.
 
         Raises
         ------
@@ -354,8 +353,8 @@ class Frame(InBulk):
         Returns
         -------
         FrameMatrices
-            ``K M f`` over all displacements, supports as ``D x``, and ``T g`` of all that holds; ``Kg`` under the
-            loads is found when it is asked for.
+            Stiffness ``K``, mass ``M`` and loads ``f`` over all displacements; numbers ``D`` and values ``x`` of the
+            supported ones; ``T`` and ``g`` of all constraints; geometric stiffness ``Kg``, computed when first read.
 
         Raises
         ------
@@ -380,14 +379,14 @@ class Frame(InBulk):
         return frame_matrices(self, entry)
 
     def explain(self) -> str:
-        """What a linear solution will build, at which batch shapes, and what it skips and why, in plain words.
+        """Report in words of what a linear solution computes, at which batch shapes, and what it skips and why.
 
         For large displacement: ``frame.solve(large=True).explain()``.
 
         Returns
         -------
         str
-            Lines for a reader: batch shapes, the method and why it was picked, what is eliminated in which order.
+            Lines of text: batch shapes, the method and why it was chosen, what is eliminated in which order.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""What the framework asks of a joint between two nodes."""
+"""The interface between the framework and joints between two nodes, `JointElement`."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from .entries import Change
 
 
 class JointElement(ABC):
-    """Six springs between two coincident nodes, in the joint's own axes, or a law of its own by `resistance`.
+    """Six springs between two coincident nodes, in the joint's own axes, or a nonlinear law by `resistance`.
 
-    Linear solutions follow the springs, and contact where there is clearance: a law must agree with them at rest, or it
-    is refused there. What a joint returns is examined when it is added to a frame.
+    Linear solutions use the springs, and contact where there is clearance. The tangent of a nonlinear law at zero
+    displacement must agree with the springs, else linear solutions refuse the joint. What a joint returns is checked
+    when it is added to a frame.
 
     Attributes
     ----------
     stiffness
-        (..., 6), each 0 (free) to inf (ideal).
+        Six springs, (..., 6), force per length and moment per radian, each from 0 (free) to inf (ideal).
     axes
-        (..., 3, 3), the joint's axes as columns in global components; None for the global axes.
+        The joint's axes as columns in global components, (..., 3, 3); None for the global axes.
     clearance
-        (...), radius of the ball inside which the `clearance_directions` are free; 0 for none.
+        Radius of the ball inside which the `clearance_directions` are free, (...); 0 for none.
     clearance_directions
-        Indices of these components, of equal stiffness; empty for none.
+        Indices of the components with clearance, all of equal stiffness; empty for none.
     pitch
-        (...), advance along z per turn about z: the spring along z acts on what differs from it.
+        Advance along z per turn about z, (...), length: the spring along z acts on ``uz - pitch rz / (2 pi)``.
     """
 
     stiffness: Array
@@ -44,7 +45,7 @@ class JointElement(ABC):
 
     @abstractmethod
     def matrix(self) -> Array:
-        """Stiffness of the two nodes: what springs, axes and pitch make.
+        """Stiffness matrix of the two nodes, by springs, axes and pitch.
 
         Returns
         -------
@@ -54,34 +55,34 @@ class JointElement(ABC):
 
     @abstractmethod
     def typical(self) -> JointElement:
-        """The joint without clearance, each of its springs the stiffest in the batch.
-
-        It has no batch of its own but that of its geometry.
+        """A joint without clearance whose springs are the stiffest of the batch.
 
         Returns
         -------
         JointElement
-            Its stiffness (6,), its axes and pitch as they are.
+            Joint with a stiffness (6,) that does not vary over the batch, and with the same axes and pitch.
         """
 
     def resistance(self, displacement: Array, pick: Change) -> tuple[Array, Array, Array]:
-        """Energy, force and tangent at a displacement in the joint's axes: of springs, and of contact in clearances.
+        """Energy, forces and tangent stiffness at a displacement, of the springs and of contact in clearances.
 
-        A joint of another law overrides this; large displacement then follows it in place of the springs of all
-        components that are not ideal. Forces must be the gradient of the energy, and the tangent its second derivative
-        (where the force has a kink, that of either side).
+        A joint with a nonlinear law overrides this; large displacement then uses it for all components that are not
+        ideal. Forces must be the gradient of the energy, and the tangent its second derivative (at a kink of the force,
+        that of either side).
 
         Parameters
         ----------
         displacement
-            Displacement (m, 6) of the second node from the first, or from an imposed offset.
+            Displacement of the second node relative to the first, less an imposed offset, in the joint's axes, (m, 6).
         pick
-            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the displacements.
+            ``pick(array, trailing)`` takes from a parameter, whose last `trailing` axes are no batch axes, the m rows
+            that belong to the displacements.
 
         Returns
         -------
         energy, force, tangent
-            (m,), (m, 6) and (m, 6, 6), see `linkframe.framework.clearances.contact.law`; nothing from ideal components.
+            Energy (m,), forces (m, 6) and tangent stiffness (m, 6, 6), zero for ideal components; see
+            `linkframe.framework.clearances.contact.law`.
         """
         springs = np.where(np.isinf(self.stiffness), 0.0, self.stiffness)
         free = list(self.clearance_directions)
@@ -101,11 +102,11 @@ class JointElement(ABC):
 
     @property
     def has_law(self) -> bool:
-        """Whether `resistance` is its own and not that of springs and contact."""
+        """Whether the joint defines a nonlinear law, overriding `resistance`."""
         return type(self).resistance is not JointElement.resistance
 
     def springs_matrix(self) -> Array:
-        """Stiffness that finite springs, axes and pitch make of the two nodes.
+        """Stiffness matrix of the two nodes for finite springs, by axes and pitch.
 
         Returns
         -------

@@ -1,9 +1,9 @@
-"""LDLᵀ of many symmetric matrices of one pattern at once: entries lead, the batch follows.
+"""LDLᵀ of many symmetric matrices of one pattern at once: arrays (entries, ...), the batch axes last.
 
-Which entries a pivot changes is told by its `PivotStep`, found once for a pattern: for full matrices row by row
-(`full_steps`), each row a slice, and for sparse ones all entries of the lower half at a time (`sparse_steps`). The
-numbers may be of any kind that NumPy multiplies, in double or extended precision, or terms of a program that is being
-recorded.
+A `PivotStep` lists the entries that the elimination of one unknown changes. The steps are found once for each pattern:
+for full matrices row by row (`full_steps`), each row a slice, and for sparse ones for all entries of the lower half at
+once (`sparse_steps`). The numbers may be of any type that NumPy multiplies, in double or extended precision, or terms
+of a program that is being recorded.
 
 The recurrence stands once more in `batched.stage`, for sums of terms that vary over different axes of the batch; for
 numbers of one shape that takes 1.9 to 6.9 times as long as this.
@@ -23,25 +23,28 @@ from .elementwise import contracted
 
 Numbers = NDArray[Any]
 Places = slice | NDArray[np.int64]
-# Columns of L, and one over the pivot, of each step.
+# The column of L and the inverse pivot of each step.
 Columns = list[tuple[Numbers, Numbers]]
 
 
 class PivotStep(NamedTuple):
-    """What the elimination of one unknown takes and changes.
+    """One step of the elimination: the entries that it reads and those that it changes.
+
+    Places are positions along the first axis of the array of entries.
 
     Attributes
     ----------
     unknown
-        Its number.
+        Number of the unknown that is eliminated.
     pivot
         Place of its diagonal entry.
     below
-        Unknowns that it is coupled with, and that are not eliminated yet.
+        Unknowns that are coupled with it and not yet eliminated.
     column
-        Places of the entries with these.
+        Places of the entries that couple it with `below`.
     updates
-        Places of entries that change, and whose of the unknowns below, by product, change them.
+        Triples (places, i, j): from the entries at these places the product of the column entries of ``below[i]`` and
+        ``below[j]`` over the pivot is subtracted.
     """
 
     unknown: int
@@ -52,7 +55,7 @@ class PivotStep(NamedTuple):
 
 
 def full_steps(size: int) -> tuple[PivotStep, ...]:
-    """Steps for full matrices whose rows stand one after the other; what is below the diagonal is not looked at."""
+    """Steps for full matrices whose rows are stored one after the other; entries below the diagonal are not read."""
 
     def make() -> tuple[PivotStep, ...]:
         return tuple(
@@ -80,7 +83,8 @@ def sparse_steps(
     Parameters
     ----------
     pivots
-        Unknowns in the order of elimination, and with each those below it, fill included.
+        Pairs (unknown, below) in the order of elimination; `below` are the unknowns that are coupled with it and not
+        yet eliminated, fill included.
     place
         Places of the entries (i, j), i >= j; those of the fill are added.
 
@@ -107,21 +111,21 @@ def sparse_steps(
 def eliminated(
     work: Numbers, steps: Sequence[PivotStep], inverse: Callable[[int, Numbers], Numbers] | None = None
 ) -> Columns:
-    """Factorise.
+    """Factorise matrices.
 
     Parameters
     ----------
     work
-        Entries (entries, ...), overwritten: the diagonal by the pivots.
+        Their entries, (entries, ...), overwritten; the diagonal holds the pivots afterwards.
     steps
-        Those of the pattern.
+        Steps of the elimination for their pattern.
     inverse
-        One over the pivot of an unknown, where that is to be other than it is.
+        ``inverse(unknown, pivot)`` gives the inverse of a pivot; 1 / pivot where None.
 
     Returns
     -------
     list
-        By step the column of L, (below, ...), and one over the pivot, (...).
+        For each step the column of L, (below, ...), and the inverse pivot, (...).
     """
     done = []
     for step in steps:
@@ -136,7 +140,10 @@ def eliminated(
 
 
 def substitute(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> None:
-    """Put solutions in the place of loads (n, ..., N) by what `eliminated` has made of matrices (entries, N)."""
+    """Solve by forward and back substitution, overwriting loads (n, N) or (n, m, N) with the solutions.
+
+    `columns` are the factors that `eliminated` found for N matrices (entries, N).
+    """
     between = slice(None) if load.ndim == 2 else (slice(None), None)
     both = list(zip(steps, columns, strict=True))
     for step, (lower, _) in both:
@@ -149,7 +156,7 @@ def substitute(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> N
 
 
 def _added(lower: Numbers, solved: Numbers) -> Numbers:
-    """Sum over the unknowns below, of products of columns of L (n, N) and solutions (n, N) or (n, m, N)."""
+    """Sum over the n unknowns below of entries of L, (n, N), times their solutions, (n, N) or (n, m, N)."""
     if len(lower) == 1:
         product: Numbers = lower[0] * solved[0]
         return product
@@ -157,16 +164,16 @@ def _added(lower: Numbers, solved: Numbers) -> Numbers:
 
 
 def factorised(matrix: Array, share: float, *, raised: bool = True) -> Columns:
-    """Factors of full matrices that are not negative, for `substituted`.
+    """Factors of full positive semidefinite matrices, for `substituted`.
 
     Parameters
     ----------
     matrix
         The matrices, (n, n, ...), overwritten.
     share
-        Of its diagonal entry; a pivot that is not above that is rounding.
+        A pivot that is no more than this share of its diagonal entry counts as zero.
     raised
-        Whether such a pivot is raised to that share, or left out with its column of L.
+        Whether such a pivot is raised to that share; if False, its inverse and its column of L are set to zero.
 
     Returns
     -------
@@ -185,7 +192,7 @@ def factorised(matrix: Array, share: float, *, raised: bool = True) -> Columns:
 
 
 def substituted(columns: Columns, load: Array) -> Array:
-    """Solutions for loads (n, N) or (n, m, N) by the factors of full matrices (n, n, N)."""
+    """Solutions for loads (n, N) or (n, m, N), of the same shape, by the factors of full matrices (n, n, N)."""
     out = load.copy()
     substitute(full_steps(len(out)), columns, out)
     return out

@@ -1,7 +1,7 @@
-"""What the framework asks of an element; it knows nothing else about beams, joints or masses.
+"""The interface between the framework and its elements: members (`LineElement`) and masses (`PointElement`).
 
-All arrays are stacks: batch axes first, components last. Forces and displacements of a line
-element are in its local axes, start node before end node, each ``ux uy uz rx ry rz``.
+All arrays have batch axes first and components last. Forces and displacements of a line element are in its local
+axes, start node before end node, each ``ux uy uz rx ry rz``.
 """
 
 from __future__ import annotations
@@ -25,39 +25,40 @@ _PROVEN = "_proven"
 
 
 def proven(kind: _Element) -> _Element:
-    """Mark a class of elements whose answers its own tests prove, so that a frame need not examine them.
+    """Mark a class of elements that has tests of its own, so that a frame need not check what it returns.
 
-    A subclass is examined, as it may answer otherwise.
+    A subclass is checked, as it may override methods.
     """
     setattr(kind, _PROVEN, kind)
     return kind
 
 
 def is_proven(element: object) -> bool:
-    """Whether the class of an element is marked as `proven` itself."""
+    """Whether the class of an element is marked as `proven`; a mark of a base class does not count."""
     return getattr(type(element), _PROVEN, None) is type(element)
 
 
 class LineElement(SectionLaw):
-    """A straight member between two nodes: stiffness, mass and recovery in its own axes.
+    """A straight member between two nodes: its stiffness, mass, loads and internal forces in local axes.
 
-    A subclass gives `shape`, `shape_functions` and what makes its stiffness: a section law, `section_flexibility`, or
-    `springs`. All else follows by default: matrices, loads and forces by quadrature of the shape functions and the
-    section law, as scikit-fem forms (`linkframe.elements.forms`) where they are assembled as a matrix. What has a
-    closed form overrides them, and so does an element whose axes, kind, mass or stress are others. What does not vary
-    along the member, or over the batch, may be returned without these axes. What an element returns is examined when it
-    is added to a frame, see `linkframe.framework.examined`.
+    A subclass defines `shape`, `shape_functions` and its stiffness, either by a section law, `section_flexibility`, or
+    by `springs`. Everything else has a default: matrices, equivalent loads and internal forces by quadrature of the
+    shape functions and the section law, matrices by the scikit-fem forms of `linkframe.elements.forms`. Override a
+    method where there is a closed form, or where axes, mass or stress differ. Arrays that do not vary along the member,
+    or over the batch, may be returned without those axes. What an element returns is checked when it is added to a
+    frame, see `linkframe.framework.examined`.
 
     Attributes
     ----------
     segments
-        Number of equal parts into which the framework cuts the member; 1 by default.
+        Number of equal parts into which the framework divides the member; 1 by default.
     releases
-        Released end components as ``(end, component)``, end 0 or 1, component 0 to 5; none by default.
+        End components that carry no force, as pairs ``(end, component)``, end 0 or 1, component 0 to 5; none by
+        default.
 
     Examples
     --------
-    A bar that carries nothing but its axial force, by its section law.
+    A truss bar, which carries an axial force only, by its section law.
 
     >>> from dataclasses import dataclass
     >>> import numpy as np
@@ -88,65 +89,66 @@ class LineElement(SectionLaw):
 
     @property
     def kind(self) -> Hashable:
-        """Equal for two elements that answer alike, so that one is asked for both; by default the element itself."""
+        """Key that is equal for elements with the same properties, evaluated once; by default the element itself."""
         return self
 
     @property
     def title(self) -> str:
-        """How messages name the element; its class by default."""
+        """Name of the element in error messages; the name of its class by default."""
         return type(self).__name__
 
     @property
     def family(self) -> Hashable | None:
-        """Equal for elements that differ in their numbers alone; None where each kind is evaluated by itself.
+        """Key that is equal for elements that differ in their numbers alone; None, as by default, for no such elements.
 
-        Those are evaluated as one element whose parameters are arrays.
+        Elements with equal keys are evaluated together, as one element whose parameters are arrays.
         """
         return None
 
     @property
     def exact(self) -> bool:
-        """Whether in statics one piece is exact, so that segments change nothing; by default it is not."""
+        """Whether one segment is exact in statics, so that dividing the member changes nothing; False by default."""
         return False
 
     @property
     def roundings(self) -> float:
-        """Roundings, half a unit in the last place each, that the stiffnesses of `springs` may be off.
+        """Bound on the relative rounding error of the stiffnesses of `springs`, in units of 2^-53.
 
-        What derives a section's properties from its sizes counts as well.
+        It covers the computation of section properties from sizes as well.
         """
         return 100.0
 
     @property
     def balanced(self) -> bool | None:
-        """Whether a rigid motion costs nothing; None where a frame is to find out."""
+        """Whether a rigid motion costs no energy; None, as by default, lets the frame find out."""
         return None
 
     @property
     def elementwise(self) -> bool:
-        """Whether `springs` of a stack of members are to the last bit those of each member alone."""
+        """Whether `springs` of many members together equal those of each member alone to the last bit."""
         return False
 
     @property
     def deforms_as(self) -> Hashable | None:
-        """Equal for elements that have the same axes and deformations between the same ends, whatever their stiffness.
+        """Key that is equal for elements with the same axes and deformations between the same ends, for any stiffness.
 
-        None where numbers of theirs have a part in these, so that each is asked.
+        None, as by default, where axes or deformations depend on the element's own numbers.
         """
         return None
 
     @property
     def tension(self) -> Array:
-        """Axial force at rest, (...), which turns with the member, and with which the frame is loaded at its nodes.
+        """Axial force in the unloaded shape that the loads on the nodes hold in equilibrium, (...); zero by default.
 
-        Linear statics has it from the loads alone.
+        It turns with the member, which matters in buckling and at large displacement. Linear statics takes account of
+        it only through those loads.
         """
         return np.zeros(())
 
     def part(self, index: int, count: int) -> LineElement:
-        """Part `index` of `count` equal parts, with the releases and taper that fall to it.
+        """Part `index` of `count` equal parts of the member, with its share of releases and taper.
 
-        By default a part is as the whole; where the section law varies along the member, give its own method.
+        By default the element itself; override it where the section law varies along the member.
 
         Parameters
         ----------
@@ -158,56 +160,56 @@ class LineElement(SectionLaw):
         Returns
         -------
         LineElement
-            Of the length over `count`.
+            The element of a member of the length over `count`.
         """
         return self
 
     def unreleased(self) -> LineElement | None:
-        """The same element without `releases`, which large displacement follows; None where it has none such.
+        """The same element without `releases`, as needed at large displacement; None where there is no such element.
 
         Returns
         -------
         LineElement or None
-            By default itself where it has no releases.
+            By default the element itself if it has no releases, else None.
         """
         return None if self.releases else self
 
     def cut(self, change: Change) -> Self:
-        """The element at some entries of its batch: with every parameter that is an array changed.
+        """The element at some entries of its batch, by applying `change` to every parameter that is an array.
 
-        This is for dataclasses that hold nothing but their fields; metadata ``{"trailing": 1}`` tells of a field that
-        its last axis is no batch axis. It is asked for only where `shape` has an axis.
+        The default is for dataclasses that hold nothing but their fields; metadata ``{"trailing": 1}`` marks a field
+        whose last axis is no batch axis. It is called only if `shape` is not empty.
 
         Parameters
         ----------
         change
-            What takes the entries out of an array, given the array and the number of its axes that are no batch axes.
+            ``change(array, trailing)`` takes the entries out of an array whose last `trailing` axes are no batch axes.
 
         Returns
         -------
         same type
-            The element, its numbers changed and not checked again.
+            The element with the changed parameters, which are not checked again.
 
         Raises
         ------
         FrameError
-            If it is no dataclass.
+            If the element is not a dataclass.
         """
         found: Self = changed(self, change)
         return found
 
     def check(self, chord: Array) -> None:
-        """Refuse a direction in which the member cannot lie; by default it can lie anyhow.
+        """Refuse a direction that the member cannot have; by default every direction is allowed.
 
         Parameters
         ----------
         chord
-            From the first node to the second, (..., 3).
+            Vector from the first node to the second, (..., 3), length.
 
         Raises
         ------
         FrameError
-            Where it cannot.
+            If the member cannot have that direction.
         """
 
     def axes(self, chord: Array) -> Array:
@@ -218,7 +220,7 @@ class LineElement(SectionLaw):
         Parameters
         ----------
         chord
-            From the first node to the second, (..., 3).
+            Vector from the first node to the second, (..., 3), length.
 
         Returns
         -------
@@ -228,17 +230,17 @@ class LineElement(SectionLaw):
         return default_axes(chord)
 
     def axis_numbers(self, chord: Array) -> list[Array | float]:
-        """The numbers of `axes` one by one, row by row.
+        """The nine components of `axes` one by one, row by row.
 
         Parameters
         ----------
         chord
-            From the first node to the second, (..., 3).
+            Vector from the first node to the second, (..., 3), length.
 
         Returns
         -------
         list of ndarray or float
-            Nine, each (...); a float where it is the same for every member.
+            Nine components, each (...); a float where it is the same for every member.
         """
         if type(self).axes is LineElement.axes:
             return default_axis_numbers(chord)
@@ -248,7 +250,7 @@ class LineElement(SectionLaw):
     # -- matrices and forces ----------------------------------------------------------------------------------------
 
     def stiffness_matrix(self, length: Array) -> Array:
-        """Stiffness in local axes: the sum of its own springs, or the scikit-fem form of the section law.
+        """Stiffness in local axes, summed from the element's `springs` or integrated from its section law.
 
         Parameters
         ----------
@@ -258,7 +260,7 @@ class LineElement(SectionLaw):
         Returns
         -------
         ndarray
-            Forces and moments at both ends by their displacements and rotations, (..., 12, 12).
+            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
         """
         if not self.has_springs:
             found: Array = _integrals().integrated_stiffness(self, length)
@@ -277,12 +279,12 @@ class LineElement(SectionLaw):
         Returns
         -------
         ndarray
-            The first of `springs`, (..., springs).
+            Stiffnesses as returned by `springs`, (..., n).
         """
         return self.springs(length)[0]
 
     def spring_numbers(self, length: Array) -> tuple[list[Array], dict[tuple[int, int], Array | float]]:
-        """The numbers of `springs` one by one.
+        """The values of `springs` one by one.
 
         Parameters
         ----------
@@ -292,8 +294,9 @@ class LineElement(SectionLaw):
         Returns
         -------
         tuple
-            Stiffness of each spring, (...), and by spring and end displacement (0 to 11) how much it deforms: (...), or
-            a float where that is the same for every member. What is left out is zero for every member.
+            List of the stiffnesses of the springs, each (...); and a dict of their deformations per unit end
+            displacement by pair (spring, end displacement 0 to 11), each (...), or a float where it is the same for
+            every member. Pairs that are missing are zero for every member.
         """
         stiffness, rows = self.springs(length)
         count = rows.shape[-2]
@@ -303,7 +306,7 @@ class LineElement(SectionLaw):
         return [stiffness[..., spring] for spring in range(count)], deformed
 
     def mass_matrix(self, length: Array) -> Array:
-        """Consistent mass in local axes, by the scikit-fem form of `section_inertia`.
+        """Consistent mass in local axes, integrated from `section_inertia`.
 
         Parameters
         ----------
@@ -313,13 +316,13 @@ class LineElement(SectionLaw):
         Returns
         -------
         ndarray
-            Inertia of both ends, (..., 12, 12).
+            Mass matrix by the displacements and rotations of both ends, (..., 12, 12).
         """
         found: Array = _integrals().integrated_mass(self, length)
         return found
 
     def geometric_matrix(self, length: Array, axial: Array) -> Array:
-        """Geometric stiffness under an axial force in local axes, by the scikit-fem form of `section_sway`.
+        """Geometric stiffness under an axial force in local axes, integrated from `section_sway`.
 
         Parameters
         ----------
@@ -331,13 +334,13 @@ class LineElement(SectionLaw):
         Returns
         -------
         ndarray
-            By the end displacements, (..., 12, 12).
+            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
         """
         found: Array = _integrals().integrated_geometric(self, length, axial)
         return found
 
     def end_forces(self, length: Array, displacement: Array) -> Array:
-        """Force and moment on each end of the member, by way of its deformations.
+        """Force and moment on each end of the member, computed from the deformations of its springs.
 
         Parameters
         ----------
@@ -358,58 +361,61 @@ class LineElement(SectionLaw):
         return out
 
     def end_force_numbers(self, length: Array, displacement: Sequence[Any]) -> Sequence[Any] | None:
-        """The numbers of `end_forces` one by one, by arithmetic alone, so that a program can be written of it.
+        """The values of `end_forces` one by one, by arithmetic alone, so that it can be recorded as a program.
 
         Parameters
         ----------
         length
             Length of the member, (...).
         displacement
-            The twelve end displacements in local axes: each (...), a float, or a term of a program.
+            The twelve end displacements in local axes: each an array (...), a float, or a term of a program.
 
         Returns
         -------
         sequence or None
-            Twelve of the kind that they were given as; None, as by default, where the element has no such formula.
+            Twelve forces and moments of the same type as the displacements; None, as by default, where the element has
+            no such formula.
         """
         return None
 
     def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
-        """Energy, force and tangent at a deformation, of an element with a law of its own.
+        """Energy, forces and tangent stiffness at a deformation, of an element with a nonlinear law.
 
-        Large displacement follows it in place of the stiffness; linear solutions follow the springs, with which it must
-        agree at rest, and `solution.linear` says how far. Forces must be the gradient of the energy, and the tangent
-        its second derivative; it couples no other deformations than the stiffness does.
+        Large displacement uses it in place of the stiffness. Linear solutions use the springs, with which its tangent
+        at zero deformation must agree; `solution.linear` says whether they suffice. Forces must be the gradient of the
+        energy, and the tangent its second derivative; the tangent must not couple deformations that the stiffness does
+        not couple.
 
         Parameters
         ----------
         length
             Length of the member, (m,).
         deformation
-            Elongation, and the rotation of the start and of the end, each about x, y and z, from the chord and the mean
-            twist, (m, 7).
+            Elongation, then the rotations of the start and of the end about x, y and z, relative to the chord and the
+            mean twist, (m, 7).
         pick
-            ``pick(array, trailing)`` takes the m rows of a parameter that belong to the deformations.
+            ``pick(array, trailing)`` takes from a parameter, whose last `trailing` axes are no batch axes, the m rows
+            that belong to the deformations.
 
         Returns
         -------
         energy, force, tangent
-            (m,), (m, 7) and (m, 7, 7).
+            Energy (m,), forces (m, 7) and tangent stiffness (m, 7, 7).
         """
         raise NotImplementedError
 
     @property
     def has_law(self) -> bool:
-        """Whether it has a law of its own, `resistance`."""
+        """Whether the element defines a nonlinear law, `resistance`."""
         return type(self).resistance is not LineElement.resistance
 
 
 class PointElement(ABC):
-    """Inertia at one node.
+    """Mass and rotary inertia at one node.
 
     Examples
     --------
-    A block that weighs 2 kg and has no inertia against rotation.
+    A block of 2 kg without rotary inertia.
 
     >>> import numpy as np
     >>> from linkframe.framework import Frame, PointElement
@@ -433,17 +439,17 @@ class PointElement(ABC):
 
     @abstractmethod
     def mass_matrix(self) -> Array:
-        """Inertia of the node in global axes.
+        """Mass matrix of the node in global axes.
 
         Returns
         -------
         ndarray
-            By ``ux uy uz rx ry rz``, (..., 6, 6), symmetric.
+            Symmetric matrix by ``ux uy uz rx ry rz``, (..., 6, 6).
         """
 
 
 def _integrals() -> Any:
-    """Quadrature in scikit-fem, which takes longer to load than all that describes a frame."""
+    """The quadrature by scikit-fem, imported on first use, as it takes longer to import than the rest."""
     from .scikit_fem import integrals
 
     return integrals

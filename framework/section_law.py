@@ -1,6 +1,6 @@
-"""What the framework asks of a member at each point of its length: shape functions, section law, inertia and stress.
+"""The interface to a member at each point of its length: shape functions, section law, inertia and stress.
 
-All arrays are stacks: batch axes first, components last.
+All arrays have batch axes first and components last.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from .shape_rules import gauss, gradients, section_springs
 
 
 class SectionLaw(ABC):
-    """A member as seen at each point of its length, in its own axes; `linkframe.framework.LineElement` is one."""
+    """Properties of a member at each point of its length, in local axes; base of `linkframe.framework.LineElement`."""
 
-    # -- what every element gives -----------------------------------------------------------------------------------
+    # -- what every element defines ---------------------------------------------------------------------------------
 
     @property
     @abstractmethod
@@ -28,8 +28,8 @@ class SectionLaw(ABC):
     def shape_functions(self, length: Array, x: Array) -> Array:
         """Displacement at a distance from the start for unit end displacements.
 
-        At the ends the displacement, not always the rotation, is that of the nodes. Where the stiffness follows from a
-        section law they come in the precision of `length`, and hold every rigid motion.
+        At the ends the displacement must equal that of the nodes; the rotation need not. Where the stiffness follows
+        from a section law, the functions must reproduce every rigid motion, in the precision of `length`.
 
         Parameters
         ----------
@@ -41,14 +41,14 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz`` there by the twelve of the ends, in local axes, (..., 6, 12).
+            ``ux uy uz rx ry rz`` at x per unit of each of the twelve end displacements, in local axes, (..., 6, 12).
         """
 
     def section_flexibility(self, fraction: Array) -> Array:
         """Strain and curvature per unit ``N Vy Vz T My Mz`` at a fraction of the length.
 
-        A component without flexibility deforms nothing. Of an element that gives `springs` zero by default, so that
-        its displacement between the nodes follows its ends.
+        A component with zero flexibility does not deform. The default for an element that defines `springs` is zero:
+        between its nodes it is then displaced by the shape functions alone.
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            One over the stiffness of the section, such as ``1 / (E A)``, in each of the six, (..., 6).
+            Inverse of the section's stiffness in each of the six, such as ``1 / (E A)``, (..., 6).
         """
         if not self.has_springs:
             raise NotImplementedError
@@ -68,10 +68,10 @@ class SectionLaw(ABC):
         """The stiffness as any number n of springs k on deformations b of the member.
 
         ``K = sum_i k_i b_i b_i^T``, as by natural modes (Argyris, *Recent Advances in Matrix Methods of Structural
-        Analysis*, 1964). The deformations come in the precision of `length`, as do `axes` in that of the
-        chord: error bounds rest on it that a rigid motion costs no energy. A beam has six; where something outside the
-        frame holds the member, as a foundation does, springs resist its rigid motion. By default they are those of the
-        section law at the points of the quadrature.
+        Analysis*, 1964). Deformations are computed in the precision of `length`, and `axes` in that of the chord: error
+        bounds rely on a rigid motion costing no energy. A beam has six springs. Springs may resist rigid motion where
+        something outside the frame supports the member, such as an elastic foundation. By default they are those of the
+        section law at the quadrature points.
 
         Parameters
         ----------
@@ -81,39 +81,42 @@ class SectionLaw(ABC):
         Returns
         -------
         tuple of ndarray
-            Stiffnesses k, (..., n), and deformations b by the end displacements, (..., n, 12).
+            Stiffnesses k, (..., n), and deformations b per unit end displacement, (..., n, 12).
         """
         return section_springs(self, length)
 
-    # -- how it is integrated ---------------------------------------------------------------------------------------
+    # -- quadrature -------------------------------------------------------------------------------------------------
 
     @property
     def has_springs(self) -> bool:
-        """Whether `springs` is its own and not that of the section law."""
+        """Whether the element overrides `springs`, instead of those of the section law."""
         return type(self).springs is not SectionLaw.springs
 
     @property
     def quadrature(self) -> int:
-        """Gauss points that integrate a linear load times the shape functions to rounding; by default for cubics."""
+        """Number of Gauss points that integrate a linear load times the shape functions to rounding.
+
+        By default 4, which suits cubics.
+        """
         return 4
 
     @property
     def integration_points(self) -> tuple[Array, Array]:
-        """Fractions of the length and weights, (points, ...), by which matrices are integrated."""
+        """Quadrature points as fractions of the length, and weights, (points, ...), for the integration of matrices."""
         return gauss(max(self.quadrature, 4))
 
     def rule_between(self, lower: Array, upper: Array) -> tuple[Array, Array]:
-        """The rule by which loads on a stretch of the member, and what it strains there, are integrated.
+        """The quadrature rule for loads on a stretch of the member, and for its deformation there.
 
         Parameters
         ----------
         lower, upper
-            Where the stretch begins and ends, as fractions of the length, (...).
+            Start and end of the stretch as fractions of the member's length, (...).
 
         Returns
         -------
         tuple of ndarray
-            Fractions of the stretch and weights, (points, ...), that add up to one; by default Gauss's rule.
+            Points as fractions of the stretch, and weights that add up to one, (points, ...); by default Gauss's rule.
         """
         lead = (-1, *(1,) * max(np.ndim(lower), np.ndim(upper)))
         points, weights = gauss(self.quadrature)
@@ -121,7 +124,7 @@ class SectionLaw(ABC):
 
     @property
     def sections_shape(self) -> tuple[int, ...]:
-        """Batch shape of what the section law varies with."""
+        """Batch shape of the section law, which `shape` may exceed by that of the axes."""
         return self.shape
 
     # -- along the member -------------------------------------------------------------------------------------------
@@ -129,7 +132,7 @@ class SectionLaw(ABC):
     def shape_gradients(self, length: Array, x: Array) -> Array:
         """Derivative of `shape_functions` along the member.
 
-        By default that of a polynomial up to the seventh degree.
+        The default is exact for polynomials up to the seventh degree.
 
         Parameters
         ----------
@@ -141,7 +144,7 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            ``ux' .. rz'`` there by the twelve end displacements, (..., 6, 12), per length.
+            ``ux' .. rz'`` at x per unit of each of the twelve end displacements, (..., 6, 12), per length.
         """
         return gradients(self, np.asarray(length), np.asarray(x) / length)
 
@@ -163,7 +166,7 @@ class SectionLaw(ABC):
         return self.shape_functions(length, fraction * length), self.shape_gradients(length, fraction * length)
 
     def section_inertia(self, fraction: Array) -> Array:
-        """Inertia per length that goes with each of ``ux .. rz``; by default of translation alone.
+        """Inertia per length in each of ``ux .. rz``; by default of translation alone.
 
         Parameters
         ----------
@@ -173,13 +176,13 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            Mass per length three times, and its moments about x, y and z, (..., 6).
+            Mass per length (three times), and rotary inertia per length about x, y and z, (..., 6).
         """
         mass: Array = np.asarray(self.mass_per_length(fraction))[..., None] * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return mass
 
     def section_sway(self, fraction: Array) -> Array:
-        """Weight of each of ``ux' .. rz'`` squared in twice the work of a unit axial force.
+        """The factors w in the work ``N / 2 int sum_i w_i u_i'^2 dx`` of an axial force, with u' of ``ux' .. rz'``.
 
         Parameters
         ----------
@@ -189,7 +192,7 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            By default 1 for ``uy'`` and ``uz'`` and 0 for the others, (..., 6).
+            A factor for each of ``ux' .. rz'``, (..., 6); by default 1 for ``uy'`` and ``uz'`` and 0 for the others.
         """
         across = np.array([0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return np.broadcast_to(across, (*np.broadcast_shapes(np.shape(fraction), self.shape), 6))
@@ -205,15 +208,14 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray
-            Mass over length there, (...).
+            Mass per unit of length, (...).
         """
         return np.zeros(np.broadcast_shapes(np.shape(fraction), self.shape))
 
     def free_strain(self, fraction: Array) -> Array | None:
-        """Strain and curvature without forces at a fraction of the length, such as by heat; None for none.
+        """Strain and curvature that arise without forces, such as by heat, at a fraction of the length; None for none.
 
-        They work with ``N Vy Vz T My Mz``, and strain the member beside what forces do: by `restrained_forces` they
-        load the frame.
+        They add to the strains by forces and load the frame through `restrained_forces`.
 
         Parameters
         ----------
@@ -223,14 +225,14 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray or None
-            Of the six that work with ``N Vy Vz T My Mz``, (..., 6).
+            The six strains that are work-conjugate to ``N Vy Vz T My Mz``, (..., 6).
         """
         return None
 
     def restrained_forces(self, fraction: Array) -> Array | None:
-        """Internal forces that undo the free strain, with their sign turned; None for none.
+        """The internal forces in a fully restrained member, with opposite sign; None where there is no free strain.
 
-        By default the free strain divided by the section flexibility.
+        They would produce the free strain: by default the free strain divided by the section flexibility.
 
         Parameters
         ----------
@@ -240,7 +242,7 @@ class SectionLaw(ABC):
         Returns
         -------
         ndarray or None
-            ``N Vy Vz T My Mz`` there, (..., 6).
+            ``N Vy Vz T My Mz`` at that fraction, (..., 6).
         """
         strain = self.free_strain(fraction)
         if strain is None:
@@ -250,16 +252,14 @@ class SectionLaw(ABC):
         return np.divide(strain, flexibility, out=np.zeros(strain.shape), where=flexibility > 0.0)
 
     def stress(self, fraction: Array, forces: Array) -> Array:
-        """Extreme stresses over the section at a fraction of the length.
-
-        An element without a section, as by default, refuses.
+        """Extreme stresses over the section at a fraction of the length; by default an error.
 
         Parameters
         ----------
         fraction
             Distance from the start over the length, 0 to 1, (...).
         forces
-            Internal forces ``N Vy Vz`` and moments ``T My Mz`` there, (..., 6).
+            Internal forces ``N Vy Vz`` and moments ``T My Mz`` at that fraction, (..., 6).
 
         Returns
         -------

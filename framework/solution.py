@@ -1,4 +1,4 @@
-"""Static solution of a batch: nothing is computed before it is read."""
+"""The class `Solution`: the linear static solution of a frame, computed as its results are read."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from .solvers.method import checked
 class Solution(ResultsWithBounds):
     """Displacements, reactions and forces of a solved frame, each of the frame's batch shape.
 
-    Obtained from ``frame.solve()``. Entries that are kinematically unstable hold NaN and say so in `status`; a
-    `MechanismWarning` tells so when they are first read. Where no load does work on a free motion, only displacements
-    that it has a part in are NaN. A part of the frame that no member, joint or tie
-    connects with what moves keeps its results.
+    Obtained from ``frame.solve()``. Batch entries at which the frame is kinematically unstable have the `status`
+    ``mechanism`` and NaN for results; a `MechanismWarning` says so when they are first read. Where the loads do no work
+    on the free motion, only displacements that are part of that motion are NaN. Parts of the frame that are not
+    connected with the moving one keep their results.
 
     Attributes
     ----------
     frame
-        The description as it was when solved; a `Frame` where that was solved.
+        Copy of the description at the time of ``solve``; a `Frame` if that was one.
     plan
-        The compiled frame.
+        What depends on the topology alone: numbering, joint tree, order of elimination.
     clearances
-        Contact of its joints with clearance; None where there are none, or they were left out.
+        Contact states of the joints with clearance; None where there are none, or they were left out.
     primary
-        Its unknowns, and what solves for them.
+        The unknowns and the solver that computes them.
 
     Examples
     --------
@@ -51,21 +51,21 @@ class Solution(ResultsWithBounds):
 
     @classmethod
     def of(cls, frame: Description, method: str | None = None, *, clearance: bool = False) -> Solution:
-        """Solution of a frame; later changes of the frame do not reach it.
+        """Solution of a frame, independent of later changes of the frame.
 
         Parameters
         ----------
         frame
             The description.
         method
-            The way in which it is solved, see `Frame.solve`.
+            Name of the method, see `Frame.solve`; None to choose it by expected time.
         clearance
-            Whether to find where joints with clearance are in contact, see `Frame.solve`.
+            Whether to take the joints' clearances into account; unlike in `Frame.solve`, not by default.
 
         Returns
         -------
         Solution
-            Nothing is solved yet: each result is computed when it is first read.
+            The solution, of which nothing is computed yet.
 
         Raises
         ------
@@ -83,12 +83,12 @@ class Solution(ResultsWithBounds):
         return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
 
     def explain(self) -> str:
-        """What is built at which batch shapes, what is skipped, and why, in plain words.
+        """Report in words of what is computed at which batch shapes, what is skipped, and why.
 
         Returns
         -------
         str
-            Lines for a reader.
+            Lines of text.
         """
         found = self.pressed
         return explain(self if found is None else found.without_clearance, self.clearances)

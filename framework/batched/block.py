@@ -1,12 +1,14 @@
 """Broadcasting LDL^T of one connected component, in two stages and by chunks.
 
-The unknowns of nodes that no joint touches come first, in the axes of their link, so that the interior of a link is
-condensed once however it moves. After the substitution ``u = T q + G s`` at the nodes of joints, with right-hand-side
-parameters s, follow the joint-relative coordinates q. Loads are carried for a unit of each right-hand-side parameter.
-Steps whose result is small are done once for the whole batch; the others chunk by chunk along the longest axis, so that
-they stay in the cache. What is to be done for a chunk is written down once, as a program, unless the chunks are few.
-The terms of every sum are added in the same order whatever the chunks: the same bits for every chunk size and number of
-threads.
+The first stage eliminates the unknowns of nodes without joints, in the axes of their link, so that the interior of a
+link is condensed once for all poses. The second stage, after the substitution ``u = T q + G s`` at the nodes of joints
+with right-hand-side parameters s, eliminates the joint-relative coordinates q. Loads are carried per unit of each
+right-hand-side parameter.
+
+Steps that vary over few batch entries are done once for the whole batch; the others chunk by chunk, so that arrays stay
+in the processor's cache. The operations on a chunk are recorded once, as a program, unless there are few chunks.
+The terms of every sum are added in the same order whatever the chunks, so that results are the same to the last bit for
+every chunk size and number of threads.
 """
 
 from __future__ import annotations
@@ -32,39 +34,40 @@ from .replay import RecordedElimination
 from .schur_complement import TrailingSchurComplement
 from .stage import Forces, Stage, mapped_forces, mapped_row
 
-# Asked a second time, the factors of all chunks are kept for later while they take less than this many bytes: the first
-# time it is faster to work in the same memory, which the cache holds, over and over.
+# From the second request on, the factors of all chunks are kept if they take less than this many bytes. At the first
+# request it is faster to reuse one piece of memory, which the processor's cache holds, for every chunk.
 KEEP = 2**28
-# Up to so many chunks are done at once, without writing down what is done.
+# Up to this many chunks are computed directly, without recording a program; and the reason that `explain` then gives.
 FEW, SHORT = 3, "no program: the batch is short, and NumPy does it at once"
-# Machine code, which holds nothing between its steps, does so many chunks at a time.
+# Machine code, which stores no intermediate arrays, does this many chunks in one call.
 LONGER = 64
-# Up to so many bytes a factor stays with its frame for the next load.
+# A factor of fewer bytes stays with its frame for the next load.
 HOLD = 2**26
 
 
 @dataclass(frozen=True)
 class Block:
-    """A connected component, assembled.
+    """The assembled equations of one connected component; see the terms in `linkframe.framework.batched`.
 
     Attributes
     ----------
     grid
-        The batch.
+        Shape of the batch, and its size for each mask.
     orders
-        Elimination order of the interior unknowns and of the joint-relative ones.
+        Elimination orders of the interior unknowns and of the joint-relative ones.
     masks
         Batch axes over which `rows` and `springs` vary.
     matrix, scale, forces
-        Stiffness, that whose rounding its diagonal carries, and load of the members in the nodes' axes.
+        Stiffness of the members, scale of its diagonal, and loads, in the nodes' axes.
     rows
-        Displacements of nodes on joints, over the joint-relative unknowns and the right-hand-side parameters.
+        By number of the displacement of a node on joints: its row over joint-relative unknowns and right-hand-side
+        parameters.
     springs
-        Row and stiffness of each spring on them.
+        Row and stiffness of each joint spring.
     rhs_parameters
-        The right-hand-side parameters.
+        Values of the right-hand-side parameters.
     varying
-        Stiffness that is left to the chunks, None where there is none.
+        Stiffness that varies so much that each chunk assembles it; None where there is none.
     """
 
     grid: Grid
@@ -80,25 +83,26 @@ class Block:
 
 
 class BlockFactor:
-    """LDL^T of a block; it answers for rows over the unknowns.
+    """LDL^T of a block, and the values of rows over its unknowns.
 
     Parameters
     ----------
     block
-        What is factorised.
+        The assembled equations.
     chunk
-        Batch entries handled at a time.
+        Number of batch entries handled at a time; chosen by memory where None.
     workers
-        Threads of NumPy. One is the default: operations on a chunk that fits the cache take some ten microseconds, less
-        than it takes to pass NumPy's lock on, so that two threads on two cores took 0.95 to 1.9 times the time of one
-        for 361000 entries, whatever the chunk. Machine code has threads of its own.
+        Number of threads for NumPy. One is the default: operations on a chunk that fits the cache take some ten
+        microseconds, less than passing on Python's lock, so that two threads on two cores took 0.95 to 1.9 times as
+        long as one for 361000 entries, whatever the chunk. Machine code has threads of its own.
     compiled
-        Whether a program for the chunks is run as machine code, or by NumPy; as promises to be faster where None.
+        Whether the program for the chunks is run as machine code (True) or by NumPy (False); None chooses the one that
+        is expected to be faster.
 
     Attributes
     ----------
     ran
-        How the chunks were done and why, in words; empty before.
+        How the chunks were computed and why, in words; empty before.
     """
 
     def __init__(
@@ -111,8 +115,8 @@ class BlockFactor:
         self.compiled = compiled
         with np.errstate(all="ignore"):
             self.shared = self._shared()
-        # What later reads and other loads take up: the trailing unknowns with the right-hand-side parameters,
-        # factors of chunks.
+        # Kept for later results and other loads: values of the trailing unknowns and right-hand-side parameters, and
+        # the factors of chunks.
         self._numbers: dict[int, Value] | None = None
         self._kept: dict[int, PartialFactorisation] = {}
         self._former: dict[int, PartialFactorisation] = {}
@@ -121,7 +125,7 @@ class BlockFactor:
         self.origin, self.ran = "", ""
 
     def loaded(self, block: Block) -> BlockFactor:
-        """The same factor under the loads of another block, which differs in nothing else."""
+        """The same factor for another block that differs in its loads alone."""
         clone = object.__new__(type(self))
         clone.block, clone.workers, clone.large, clone.small = block, self.workers, self.large, self.small
         clone.compiled, clone.ran = self.compiled, ""
@@ -137,29 +141,29 @@ class BlockFactor:
 
     @property
     def light(self) -> bool:
-        """Whether its numbers are few enough to be held for another load."""
+        """Whether the factor is small enough to be kept for the next load."""
         grid, orders = self.block.grid, self.block.orders
         return 8 * sum(grid.sizes[o.masks[k]] * (len(o.below[k]) + 2) for o in orders for k in o.pivots) < HOLD
 
     @property
     def chunks(self) -> int:
-        """Number of chunks; 1 where all is done at once."""
+        """Number of chunks; 1 where the whole batch is done at once."""
         return -(-self.block.grid.shape[self.axis] // self.step) if any(self.large) else 1
 
     @property
     def negligible(self) -> int:
-        """Couplings left out of what the chunks do, because they are less than rounding."""
+        """Number of couplings that the chunks neglect because they are below rounding."""
         return self._rest.negligible if any(self.large) and self._only_trailing else 0
 
     def values(self, rows: Sequence[Row], places: Sequence[Array | None] = ()) -> list[Value]:
-        """Value of each of `rows` over the unknowns, at the whole batch; in its place where it varies over all of it.
+        """Values of rows over the whole batch, each of a shape that broadcasts to it.
 
         Parameters
         ----------
         rows
-            Combinations of unknowns.
+            Linear combinations of the unknowns.
         places
-            Memory of the batch shape that may be used for each, if any.
+            For each row an array of the batch shape into which its value may be written, or None.
         """
         with np.errstate(all="ignore"):
             if not any(self.large):
@@ -167,7 +171,7 @@ class BlockFactor:
             return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
 
     def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
-        """What writes down `values`; None where more than the last joint-relative unknowns is left to the chunks."""
+        """A function that records `values`; None if more than the trailing unknowns are left to the chunks."""
         if not any(self.large):
             return lambda rows: [recording.take(value) for value in self.shared.values(rows)]
         if not self._only_trailing:
@@ -176,11 +180,11 @@ class BlockFactor:
         return lambda rows: recording.products([self.shared.carried(row) for row in rows], numbers)
 
     def pivot_ratio(self) -> Array:
-        """Least ratio of a pivot to the stiffness whose rounding it carries, (...) of the batch shape."""
+        """Least ratio of a pivot to its scale, (...) of the batch shape."""
         return np.broadcast_to(self.least(), self.block.grid.shape)
 
     def least(self) -> Array:
-        """The same at the batch shape over which it varies."""
+        """The least pivot ratio, of the batch shape over which it varies."""
         shared = [np.asarray(value, dtype=np.float64) for value in self.shared.pivot_ratios]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
         if not any(self.large):
@@ -196,7 +200,7 @@ class BlockFactor:
     # -- one run ----------------------------------------------------------------------------------------------------
 
     def _shared(self) -> PartialFactorisation:
-        """All that is small, of the whole batch."""
+        """The steps that vary over few batch entries, done for the whole batch."""
         block = self.block
         if block.grid.sizes[-1] == 1 and not block.varying:
             given = block.matrix, block.forces, block.scale, block.rows, block.springs
@@ -209,7 +213,7 @@ class BlockFactor:
 
     @functools.cached_property
     def _only_trailing(self) -> bool:
-        """Whether nothing but the last joint-relative unknowns is left to the chunks."""
+        """Whether only the trailing joint-relative unknowns are left to the chunks."""
         inner, _ = self.block.orders
         if self.block.varying:
             return False
@@ -218,14 +222,14 @@ class BlockFactor:
 
     @functools.cached_property
     def _rest(self) -> TrailingSchurComplement:
-        """What the shared steps leave to the chunks."""
+        """The Schur complement that the shared steps leave to the chunks."""
         stage = self.shared.outer
         left = [k for k in self.block.orders[1].pivots if k not in stage.pivots]
         done = {step.mask for each in (self.shared.inner, stage) for step in each.pivots.values()}
         return TrailingSchurComplement.of(stage, left, self.shared.rhs_parameters, self.block.grid, done)
 
     def _from_trailing(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
-        """Results are combinations of the unknowns that were left to the chunks; asked again, these are kept."""
+        """Values of rows from the trailing unknowns, which are kept from the second request on."""
         shape, rest = self.block.grid.shape, self._rest
         alone = not self._written(1)
         self.ran = SHORT if alone else self.ran
@@ -248,16 +252,16 @@ class BlockFactor:
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
         if self._least is None:
             self._least = np.asarray(found[len(rows)] if watched else rest.pivot_ratio)
-        if rows:  # whether something is singular may be asked before anything else
+        if rows:  # without rows only the pivot ratio was requested, which does not count as a first request
             self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
         return found[: len(rows)]
 
     def _unknowns(self, recording: Arithmetic) -> dict[int, Value]:
-        """The trailing unknowns and the right-hand-side parameters where they were kept; nothing where not."""
+        """Trailing unknowns and right-hand-side parameters that were kept, by number; empty if none were."""
         return {k: recording.take(value) for k, value in (self._numbers or {}).items()}
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
-        """Results by the whole way once more, for the terms that are large; what is kept of it is taken up."""
+        """Values of rows by elimination, chunk by chunk, of all steps that vary over many entries; reuses factors."""
         known = len(self._kept.keys() | self._former.keys()) == self.chunks
         if known or not self._written(FEW):
             return self._one_by_one(rows)
@@ -271,7 +275,7 @@ class BlockFactor:
         return found[: len(rows)]
 
     def _one_by_one(self, rows: Sequence[Row]) -> list[Value]:
-        """Results chunk by chunk, from factors that were kept where they were, for the loads of this solution."""
+        """Values of rows, and the least pivot ratio, chunk by chunk without a program; kept factors are reused."""
         results: list[Value] = [0.0] * (len(rows) + 1)
 
         def gather(index: int) -> None:
@@ -297,7 +301,7 @@ class BlockFactor:
         return results[: len(rows)]
 
     def _chunk(self, index: int, cut: Callable[[Value], Value]) -> PartialFactorisation:
-        """A chunk solved: kept, made of a factor that was for other loads, or from the beginning."""
+        """The factorisation of a chunk: a kept one, one of other loads with these loads, or a new one."""
         if index in self._kept:
             return self._kept[index]
         if index in self._former:
@@ -314,7 +318,7 @@ class BlockFactor:
         return progress
 
     def _done_again(self, take: Callable[[Value], Value], varying: Sequence[Value]) -> PartialFactorisation:
-        """The whole way once more for the terms that are large, with what stands for each number."""
+        """Elimination of all steps that vary over many entries, each shared number being ``take(number)``."""
         progress = self.shared.anew(take)
         if self.block.varying:
             for entry, value in self.block.varying.values(varying):
@@ -325,23 +329,23 @@ class BlockFactor:
         return progress
 
     def _recorded(self) -> tuple[Recording, PartialFactorisation]:
-        """The same written down."""
+        """That elimination recorded: the recording, and the factorisation whose numbers are its terms."""
         recording, varying = Recording(), self.block.varying
         later = [recording.later(mask) for mask in varying.masks] if varying else []
         return recording, self._done_again(recording.take, later)
 
     def _written(self, few: int) -> bool:
-        """Whether a program is written down: where there are more chunks than a `few`, or machine code will run it."""
+        """Whether to record a program: if there are more than `few` chunks, or machine code will run it."""
         return self.compiled is not None or self.chunks > few or worth_compiling(self.block.grid.sizes[-1])
 
     @property
     def _keeps(self) -> bool:
-        """Whether the factors of chunks are kept now."""
+        """Whether to keep the factors of chunks that are computed now."""
         return self._again or self.chunks == 1 or self.light
 
     @property
     def _holdable(self) -> bool:
-        """Whether there is room for the factors of all chunks."""
+        """Whether the factors of all chunks take little enough memory to be kept."""
         return 8 * self.block.grid.sizes[-1] * storage(self.block.grid, self.block.orders) < KEEP
 
     def _run(
@@ -351,7 +355,7 @@ class BlockFactor:
         places: Sequence[Array | None],
         state: PartialFactorisation | None = None,
     ) -> list[Value]:
-        """The numbers that `asked` terms stand for, chunk by chunk; of each, `state` is kept with its numbers."""
+        """Values of the terms `asked`, chunk by chunk; if `state` is given, its numbers are kept for each chunk."""
         grid, varying = self.block.grid, self.block.varying
         terms = [value for value in asked if isinstance(value, Term)]
         inside = state.terms if state else []
@@ -379,9 +383,9 @@ class BlockFactor:
         return [next(found) if isinstance(value, Term) else value for value in asked]
 
     def _each(self, work: Callable[[int], None], longer: int = 1) -> None:
-        """Do `work` with the index of every chunk, or of every so many.
+        """Call `work` with the index of every chunk, or of every `longer`-th.
 
-        What all of them share is made with the first, so that goes before the others.
+        The first call creates what all share, so it is finished before threads start.
         """
 
         def one(index: int) -> None:
@@ -397,12 +401,12 @@ class BlockFactor:
                     pass
 
     def _shape(self, indices: slice) -> Shape:
-        """The batch shape of a chunk."""
+        """Batch shape of the chunk with these indices along the axis."""
         shape = self.block.grid.shape
         return (*shape[: self.axis], len(range(shape[self.axis])[indices]), *shape[self.axis + 1 :])
 
     def _cut(self, value: Value, part: tuple[slice, ...]) -> Value:
-        """The part of a number that belongs to a chunk, in double precision."""
+        """The values of a number in one chunk, in double precision."""
         if not isinstance(value, np.ndarray):
             return float(value)
         mine = value[part] if value.shape[self.axis] == self.block.grid.shape[self.axis] else value

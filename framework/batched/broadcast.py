@@ -1,4 +1,4 @@
-"""Solver of batches: the broadcasting LDL^T of each connected component that a load reaches."""
+"""The solver for batches: a broadcasting LDL^T of each connected component that loads reach."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .unloaded import Chained
 
 
 class BroadcastSolver:
-    """Components are assembled and factorised when first asked for.
+    """Broadcasting solver; components are assembled and factorised when they are first needed.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     former
-        Factors of the same frame under other loads; those that are light are left there for the next.
+        Factors of the same frame under other loads, to be reused; small factors are added to it for the next solution.
     """
 
     def __init__(self, plan: Plan, former: dict[tuple[Chained, int], BlockFactor] | None = None) -> None:
@@ -37,19 +37,19 @@ class BroadcastSolver:
         self._small: dict[int, NDArray[np.bool_]] = {}
 
     def only(self, plan: Plan) -> BroadcastSolver:
-        """The same for a plan of a part, with the same factors."""
+        """The solver for another plan of the frame, in which other parts count as loaded, with the same factors."""
         clone = BroadcastSolver(plan, self.former)
         clone._factors, clone._small = self._factors, self._small
         return clone
 
     def part(self, node: int) -> BroadcastSolver:
-        """The same where loads count on that part of the frame alone which a node is in."""
+        """The solver in which only the part of the frame that contains a node counts as loaded."""
         plan = self.plan.part(node)
         return self if plan.excited == self.plan.excited else self.only(plan)
 
     @cached_property
     def parts(self) -> int:
-        """Number of parts of the frame that loads reach; supports do not connect."""
+        """Number of loaded parts of the frame; parts that share only supports are not connected."""
         excited = self.plan.excited
         return (
             len(excited)
@@ -58,12 +58,15 @@ class BroadcastSolver:
         )
 
     def reaching(self, unknowns: Iterable[int]) -> BroadcastSolver:
-        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        """The solver in which the components of these unknowns count as loaded, too; itself where they do already."""
         plan = self.plan.reaching(unknowns)
         return self if plan is self.plan else self.only(plan)
 
     def values(self, rows: Sequence[Row], places: Sequence[Array] = ()) -> list[Value]:
-        """Value of each of `rows` over the unknowns, some of them in `places`, memory of the batch shape for each."""
+        """Values of rows over the unknowns, each of a shape that broadcasts to the batch.
+
+        `places` may hold an array of the batch shape for each, into which its value may be written.
+        """
         plan = self.plan
         if plan.entry is not None:
             return plan.entry.values(rows)
@@ -71,7 +74,7 @@ class BroadcastSolver:
         factors = {name: self.factor(name) for name in split}
         with timed(plan.times, "solution"):
             for name, parts in split.items():
-                # What several components have a part in is a sum.
+                # a row over several components is a sum, which is not written in place
                 alone = [bool(places) and len(terms[k]) + sum(k in each for each in split.values()) == 1 for k in parts]
                 mine = [places[k] if single else None for k, single in zip(parts, alone, strict=True)]
                 for index, value in zip(parts, factors[name].values(list(parts.values()), mine), strict=True):
@@ -79,7 +82,7 @@ class BroadcastSolver:
             return sums(terms)
 
     def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
-        """What writes down `values`; None where the whole matrix varies over the batch, or there is one entry."""
+        """A function that records `values`; None if the whole matrix varies over the batch, or there is one entry."""
         if self.plan.entry is not None:
             return None
         blocks = {}
@@ -100,7 +103,7 @@ class BroadcastSolver:
         return values
 
     def _split(self, rows: Sequence[Row]) -> tuple[dict[int, dict[int, Row]], list[list[tuple[Value, Value]]]]:
-        """By component, its part of each of the rows; and factors and right-hand-side parameters of each."""
+        """The part of each row in each loaded component, and the terms of each row in right-hand-side parameters."""
         plan = self.plan
         condensed = plan.condensed
         if condensed.chains:
@@ -117,10 +120,10 @@ class BroadcastSolver:
         return split, [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
 
     def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:
-        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape.
+        """Whether the loaded (`excited`) components, or the others, are singular, (...) of the batch shape.
 
-        Pivots no larger than the rounding of what they are made of raise the suspicion, eigenvalues confirm it, but
-        where it is `known` of the entry, (...).
+        Suspects are entries with pivots no larger than rounding; eigenvalues confirm them. Entries that are `known` to
+        be singular, (...), need no confirmation.
         """
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         if excited and self.plan.entry is not None:
@@ -135,14 +138,14 @@ class BroadcastSolver:
     def _confirmed(
         self, suspects: NDArray[np.bool_], members: set[int], known: NDArray[np.bool_] | None
     ) -> NDArray[np.bool_]:
-        """Which suspects, at the batch shape over which that varies, are singular; of the whole batch where known."""
+        """Which suspects are singular, of the shape of `suspects`; of the batch shape where `known` is given."""
         shape = self.plan.frame.shape
         suspects = np.asarray(suspects).reshape((1,) * (len(shape) - np.ndim(suspects)) + np.shape(suspects))
         asked = suspects
         if known is not None:
             along = tuple(axis for axis, size in enumerate(suspects.shape) if size == 1)
             asked = suspects & ~np.asarray(known.all(axis=along, keepdims=True))
-        # one entry stands for all of the same matrix
+        # one entry is examined for all entries with the same matrix
         first = tuple(slice(0, size) for size in suspects.shape)
         where = np.zeros(shape, dtype=bool)
         where[first] = asked
@@ -150,7 +153,7 @@ class BroadcastSolver:
         return found if known is None else found | (suspects & known)
 
     def suspects(self) -> NDArray[np.bool_]:
-        """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
+        """Entries at which small pivots of loaded components show a loss of digits, (...) of the batch shape."""
         out = np.zeros(self.plan.frame.shape, dtype=bool)
         if self.plan.entry is not None:
             return out
@@ -161,7 +164,7 @@ class BroadcastSolver:
         return out
 
     def _suspicious(self, component: int) -> NDArray[np.bool_]:
-        """Where pivots of a component are suspiciously small, at the batch shape over which that varies."""
+        """Where a component has pivots close to rounding, of the batch shape over which that varies."""
         if component not in self._small:
             self._small[component] = np.asarray(~(self.factor(component).least() > SUSPECT))
         return self._small[component]
@@ -171,15 +174,15 @@ class BroadcastSolver:
         return component in self._factors
 
     def negligible(self, component: int) -> int:
-        """Couplings that a factorisation left out; 0 before it is made."""
+        """Number of couplings that the factorisation of a component neglects; 0 before it is made."""
         return self._factors[component].negligible if component in self._factors else 0
 
     def ran(self, component: int) -> str:
-        """How the chunks of a component were done the last time and why, in words; empty where none were."""
+        """How the chunks of a component were last computed and why, in words; empty where none were."""
         return self._factors[component].ran if component in self._factors else ""
 
     def origin(self, component: int) -> str:
-        """What of the factor of a component is that of the last solution, in words; empty for nothing."""
+        """What was reused of the last solution's factor of a component, in words; empty for nothing."""
         if self.plan.known_entry is not None and self.plan.known_entry.again:
             return "the factor"
         return self._factors[component].origin if component in self._factors else ""

@@ -1,10 +1,10 @@
-"""Members in line condensed to their two ends, chain by chain, before anything else is eliminated.
+"""Condensation of chains of members to their two end nodes, before anything else is eliminated.
 
-A link may be described as many members with nodes between them that nothing else holds or loads. Neighbours in a chain
-are joined two by two, all chains at once, and the node between them is eliminated: n members need log2 n such rounds,
-each a few operations of NumPy on stacks in extended precision (cyclic reduction: Golub & Van Loan, Matrix Computations,
-4th ed., 2013, sec. 4.5.4). Only what does not vary over the batch is treated so; for the rest the work is in the
-arrays, not in the number of steps.
+A link may be described as many members in a row, with nodes between them that carry no joint, support or load.
+Neighbouring members of a chain are joined in pairs, in all chains at once, by eliminating the node between them: n
+members need log2 n such rounds, each a few operations of NumPy on stacked arrays in extended precision (cyclic
+reduction: Golub & Van Loan, *Matrix Computations*, 4th ed., 2013, sec. 4.5.4). Only members whose stiffness is constant
+over the batch are condensed here: for the others the time goes into the arrays, not into the number of steps.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ from ..structure.parts import Extended, Row, Value, add_row
 from ..structure.topology import Index, Topology
 
 Real = NDArray[np.floating[Any]]
-# Nodes and the members between them, in turn.
+# Numbers of the nodes of a chain, in order, and of the pieces of members between them.
 Chain = tuple[list[int], list[int]]
 
-# Nodes inside all chains from which on this is worth while.
+# Chains are condensed if they have at least this many inner nodes in all.
 FEW = 16
-# A chain with a pivot below this share of the stiffness whose rounding it carries is left to who watches that closely.
+# A chain with a pivot ratio below this is not condensed: the later elimination watches rounding more closely.
 _SOUND = 1e-10
-# Where the unknowns of two neighbours stand when those of the node between them come first.
+# Positions of the unknowns of two neighbouring members when those of the node between them come first.
 _FIRST, _SECOND = np.r_[6:12, 0:6], np.r_[0:6, 12:18]
 _REVERSED = np.r_[6:12, 0:6]
-# What is above the diagonal of the neighbours' unknowns.
+# Entries above the diagonal in the block of the two outer nodes.
 _ABOVE = tuple(each + 6 for each in np.triu_indices(12, 1))
 
 
 def chains(topology: Topology, excluded: set[int]) -> list[Chain]:
-    """Members in line whose nodes between them bear no more than these; none where they are few.
+    """Chains of members whose inner nodes connect two constant members and nothing else; none where they are few.
 
     Parameters
     ----------
     topology
         Nodes and members.
     excluded
-        Numbers of the nodes that joints, supports or loads are on.
+        Numbers of the nodes with joints, supports or loads.
 
     Returns
     -------
     list
-        For each chain its nodes and the pieces between them; no piece of them varies over the batch.
+        For each chain its nodes and the pieces between them, none of which varies over the batch.
     """
     if len(topology.number) < FEW:
         return []
@@ -68,7 +68,7 @@ def chains(topology: Topology, excluded: set[int]) -> list[Chain]:
 
 
 def loaded(topology: Topology) -> set[int]:
-    """Nodes that loads are on, those of loaded members included."""
+    """Numbers of the nodes with loads, those of loaded members included."""
     frame = topology.frame
     if frame.weight is not None:
         return set(range(len(topology.number)))
@@ -80,7 +80,7 @@ def loaded(topology: Topology) -> set[int]:
 
 
 def _walked(ends: Index, inside: NDArray[np.bool_]) -> list[Chain]:
-    """From each piece that leads from a node not `inside` to one that is, through to the next that is not."""
+    """Chains from one node that is not `inside` along nodes that are, to the next that is not."""
     at: dict[int, list[int]] = {}
     pairs, within = ends.tolist(), inside[ends].tolist()
     for piece, (pair, are) in enumerate(zip(pairs, within, strict=True)):
@@ -107,14 +107,15 @@ def _walked(ends: Index, inside: NDArray[np.bool_]) -> list[Chain]:
 
 @dataclass(frozen=True)
 class _Round:
-    """Nodes eliminated together, p of them: their places, those of their neighbours, and the columns of L below them.
+    """One round of the condensation, in which p nodes are eliminated together.
 
     Attributes
     ----------
     first, between, last
-        Places (p,).
+        Places, among the nodes of all chains, of the eliminated nodes (`between`) and of their two neighbours, (p,).
     lower
-        By component of the node between: the column of L, which goes on with the neighbours, (6, 18, p).
+        For each component of the eliminated node its column of L, over its own components and those of the two
+        neighbours, (6, 18, p).
     """
 
     first: Index
@@ -124,7 +125,7 @@ class _Round:
 
     @property
     def shares(self) -> Real:
-        """Displacements of the node between for unit displacements of its neighbours, (6, 12, p)."""
+        """Displacements of the eliminated node per unit displacement of its two neighbours, (6, 12, p)."""
         out: Real = np.zeros((6, 12, len(self.between)), dtype=Extended)
         for k in reversed(range(6)):
             out[k] = -self.lower[k, 6:] - (self.lower[k, :6, None] * out).sum(axis=0)
@@ -132,27 +133,27 @@ class _Round:
 
 
 class Condensation:
-    """Chains of members as one stiffness each.
+    """Chains of members, each condensed to one stiffness matrix between its ends.
 
     Parameters
     ----------
     topology
         Nodes and members.
     chains
-        What is condensed, see `chains`.
+        The chains, see `chains`.
 
     Attributes
     ----------
     chains
-        Those that were; not those that hardly resist anything, as with hinges in line.
+        The chains that were condensed: without those that are almost singular, such as with hinges in a row.
     pieces
-        Numbers of the pieces in them, (m,).
+        Numbers of the pieces of members in them, (m,).
     coupled
         Pairs of DOF numbers that these pieces couple, (pairs, 2).
     stiffness
         Stiffness between the ends, in the axes of their nodes, (chains, 12, 12).
     scale
-        Stiffness whose rounding its diagonal carries, (chains, 12).
+        Scale of its diagonal: the stiffness whose rounding it contains, (chains, 12).
     """
 
     pieces: Index
@@ -182,7 +183,7 @@ class Condensation:
 
     @cached_property
     def nodes(self) -> dict[int, tuple[int, int]]:
-        """Nodes that are eliminated: their chain, and their place among the nodes of all chains."""
+        """For each eliminated node its chain, and its place among the nodes of all chains."""
         starts = np.cumsum([0, *(len(nodes) for nodes, _ in self.chains)]).tolist()
         each = enumerate(zip(self.chains, starts, strict=False))
         return {
@@ -191,7 +192,7 @@ class Condensation:
 
     @cached_property
     def excess(self) -> dict[int, Value]:
-        """By DOF number: what `scale` is more than the diagonal of the stiffness."""
+        """By DOF number: `scale` less the diagonal of the stiffness, summed over the chains."""
         more = self.scale - self.stiffness[:, np.arange(12), np.arange(12)]
         out: dict[int, Value] = {}
         for dof, value in zip(self.dofs.reshape(-1).tolist(), more.reshape(-1), strict=True):
@@ -200,11 +201,11 @@ class Condensation:
 
     @property
     def operations(self) -> int:
-        """Multiplications and subtractions of the elimination."""
+        """Number of multiplications and subtractions of the elimination."""
         return len(self.nodes) * sum(below * (below + 2) for below in range(12, 18))
 
     def spread(self, dof: int) -> Row:
-        """A displacement of an eliminated node over those of the ends of its chain."""
+        """The row of a displacement of an eliminated node, over the displacements of the ends of its chain."""
         node, k = divmod(dof, 6)
         chain, place = self.nodes[node]
         return {
@@ -213,7 +214,7 @@ class Condensation:
 
     @cached_property
     def _shares(self) -> Real:
-        """Displacements of all nodes of the chains for unit displacements of the ends, (6, 12, nodes)."""
+        """Displacements of all nodes of the chains per unit displacement of their ends, (6, 12, nodes)."""
         last = np.cumsum([len(nodes) for nodes, _ in self.chains], dtype=np.int64) - 1
         first = np.append(0, last[:-1] + 1)
         out: Real = np.zeros((6, 12, last[-1] + 1), dtype=Extended)
@@ -225,7 +226,7 @@ class Condensation:
         return out
 
     def _take(self, topology: Topology, chains: list[Chain]) -> None:
-        """Stiffness of the pieces, each from the node before to the node after it in its chain."""
+        """Set `chains`, and compute the stiffness of their pieces, each directed along its chain."""
         self.chains = chains
         self.pieces = np.array([piece for _, pieces in chains for piece in pieces], dtype=np.int64)
         before = np.array([node for nodes, _ in chains for node in nodes[:-1]], dtype=np.int64)
@@ -246,7 +247,7 @@ class Condensation:
         self._each = each
 
     def _joined(self) -> NDArray[np.bool_]:
-        """Join neighbours until one stiffness is left of each chain; whether all pivots were sound, (chains,)."""
+        """Join neighbours until one matrix is left of each chain; whether its pivots are above rounding, (chains,)."""
         each = self._each
         chain = np.repeat(np.arange(len(self.chains)), [len(pieces) for _, pieces in self.chains])
         first = np.arange(len(chain)) + chain
@@ -272,7 +273,9 @@ class Condensation:
 
 
 def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real, Real, Real, Real]:
-    """Two neighbours (12, 12, p) as one, its scale, the columns of L and the least ratio of a pivot to its scale."""
+    """Two neighbours (12, 12, p) joined: their stiffness (12, 12, p), scale (12, p), columns of L (6, 18, p) and least
+    pivot ratio (p,).
+    """
     whole: Real = np.zeros((18, 18, left.shape[-1]), dtype=Extended)
     whole[np.ix_(_FIRST, _FIRST)] = left
     whole[np.ix_(_SECOND, _SECOND)] += right
@@ -293,7 +296,7 @@ def _condensed(left: Real, right: Real, scale: Real, other: Real) -> tuple[Real,
 
 
 def _steps(coupled: NDArray[np.bool_]) -> tuple[PivotStep, ...]:
-    """Elimination of the node between two neighbours, whose unknowns are coupled with these and its own so (6, 18)."""
+    """Steps that eliminate the node between two neighbours; `coupled` (6, 18) tells which entries are not zero."""
 
     def make() -> tuple[PivotStep, ...]:
         filled, pivots = np.vstack([coupled, np.zeros((12, 18), dtype=bool)]), []
@@ -308,16 +311,16 @@ def _steps(coupled: NDArray[np.bool_]) -> tuple[PivotStep, ...]:
 
 
 def retained(row: Row, condensed: Condensation, rows: dict[int, list[Row]]) -> Row:
-    """`row` without the unknowns that are eliminated: over those of the ends of their chains.
+    """`row` with the unknowns of condensed nodes replaced by those of the ends of their chains.
 
     Parameters
     ----------
     row
         Factors by unknown and right-hand-side parameter.
     condensed
-        The chains.
+        The condensed chains.
     rows
-        Displacements of the nodes on joints.
+        By node on joints, the rows of its six displacements.
     """
     if not any(k // 6 in condensed.nodes for k in row if k >= 0):
         return row

@@ -1,9 +1,8 @@
-"""The steps of a frame of one entry as machine code: doubles, and the 80 bits of extended precision, each in its own
-registers.
+"""The program of a frame with a single batch entry as machine code, in doubles and 80-bit extended precision.
 
-Python spends some fifty nanoseconds on a step, nearly all of it in making the number that the step makes. LLVM (extra
-``fast``) does the same steps in the same order on the same two kinds of numbers, and is given no leave to change them:
-the same bits.
+Python takes some fifty nanoseconds for a step, nearly all of it for creating the resulting number. LLVM (extra
+``fast``) runs the same steps in the same order and in the same two precisions, without permission to reorder them, so
+that results are the same to the last bit.
 """
 
 from __future__ import annotations
@@ -28,31 +27,36 @@ _INF = {_WIDE: "0xK7FFF8000000000000000", _DOUBLE: "0x7FF0000000000000"}
 _ZERO = {_WIDE: "0xK00000000000000000000", _DOUBLE: "0x0000000000000000"}
 _PLAIN = {operator.add: "fadd", operator.sub: "fsub", operator.mul: "fmul"}
 _BELOW: dict[Callable[[Any, Any], Any], str] = {least: "olt", most: "ogt"}
-# Bytes that numbers of both kinds take in an array.
+# Bytes of a number of each precision in an array.
 _SIZES = {_WIDE: 16, _DOUBLE: 8}
 
 
 @cache
 def available() -> bool:
-    """Whether llvmlite is installed, and extended precision is that of the 80-bit registers."""
+    """Whether llvmlite is installed and NumPy's extended precision is the 80-bit format of x86 processors."""
     wide = np.finfo(Extended)
     known = platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
     return known and machine_code.available()
 
 
 class EntryMachineCode:
-    """Both parts of the program of a frame of one entry, compiled.
+    """Both parts of the program of a frame with a single batch entry, compiled; see `EntryProgram`.
+
+    Numbers are identified by their place in the order: given numbers, constants, results of the shared steps, loads,
+    results of the loaded steps.
 
     Parameters
     ----------
     given
-        Of each number that is given, whether it is in extended precision.
+        For each given number, whether it is in extended precision.
     constants
-        Numbers that are part of the program, after these.
+        Constants of the program.
     shared, loaded
-        The steps; those of the second part come after the `loads`, which are doubles.
+        Steps of the first part, which is independent of the loads, and of the second part.
+    loads
+        Number of loads, which are doubles.
     ratios, known, nodes
-        Places of the ratios of pivots, which the first part makes, of the unknowns, and of the displacements.
+        Places of the pivot ratios (computed by the first part), of the unknowns, and of the nodal displacements.
     """
 
     def __init__(
@@ -90,7 +94,10 @@ class EntryMachineCode:
         self._nodes, self._known = len(nodes), [after[k] for k in known]
 
     def shared(self, narrow: Sequence[float], wide: NDArray[Any]) -> tuple[list[Value], NDArray[Any]]:
-        """The ratios, and what the second part takes up, of numbers given in double and extended precision."""
+        """Run the first part: the pivot ratios, and the state for the second part.
+
+        The given numbers are those in double precision, `narrow`, and those in extended precision, `wide`.
+        """
         given, state = np.array(narrow, dtype=np.float64), np.empty(self._kept, dtype=Extended)
         self._shared(given.ctypes.data, wide.ctypes.data, state.ctypes.data)
         return _numbers(state[: len(self._ratios)], self._ratios), state
@@ -98,9 +105,9 @@ class EntryMachineCode:
     def loaded(
         self, state: NDArray[Any], loads: Sequence[float]
     ) -> tuple[NDArray[np.float64], Callable[[], list[Value]]]:
-        """Displacements of all nodes, (nodes, 6), and what gives the unknowns."""
+        """Run the second part: displacements of all nodes, (nodes, 6), and a function that returns the unknowns."""
         given = np.array(loads, dtype=np.float64)
-        # one piece of memory for both: numbers in extended precision begin where sixteen bytes do
+        # one array for both results: numbers in extended precision must be aligned to sixteen bytes
         size = self._nodes
         out = np.empty((size + 1) // 2 + len(self._known), dtype=Extended)
         self._loaded(state.ctypes.data, given.ctypes.data, out.ctypes.data)
@@ -108,7 +115,7 @@ class EntryMachineCode:
 
 
 def _numbers(array: NDArray[Any], kinds: Sequence[bool]) -> list[Value]:
-    """Numbers of an array, those that are doubles as such."""
+    """The numbers of an array, as Python floats where they are doubles."""
     return [value if wide else float(value) for value, wide in zip(array, kinds, strict=True)]
 
 
@@ -122,7 +129,7 @@ def _function(lines: Iterable[str]) -> Callable[..., None]:
 
 
 def _kinds(wide: Sequence[bool], steps: Sequence[Step]) -> Iterator[bool]:
-    """Of all numbers, whether they are in extended precision."""
+    """For each number, given or computed by a step, whether it is in extended precision."""
     known = list(wide)
     for operation, a, _ in steps:
         known.append(operation is widen or known[a])
@@ -134,14 +141,14 @@ def _at(pointer: str, name: str, offset: int) -> str:
 
 
 def _load(pointer: str, kind: str, places: Iterable[int]) -> Iterator[str]:
-    """Numbers of one kind, one after the other."""
+    """LLVM code that loads consecutive numbers of one precision."""
     for k, place in enumerate(places):
         yield _at(pointer, f"p{place}", k * _SIZES[kind])
         yield f"  %v{place} = load {kind}, ptr %p{place}, align 8"
 
 
 def _take(kept: Sequence[int], kinds: Sequence[bool]) -> Iterator[str]:
-    """What the first part left, all of it in extended precision, in which doubles are exact."""
+    """LLVM code that loads the state of the first part, all in extended precision, in which doubles are exact."""
     for k, place in {place: k for k, place in enumerate(kept)}.items():
         wide = kinds[place]
         yield _at("a", f"p{k}", _SIZES[_WIDE] * place)
@@ -161,7 +168,7 @@ def _constants(first: int, constants: Sequence[Value]) -> Iterator[str]:
 
 
 def _store(pointer: str, wide: Sequence[bool], places: Iterable[int], kind: str, offset: int = 0) -> Iterator[str]:
-    """Numbers as those of one kind, one after the other."""
+    """LLVM code that stores numbers consecutively, converted to one precision."""
     for n, k in enumerate(places):
         name, own = f"{kind[0]}{n}", _kind(wide[k])
         value = f"%v{k}"

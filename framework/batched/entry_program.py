@@ -1,8 +1,8 @@
-"""The solution of a frame of one entry as a list of operations, in two parts: what depends on its loads, and what does
-not, which other loads take up.
+"""The solution of a frame with a single batch entry as a list of arithmetic operations.
 
-The list is run with plain numbers, each in the precision that it has in the calculation itself: the same operations in
-the same order, and so the same bits.
+The list has two parts: the first does not depend on the loads, and its results serve other loads as well. It is run
+with single numbers, each in the precision of the original calculation, in the same order, so that results are the same
+to the last bit.
 """
 
 from __future__ import annotations
@@ -26,33 +26,33 @@ from .stage import SUSPECT
 
 
 class Way(Enum):
-    """How the steps are done: one by one, as functions of Python, or as machine code."""
+    """How the steps are run: one by one, as compiled Python functions, or as machine code."""
 
     STEPS, COMPILED, MACHINE = range(3)
 
 
 @dataclass(eq=False)
 class EntrySolution:
-    """All unknowns of a frame of one entry that loads reach, none of whose pivots is suspicious.
+    """The solution of a frame with a single batch entry, all of whose pivots are well above rounding.
 
     Attributes
     ----------
     displacements
-        Of all nodes in global axes, (nodes, 6).
+        Displacements of all nodes in global axes, (nodes, 6).
     numbers
-        Numbers of the unknowns.
+        Numbers of the unknowns in loaded components.
     known
-        Gives their values.
+        Function that returns their values.
     component
-        Of every unknown.
+        Connected component of every unknown, by its number.
     excited
-        Components that the loads reach.
+        Components that loads reach.
     ratios
-        Of each of these: least ratio of a pivot to the stiffness whose rounding it carries.
+        Least pivot ratio of each of these components.
     method
-        How a plan would be solved, and why.
+        Method by which the plan would be solved otherwise, and why.
     again
-        Whether what does not depend on the loads was taken up from other loads.
+        Whether the part that is independent of the loads was reused from an earlier solution.
     """
 
     displacements: Array
@@ -66,36 +66,40 @@ class EntrySolution:
 
     @cached_property
     def unknowns(self) -> dict[int, Value]:
-        """Unknowns by number."""
+        """Values of the unknowns by number."""
         return dict(zip(self.numbers, self.known(), strict=True))
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns and the right-hand-side parameter one."""
+        """Values of rows over the unknowns and the right-hand-side parameter one."""
         return values_of(rows, self.component, self.excited, self.unknowns)
 
 
 @dataclass(frozen=True)
 class EntryProgram:
-    """Operations on numbers in the order of their places: what is given, constants, and what each step makes.
+    """A program for all frames of one topology with a single batch entry.
+
+    Its numbers are identified by their place in the order: given numbers, constants, results of the shared steps,
+    loads, results of the loaded steps.
 
     Attributes
     ----------
     edges, turns
-        Places, among the numbers of a frame, of those that are given.
+        Which of the frame's numbers of joints, ties and supports, and of its axes and arms, see `EntryLinks`, are
+        given to the program.
     members
-        By stack of members: places of the entries that are given.
+        For each stack of member matrices, which of its entries are given to the program.
     constants
-        Numbers that are part of the program.
+        Constants of the program.
     shared
-        Steps that the loads have no part in.
+        Steps that do not depend on the loads.
     loads
-        Places of those that are given, among the loads.
+        Which of the frame's loads are given to the program.
     loaded
-        The other steps.
+        Steps that depend on the loads.
     nodes
-        Places of the displacements of all nodes, six by six.
+        Places of the displacements of all nodes, six for each.
     unknowns, least
-        Places of unknowns and of least pivot ratios.
+        Places of the unknowns by number, and of the least pivot ratios by component.
     component, excited, method
         As of an `EntrySolution`.
     """
@@ -115,10 +119,10 @@ class EntryProgram:
     method: Method
 
     def run(self, numbers: EntryNumbers, loads: EntryLoads, way: Way) -> EntrySolution | None:
-        """The solution of a frame in one of the ways; None where a pivot is suspicious."""
+        """The solution of a frame, its steps run in the given way; None where a pivot is close to rounding."""
         former = numbers.former
         again = former is not None and former[0] is self and former[1] is way
-        # machine code has its own mind about what overflows
+        # machine code does not raise floating-point warnings
         with nullcontext() if way is Way.MACHINE else np.errstate(all="ignore"):
             ratios, state = former[2] if former is not None and again else self._shared(numbers, way)
             for ratio in ratios:
@@ -129,7 +133,7 @@ class EntryProgram:
         return EntrySolution(nodes, self.unknowns, known, self.component, self.excited, ratios, self.method, again)
 
     def _shared(self, numbers: EntryNumbers, way: Way) -> tuple[list[Any], Any]:
-        """The ratios, and all that the second part takes up."""
+        """Run the first part: the pivot ratios, and the state for the second part."""
         links = numbers.links
         narrow: list[Any] = [links.edges[k] for k in self.edges]
         narrow += [links.turns[k] for k in self.turns]
@@ -146,7 +150,7 @@ class EntryProgram:
         return [values[k] for k in self.least.values()], values
 
     def _loaded(self, state: Any, pushes: list[float], way: Way) -> tuple[Array, Callable[[], Sequence[Value]]]:
-        """Displacements of all nodes, and what gives the unknowns."""
+        """Run the second part: displacements of all nodes, (nodes, 6), and a function that returns the unknowns."""
         if way is Way.MACHINE:
             return self.machine.loaded(state, pushes)
         if way is Way.COMPILED:
@@ -154,7 +158,7 @@ class EntryProgram:
         else:
             values = carried_out(self.loaded, [*state, *pushes])
             nodes, known = [values[k] for k in self.nodes], [values[k] for k in self.unknowns.values()]
-        # of numbers in extended precision Python makes its own in less than half the time of NumPy
+        # Python converts numbers in extended precision in less than half the time of NumPy
         return np.array([*map(float, nodes)]).reshape(-1, 6), partial(list, known)
 
     @property
@@ -164,7 +168,7 @@ class EntryProgram:
 
     @cached_property
     def code(self) -> EntryCode:
-        """The steps as functions of Python."""
+        """The steps as compiled Python functions."""
         narrow = len(self.edges) + len(self.turns)
         given = narrow + sum(map(len, self.members)) + len(self.constants)
         return EntryCode(given, *self._parts)
@@ -185,7 +189,7 @@ class EntryProgram:
 def values_of(
     rows: Sequence[Row], component: dict[int, int], excited: frozenset[int] | set[int], known: dict[int, Value]
 ) -> list[Value]:
-    """Values of rows: of each the known part, and then the sum over each component that loads reach."""
+    """Values of rows: for each the sum of its constant terms and of its terms in each loaded component."""
     split: dict[int, dict[int, Row]] = {}
     for index, row in enumerate(rows):
         for k in unknowns(row):

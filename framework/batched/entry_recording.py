@@ -1,7 +1,7 @@
-"""The solution of a frame of one entry written down, once for all frames of its topology.
+"""Recording of the solution of a frame with a single batch entry, once for all frames of its topology.
 
-Joint tree, elimination, substitution and the displacements of all nodes are carried out on terms instead of numbers;
-what they leave is the list of operations of an `EntryProgram`.
+Joint tree, elimination, substitution and the displacements of all nodes are computed with terms instead of numbers; the
+recorded operations become an `EntryProgram`.
 """
 
 from __future__ import annotations
@@ -29,14 +29,15 @@ from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
 from .replay import MOST, RecordedElimination, operations
 from .stage import Forces
 
-# Frames of a topology that are worked on before the list is written, which takes as long as some six of them.
+# The program is recorded after this many solutions of a topology, since recording takes as long as some six of them.
 _FEW = 3
-# And after which it is compiled: to Python, which takes as long again, and to machine code, which takes ten times that.
+# It is compiled to Python functions after _OFTEN solutions, which takes as long again, and to machine code after
+# _ALWAYS solutions, which takes ten times as long.
 _OFTEN, _ALWAYS = 200, 1000
 
 
 class TermPlan(Protocol):
-    """A plan whose numbers are terms."""
+    """A plan whose numbers are terms of a recording."""
 
     @property
     def tree(self) -> JointTree: ...
@@ -51,7 +52,7 @@ class TermPlan(Protocol):
 
 
 class Writable(Compiled, Protocol):
-    """A plan that can be carried out on terms."""
+    """A plan that can be solved with terms of a recording."""
 
     @property
     def asked(self) -> str | None: ...
@@ -66,7 +67,7 @@ class Writable(Compiled, Protocol):
 
 
 class _Topology:
-    """What is known of a topology: how often it was met, and its program once there is one."""
+    """A topology in the cache: how often it was solved, and its program once there is one."""
 
     def __init__(self) -> None:
         self.met = 0
@@ -74,7 +75,7 @@ class _Topology:
         self.without = False
 
     def solution(self, plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySolution | None:
-        """By the program of the topology; None where there is none, and where a pivot is suspicious."""
+        """The solution by the program of the topology; None where there is none, or a pivot is close to rounding."""
         self.met += 1
         if self.met <= _FEW or self.without:
             return None
@@ -85,7 +86,7 @@ class _Topology:
 
     @property
     def way(self) -> Way:
-        """How the steps are done: what takes long to make is made for what is met often."""
+        """How to run the steps: code that takes longer to compile is made for topologies that are solved more often."""
         if self.met > _ALWAYS and entry_machine.available():
             return Way.MACHINE
         return Way.COMPILED if self.met > _OFTEN else Way.STEPS
@@ -97,17 +98,17 @@ def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySol
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     numbers
-        Its numbers.
+        The numbers of the frame.
     loads
-        What loads it.
+        The loads on the frame.
 
     Returns
     -------
     EntrySolution or None
-        None where the topology was met a few times only, has no program, or a pivot is suspicious: then the frame is
-        solved as ever.
+        The solution; None where the topology was solved a few times only, has no program, or a pivot is close to
+        rounding: then the frame is to be solved without a program.
     """
     weight = 80 * len(numbers.topology.number) ** 2
     topology: _Topology = PROGRAMS.found((numbers.key, loads.key, plan.asked), _Topology, weight)
@@ -116,7 +117,7 @@ def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySol
 
 @dataclass(eq=False)
 class _TermTree(JointTree):
-    """A joint tree on terms: axes and arms are given."""
+    """A joint tree whose numbers, axes and arms are terms of a recording."""
 
     turns: tuple[Matrix3, ...] = ()
     edge_axes: dict[int, Matrix3] = field(default_factory=dict)
@@ -142,7 +143,7 @@ class _Writer:
     def __init__(self, plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> None:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         self.recording = recording = Recording()
-        # In the order of what is given; loads are told from the rest by what they are said to vary over.
+        # Loads are recorded as varying over axis 0, so that the steps that depend on them can be told from the others.
         self.edges = recording.later_ones(0, len(numbers.links.edges))
         self.turns = recording.later_ones(0, len(numbers.links.turns))
         self.members = [recording.later_ones(0, stack.size) for stack in numbers.stacks]
@@ -150,7 +151,9 @@ class _Writer:
         self.tree = self._tree()
 
     def _tree(self) -> JointTree | None:
-        """None where joints that close a loop hold components: what they make dependent is found by the numbers."""
+        """The joint tree; None where joints that close a loop have ideal components: which unknowns these make
+        dependent follows from the numbers.
+        """
         numbers, topology, rhs_parameters = self.numbers, self.plan.topology, self.plan.rhs_parameters
         edges = edges_of(topology, rhs_parameters)
         by_place = [self._edge(place, edge) for place, edge in enumerate(edges)]
@@ -189,7 +192,7 @@ class _Writer:
         return tree
 
     def _edge(self, place: int, edge: Edge) -> Edge:
-        """An edge with terms for its numbers."""
+        """An edge with terms in place of its numbers."""
         given = self.numbers.links.edges[EACH * place : EACH * (place + 1)]
         terms = [term if number else 0.0 for term, number in zip(self.edges[EACH * place :], given, strict=False)]
         offset: tuple[Row, ...] = tuple({-1: value} if not is_zero(value) else {} for value in terms[OFFSETS:])
@@ -197,7 +200,7 @@ class _Writer:
 
     @property
     def matrix(self) -> Matrix:
-        """Stiffness of the members, in the order in which it is added up."""
+        """Stiffness of the members, summed in the same order as without recording."""
         matrix: Matrix = {}
         topology = self.plan.topology
         for group, stack, terms in zip(topology.groups, self.numbers.stacks, self.members, strict=True):
@@ -208,7 +211,7 @@ class _Writer:
 
     @property
     def forces(self) -> Forces:
-        """Loads in the nodes' axes, in the order in which they are added up."""
+        """Loads in the nodes' axes, summed in the same order as without recording."""
         forces: Forces = {}
 
         def put(dof: int, value: Value) -> None:
@@ -229,11 +232,11 @@ class _Writer:
 
 
 class _Layout:
-    """The steps of a recording in the order in which they are carried out, each number in its place.
+    """The steps of a recording in the order in which they are run, with the place of each number.
 
-    First what is given, then constants, then steps without loads; loads, and the steps that are left. Where a number in
-    double precision meets one in extended precision it is widened first, once for all: that changes nothing, and
-    operations on numbers of one kind are five times as fast.
+    Places are in the order: given numbers, constants, shared steps, loads, steps that depend on loads. Where a number
+    in double precision is combined with one in extended precision, it is first converted, once: the results are the
+    same, and operations on numbers of one type are five times as fast.
     """
 
     def __init__(self, writer: _Writer, asked: list[Value]) -> None:
@@ -252,7 +255,7 @@ class _Layout:
             for found, start in zip(inside[2:-1], starts[2:], strict=False)
         )
         self.loads = tuple(k - starts[-2] for k in inside[-1])
-        # numbers of the recorded program, in new order
+        # new places of the numbers of the recorded program
         at = {given: number for number, given in enumerate(places)}
         self._place: dict[int, int] = {}
         self._wide: list[bool] = []
@@ -261,7 +264,7 @@ class _Layout:
         for k, found in enumerate(inside[:-1]):
             for given in found:
                 self._put(at[given], wide=k > 1)
-        # what else takes part without loads, and constants widened
+        # other constants, and all constants converted to extended precision
         constants = [(at[k], float(recording.given[k])) for k in own]  # type: ignore[arg-type]
         constants += [(program.given + k, value) for k, value in enumerate(program.constants)]
         fixed: list[Value] = []
@@ -286,7 +289,7 @@ class _Layout:
         self.outputs = [self._of(next(outputs) if isinstance(value, Term) else value) for value in asked]
 
     def _of(self, output: int | Value) -> int:
-        """Place of an output; those that are no terms are zero."""
+        """Place of an output; an output that is not a term is zero."""
         if isinstance(output, int):
             return self._place[output]
         assert is_zero(output)
@@ -320,7 +323,11 @@ def _square(nine: list[Value]) -> Matrix3:
 
 
 def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryProgram | None:
-    """The program of a frame; None where what is done depends on more than what stands where, or is not all of one."""
+    """The program of a frame.
+
+    None where there can be none: for another method, chains, ideal joints that close loops, several separate parts,
+    too many operations, or a mechanism.
+    """
     method = choose(plan, plan.asked)
     if method.name != BROADCAST or plan.chains:
         return None
@@ -330,7 +337,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
     with np.errstate(all="ignore"):
         written = plan.written(writer.tree, writer.matrix, writer.forces)
         if len({int(plan.connected_components[name // 6]) for name in written.excited}) > 1:
-            return None  # of parts that nothing connects each is solved when it is read
+            return None  # separate parts are each solved when their results are read
         blocks = {name: written.block(name) for name in sorted(written.excited)}
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
             return None
@@ -347,7 +354,7 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
             nodes += values_of(written.tree.global_rows(node), written.component, written.excited, known)
     asked = [*nodes, *known.values(), *least.values()]
     if any(not isinstance(value, Term) and np.isnan(value) for value in asked):
-        return None  # a pivot is zero whatever the numbers are: something is free to move
+        return None  # a pivot is zero whatever the numbers: the frame is a mechanism
     program = _Layout(writer, asked)
     places = program.outputs
     known_at = places[len(nodes) : len(nodes) + len(known)]

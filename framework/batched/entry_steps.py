@@ -1,4 +1,4 @@
-"""Steps on plain numbers: one by one, or as functions of Python."""
+"""Running the steps of a program with single numbers: one by one, or as compiled Python functions."""
 
 from __future__ import annotations
 
@@ -11,15 +11,14 @@ import numpy as np
 from ..program.program import Operation
 from ..structure.parts import Extended
 
-# What is done, and the places of the two numbers that it is done with.
+# An operation and the places of its two operands.
 Step = tuple[Callable[[Any, Any], Any], int, int]
-# One in extended precision. A product with it is the same number in extended precision, in a tenth of the time in which
-# that is made of a double by itself.
+# One in extended precision. Multiplying a double by it converts the double in a tenth of the time of the constructor.
 ONE = Extended(1.0)
 
 
 def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
-    """All numbers: what is given, and what each step makes."""
+    """All numbers by place: the given ones, then the result of each step."""
     values = list(given)
     put = values.append
     for operation, a, b in steps:
@@ -28,16 +27,18 @@ def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
 
 
 class EntryCode:
-    """Both parts of the program of a frame of one entry as functions of Python, which takes some ten milliseconds.
+    """Both parts of an `EntryProgram` as Python functions; compiling them takes some ten milliseconds.
 
     Parameters
     ----------
     size
-        Of what is given, constants included.
+        Number of given numbers and constants.
     shared, loaded
-        The steps; those of the second part come after the `loads`.
+        Steps of the first part, which is independent of the loads, and of the second part.
+    loads
+        Number of loads.
     ratios, known, nodes
-        Places of the ratios of pivots, which the first part makes, of the unknowns, and of the displacements.
+        Places of the pivot ratios (computed by the first part), of the unknowns, and of the nodal displacements.
     """
 
     def __init__(
@@ -64,7 +65,7 @@ class EntryCode:
         self.loaded: Callable[[list[Any], list[Any]], tuple[list[Any], list[Any]]] = made["loaded"]
 
     def shared(self, given: list[Any]) -> tuple[list[Any], list[Any]]:
-        """The ratios, and what the second part takes up."""
+        """Run the first part: the pivot ratios, and the state for the second part."""
         state = self._shared(given)
         return state[: self._count], state
 
@@ -72,10 +73,10 @@ class EntryCode:
 def _written(
     name: str, given: Sequence[Sequence[int]], steps: Sequence[Step], first: int, made: Sequence[Sequence[int]]
 ) -> list[str]:
-    """Lines of a function of lists of numbers that does the steps, the first of which makes the number `first`.
+    """Source lines of a function that runs the steps; `first` is the place of the first step's result.
 
-    A variable serves for another number once it was read for the last time: few variables, and the memory of numbers
-    that are gone, make it a tenth faster.
+    A variable is reused once it has been read for the last time: fewer variables, and the freed memory of their
+    numbers, make the function a tenth faster.
     """
     last = {k: place for place, (_, a, b) in enumerate(steps) for k in (a, b)}
     last |= {k: len(steps) for each in made for k in each}
@@ -102,7 +103,7 @@ def widen(a: Any, _: Any) -> Any:
 
 
 def divided(a: Any, b: Any) -> Any:
-    """a / b; of an exact zero inf, as `reciprocal` has it."""
+    """a / b; inf where b is exactly zero, as in `reciprocal`."""
     return a / b if b else np.inf
 
 
@@ -111,7 +112,7 @@ def negative(a: Any, _: Any) -> Any:
 
 
 def least(a: Any, b: Any) -> Any:
-    """As NumPy has it: what is none is the least."""
+    """The smaller of two numbers; NaN if b is NaN, as in `numpy.minimum`."""
     return b if b < a or b != b else a
 
 
@@ -128,7 +129,7 @@ OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
     Operation.MINIMUM: least,
     Operation.MAXIMUM: most,
 }
-# The same in words of Python.
+# The operations as Python source.
 _TEXTS: dict[Callable[[Any, Any], Any], str] = {
     operator.add: "{a} + {b}",
     operator.sub: "{a} - {b}",

@@ -1,4 +1,8 @@
-"""Idle rotations: constrained for as long as that changes nothing, free where a load works on them or else resists."""
+"""Idle rotations of bodies, such as of a link about the line between two ball joints.
+
+A joint constrains them as long as that changes no result; they are set free where a load does work on them or something
+else resists them.
+"""
 
 from __future__ import annotations
 
@@ -15,21 +19,21 @@ from ..structure.assembly import nodal_loads
 from ..structure.member_loads import applied_forces, equivalent, weight_forces
 from ..structure.topology import Topology
 
-# Shares of the sizes of what is summed, and of the largest coordinate, below which work is rounding.
+# Work is rounding below _SUM times its summands, plus _PLACE times the largest coordinate times the forces.
 _SUM, _PLACE = 1e-12, 8.0 * float(np.finfo(np.float64).eps)
-# Share of the moment of inertia about an axis across below which there is none about the idle one.
+# A moment of inertia about the idle axis is zero below this share of that about an axis across it.
 _MASSLESS = 1e-16
 
 
 def released(frame: Description, topology: Topology | None = None) -> Description:
-    """The frame, or a copy in which those idle rotations are free that something resists or a load works on.
+    """Set free the idle rotations that something resists or on which a load does work: a copy, or the frame itself.
 
     Parameters
     ----------
     frame
         The description.
     topology
-        The numbered frame, its members not cut; made where None.
+        The numbered frame, its members not divided; found anew where None.
     """
     if not frame.idle:
         return frame
@@ -41,12 +45,12 @@ def released(frame: Description, topology: Topology | None = None) -> Descriptio
 
 
 def released_at_rest(frame: Description, what: str) -> Description:
-    """The frame, or a copy in which those idle rotations are free that something resists.
+    """Set free the idle rotations that something resists: a copy, or the frame itself.
 
     Raises
     ------
     FrameError
-        Where loads work on one that nothing resists, so that there is no equilibrium for `what` is asked.
+        Where loads do work on an idle rotation that nothing resists, so that `what` has no equilibrium to start from.
     """
     free = with_free(frame, [name for name, idle in frame.idle.items() if _is_resisted(frame, idle)])
     if free.idle:
@@ -63,7 +67,7 @@ def released_at_rest(frame: Description, what: str) -> Description:
 
 
 def released_masses(frame: Description) -> Description:
-    """The frame, or a copy in which those idle rotations are free that have inertia or that something resists."""
+    """Set free the idle rotations that have inertia or that something resists: a copy, or the frame itself."""
     if not frame.idle:
         return frame
     known = Topology.of(frame.copy(), cut=False)
@@ -73,14 +77,14 @@ def released_masses(frame: Description) -> Description:
 
 
 def with_free(frame: Description, joints: list[str]) -> Description:
-    """A copy in which the idle rotations that these joints constrain are free; the frame itself where none is named."""
+    """A copy in which the idle rotations that these joints constrain are free; the frame itself for no joints."""
     if not joints:
         return frame
     clone = frame.copy()
     for name in joints:
         idle, joint = clone.idle.pop(name), clone.joints[name]
         if joint.element is not idle.constrained:
-            continue  # it was changed since
+            continue  # the joint was changed since
         if idle.free is None:
             del clone.joints[name]
         else:
@@ -89,7 +93,7 @@ def with_free(frame: Description, joints: list[str]) -> Description:
 
 
 def work_of_loads(topology: Topology, joint: str) -> Array:
-    """Work of the loads on a unit of the idle rotation that a joint constrains, (...); zero where it is rounding."""
+    """Work of the loads on a unit idle rotation, the one that a joint constrains, (...); zero where it is rounding."""
     moved = _rotation(topology, joint)
     work: Array = np.zeros(())
     rounding: Array = np.zeros(())
@@ -102,7 +106,7 @@ def work_of_loads(topology: Topology, joint: str) -> Array:
 
 
 def _rotation(topology: Topology, joint: str) -> dict[int, Array]:
-    """Displacement (..., 6) of a body's nodes, by number, in a unit of the idle rotation that a joint constrains."""
+    """Displacements (..., 6) of a body's nodes, by number, in a unit idle rotation, the one that a joint constrains."""
     frame, idle = topology.frame, topology.frame.idle[joint]
     axes = frame.bodies[idle.body].axes
     own = {name: node.coordinates for name, node in frame.nodes.items() if node.body == idle.body}
@@ -112,7 +116,7 @@ def _rotation(topology: Topology, joint: str) -> dict[int, Array]:
 
 
 def _is_resisted(frame: Description, idle: IdleRotation) -> bool:
-    """Whether a body is connected by more than the joints between which it rotates."""
+    """Whether anything besides the joints between which a body rotates connects it: supports, ties, members, joints."""
 
     def parted(first: str, second: str) -> bool:
         return (frame.nodes[first].body == idle.body) != (frame.nodes[second].body == idle.body)
@@ -126,9 +130,9 @@ def _is_resisted(frame: Description, idle: IdleRotation) -> bool:
 
 
 def _loads(topology: Topology, moved: Mapping[int, Array]) -> Iterator[tuple[int, Array]]:
-    """Forces and moments on some nodes (..., 6), global, those of loads on members that rotate among them.
+    """Forces and moments (..., 6) in global axes on the nodes in `moved`, those of member loads and weight included.
 
-    The weight of a member between two nodes on the axis does no work.
+    Members between two nodes on the axis are skipped unless they are loaded: their weight does no work.
     """
     yield from ((node, wrench) for node, wrench in nodal_loads(topology) if node in moved)
     frame = topology.frame
@@ -158,7 +162,7 @@ def _has_inertia(topology: Topology, joint: str) -> bool:
 
 
 def _masses(topology: Topology, moved: Mapping[int, Array]) -> Iterator[tuple[Array, Array]]:
-    """Mass matrices on some nodes, and what these displacements by node are to them."""
+    """Mass matrices of what is on the nodes in `moved`, each with the displacements of its nodes in its own axes."""
     for point in topology.frame.masses.values():
         if (node := topology.number[point.node]) in moved:
             yield point.element.mass_matrix(), moved[node]

@@ -1,8 +1,8 @@
-"""A frame of one entry as the numbers that its solution is made of, and where each of them stands.
+"""The numbers of a frame with a single batch entry, as input to the program of its topology.
 
-All that is done with such a frame, from its joint tree to the displacement of its last node, is one list of operations
-on these numbers, which frames of one topology have in common: see `linkframe.framework.batched.entry_recording`. What
-stands where, and what of it is zero, is the key by which the list is found.
+The whole solution of such a frame, from the joint tree to the displacement of the last node, is one list of operations
+on these numbers, which all frames of a topology share: see `linkframe.framework.batched.entry_recording`. The program
+is found by a key: which number belongs to which joint, member or load, and which of them are zero.
 """
 
 from __future__ import annotations
@@ -22,18 +22,19 @@ from ..structure.edge import GROUND, preference
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Group, Topology
 
-# What stands where of a joint, tie or support, between which nodes, and how strong it is.
+# A joint, tie or support: what its part of the key is, its two nodes, and its rank in the choice of the joint tree
+# (number of ideal components, stiffest spring).
 Head = tuple[Hashable, tuple[int, int], tuple[int, float]]
 
-# Numbers of each joint, tie and support: six springs, the pitch, and six offsets.
+# Numbers of each joint, tie and support: six springs, the pitch over 2 pi, and six offsets; where these begin.
 PITCH, OFFSETS, EACH = 6, 7, 13
 _ALL_OF_THEM = (0.0,) * EACH
-# Numbers that rows are made of and that are one in all frames, if they are in one.
+# Values of axes that become part of the key and of the program, instead of being given to it.
 _UNITS = (0.0, 1.0, -1.0)
 
 
 class EntryLinks:
-    """The numbers of joints, ties, supports and bodies of a frame of one entry.
+    """The numbers of joints, ties, supports and bodies of a frame with a single batch entry.
 
     Parameters
     ----------
@@ -43,13 +44,13 @@ class EntryLinks:
     Attributes
     ----------
     edges
-        Of each joint, tie and support, in turn: springs, pitch and offsets.
+        For each joint, tie and support in turn: six springs, pitch over 2 pi, six offsets.
     turns
-        Axes of joints, arms of rigid links, axes of bodies.
+        Components of the axes of joints, the arms of rigid links and the axes of bodies.
     order
-        Places of joints, ties and supports in order of preference for the tree.
+        Indices of joints, ties and supports in order of preference for the joint tree.
     key
-        What stands where.
+        What each number belongs to, and which are zero.
     """
 
     def __init__(self, topology: Topology) -> None:
@@ -109,27 +110,27 @@ class EntryLinks:
 
 
 class EntryNumbers:
-    """The numbers of a frame of one entry, its loads apart.
+    """The numbers of a frame with a single batch entry, without its loads.
 
     Parameters
     ----------
     topology
         Its nodes and members.
     stacks
-        Matrices of the members, stack by stack, where they are known.
+        Stiffness matrices of the members, stack by stack, if they are known; computed where None.
     links
-        Its joints, ties, supports and bodies, where they are known.
+        Its joints, ties, supports and bodies, if they are known; found where None.
 
     Attributes
     ----------
     stacks
-        Matrices of the members in the nodes' axes, (n, 12, 12) each.
+        Stiffness matrices of the members in the nodes' axes, (n, 12, 12) for each stack.
     links
         Joints, ties, supports and bodies.
     key
-        What stands where.
+        What each number belongs to, and which are zero.
     former
-        The program that was last run on these numbers, in which way, and what it made of them before any load.
+        The program that was last run on these numbers, in which way, and the results of its first part.
     """
 
     def __init__(
@@ -146,28 +147,28 @@ class EntryNumbers:
         self.key: tuple[Hashable, ...] = *self.links.key, *stacks_of
 
     def __getstate__(self) -> dict[str, Any]:
-        """What another process needs: programs it makes itself."""
+        """The fields to pickle: without the last program, which another process records itself."""
         return vars(self) | {"former": None}
 
 
 class EntryLoads:
-    """What loads a frame of one entry.
+    """The loads on a frame with a single batch entry.
 
     Parameters
     ----------
     topology
         Its nodes and members, and the loads on them.
     grid
-        The batch, of one entry.
+        The batch, with a single entry.
 
     Attributes
     ----------
     nodal
-        Loads at nodes: node, component and value of each that is not zero.
+        Node, component and value of each load at a node that is not zero.
     shares
-        Weights of masses and loads on members: DOF and value.
+        DOF and value of the equivalent nodal loads of members, and of the weights of masses.
     key
-        What stands where.
+        Nodes, components and DOFs of the loads, without their values.
     """
 
     def __init__(self, topology: Topology, grid: Grid) -> None:
@@ -180,7 +181,9 @@ class EntryLoads:
 
 
 def _stack(group: Group) -> NDArray[Any]:
-    """Matrices of members; of those on a body they are the same in its axes wherever it goes."""
+    """Stiffness matrices of a group of members, (n, 12, 12); cached for members on a body, in whose axes they stay the
+    same while it moves.
+    """
     if group.body is None or group.axes != (None, None) or group.stacked or not is_proven(group.element):
         return group.extended_stiffness()
 
@@ -199,7 +202,7 @@ def _six(given: Mapping[int, Any]) -> list[float]:
 
 
 def forest(frame: Description) -> bool:
-    """Whether joints, ties and supports close no loop: then they can contradict each other in nothing."""
+    """Whether joints, ties and supports close no loop: then they cannot contradict each other."""
     pairs = [(link.first, link.second) for link in frame.joints.values()]
     pairs += [(tie.master, tie.slave) for tie in frame.ties]
     # no node has an empty name

@@ -1,8 +1,9 @@
-"""Elimination order: at each turn the unknown that costs least, itself and by the links that it makes.
+"""Order of elimination: at each step the unknown with the least cost, that of its own operations and of its fill.
 
-A pivot is computed once per thing that it depends on. What varies with nothing is cheap and goes before what varies
-with the pose, that before what varies with the sample: substructuring comes of it by itself. But where a cheap pivot
-would link many dear ones, as that between the joints of a long chain, it waits for them.
+A pivot is computed once for each value of the batch axes on which it depends. Pivots that are constant are cheap and
+come before those that vary with the pose, which come before those that vary with the sample: this amounts to
+substructuring. But a cheap pivot that would couple many costly ones, such as one between the joints of a long chain,
+comes after them.
 """
 
 from __future__ import annotations
@@ -18,24 +19,24 @@ from ..structure.parts import Grid, Matrix, Row, Value, mask_of, masks_of
 
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
-# Sorts unknowns, which are its last item: what to eliminate first.
+# Sort key of an unknown, which is its last item; the smallest key is eliminated first.
 Key = Callable[[Pattern, int, Grid], tuple[int, int, int]]
-# Unknowns up to which two ways of ordering are compared.
+# Up to this many unknowns two ways of ordering are compared.
 FEW = 60
 
 
 @dataclass(frozen=True)
 class Order:
-    """Pivots in turn.
+    """An order of elimination.
 
     Attributes
     ----------
     pivots
         Unknowns in order of elimination.
     below
-        By pivot: the unknowns that are left in its column.
+        For each pivot the unknowns in its column that are not yet eliminated, fill included.
     masks
-        By pivot: the batch axes over which its column varies.
+        For each pivot the mask of batch axes over which its column varies.
     """
 
     pivots: list[int]
@@ -43,7 +44,10 @@ class Order:
     masks: dict[int, int]
 
     def operations(self, grid: Grid, *, shared: bool = True) -> int:
-        """Multiplications and subtractions of the factorisation over the batch, as it is or with nothing `shared`."""
+        """Number of multiplications and subtractions of the factorisation over the batch.
+
+        With `shared` False it is that of factorising each batch entry on its own.
+        """
         return sum(
             (grid.sizes[self.masks[k]] if shared else grid.sizes[-1]) * len(self.below[k]) * (len(self.below[k]) + 2)
             for k in self.pivots
@@ -52,14 +56,14 @@ class Order:
 
 @dataclass(frozen=True)
 class Masks:
-    """Batch axes over which the substitution and the springs vary."""
+    """Masks of the factors in rows: those of the substitution, and of each spring with the mask of its stiffness."""
 
     rows: dict[int, dict[int, int]]
     springs: list[tuple[dict[int, int], int]]
 
     @classmethod
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
-        """Those of these numbers."""
+        """The masks of given rows and springs."""
         own = masks_of([row for row, _ in springs])
         return cls(
             dict(zip(rows, masks_of(rows.values()), strict=True)),
@@ -68,13 +72,13 @@ class Masks:
 
 
 def link(pattern: Pattern, i: int, j: int, mask: int) -> None:
-    """Note that entry (i, j) is there and varies over `mask`."""
+    """Add the entry (i, j), which varies over `mask`, to a pattern."""
     row = pattern.setdefault(i, {})
     row[j] = pattern.setdefault(j, {})[i] = row.get(j, 0) | mask
 
 
 def pattern_of(matrix: Matrix, substituted: Container[int]) -> Pattern:
-    """Which entries of a matrix are there, and over what they vary: all diagonals but those of what is substituted."""
+    """Masks of the entries of a matrix, with every diagonal entry except those of substituted displacements."""
     pattern: Pattern = {}
     for i, row in matrix.items():
         for j, parts in row.items():
@@ -84,18 +88,18 @@ def pattern_of(matrix: Matrix, substituted: Container[int]) -> Pattern:
 
 
 def two_stages(grid: Grid, pattern: Pattern, inner: list[int], left: list[int], masks: Masks) -> tuple[Order, Order]:
-    """Orders of both stages of an elimination; frames of one topology have them in common.
+    """Orders of elimination of both stages, cached for frames of the same topology.
 
     Parameters
     ----------
     grid
         The batch.
     pattern
-        That of the stiffness of members, in the nodes' axes.
+        Pattern of the stiffness of members, in the nodes' axes.
     inner, left
         Unknowns of the first and of the second stage.
     masks
-        Over what the substitution and the springs vary, which make the second stage of the first.
+        Masks of the substitution and of the springs, by which the second stage follows from the first.
     """
     ends = {a: _unknown(row) for a, row in masks.rows.items()}
     springs = [(_unknown(row), over) for row, over in masks.springs]
@@ -137,9 +141,9 @@ def _link_rows(pattern: Pattern, left: dict[int, int], right: dict[int, int], ov
 
 
 def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
-    """Order the elimination of `candidates`; `pattern` becomes that of what is left, with its fill.
+    """Order the elimination of `candidates`; `pattern` is reduced to that of the remaining unknowns, with its fill.
 
-    Where they are few, ordering strictly by batch shape is tried too, and the cheaper way taken.
+    For few candidates, ordering strictly by batch shape is tried as well, and the cheaper order taken.
     """
     waiting = set(candidates)
     copied = {k: dict(row) for k, row in pattern.items()} if len(waiting) <= FEW else {}
@@ -151,7 +155,7 @@ def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
 
 
 def _ordered(pattern: Pattern, candidates: set[int], grid: Grid, key: Key) -> Order:
-    """Eliminate `candidates` from `pattern`, least `key` first."""
+    """Eliminate `candidates` from `pattern`, the one with the least `key` first."""
     waiting = set(candidates)
     result = Order([], {}, {})
     keys = {k: key(pattern, k, grid) for k in waiting}
@@ -180,12 +184,12 @@ def _size(pattern: Pattern, k: int, grid: Grid) -> int:
 
 
 def _shape(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
-    """Batch shape, and degree within it."""
+    """Sort key by the number of batch entries over which the column varies, then by the length of the column."""
     return _size(pattern, k, grid), len(pattern[k]), k
 
 
 def _cost(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
-    """Operations of pivot k over the batch, and two more, of the dearest kind, for each link that it makes."""
+    """Sort key by cost: operations of pivot k over the batch, and two over the whole batch for each fill entry."""
     near = pattern[k].keys() - {k}
     present = sum(len(near & pattern[i].keys()) - (i in pattern[i]) for i in near)
     fill = (len(near) * (len(near) - 1) - present) // 2
@@ -194,7 +198,7 @@ def _cost(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
 
 
 def _eliminate(pattern: Pattern, k: int) -> tuple[list[int], int]:
-    """Take k out of the pattern, which is filled; return what is left in its column, and the axes it varies over."""
+    """Remove k from the pattern and add its fill; return the unknowns in its column and the mask of the column."""
     row = pattern.pop(k)
     mask = row.pop(k)
     below = sorted(row)

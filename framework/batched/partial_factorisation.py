@@ -1,6 +1,6 @@
-"""The two stages of an elimination, as far as they have come, for the whole batch or for a chunk of it.
+"""An elimination in two stages that is carried out as far as wanted, for the whole batch or for a chunk of it.
 
-Matrix and loads go apart: what the elimination leaves of the matrix serves any load.
+The matrix is factorised apart from the loads, so that its factor serves any load.
 """
 
 from __future__ import annotations
@@ -30,22 +30,23 @@ Wanted = Sequence[bool]
 
 @dataclass
 class PartialFactorisation:
-    """Both stages and what turns the first into the second.
+    """Both stages of an elimination, and the substitution that leads from the first to the second.
 
     Attributes
     ----------
     orders
-        Elimination order of both stages.
+        Orders of elimination of both stages.
     inner, outer
-        The unknowns in the nodes' axes, and the joint-relative ones.
+        The first stage, of unknowns in the nodes' axes, and the second, of joint-relative unknowns.
     rows, springs, rhs_parameters
-        Displacements of nodes on joints, the springs on them, and the right-hand-side parameters.
+        Rows of the displacements of nodes on joints, rows and stiffnesses of joint springs, and right-hand-side
+        parameters.
     masks
-        Batch axes over which rows and springs vary.
+        Masks of rows and springs.
     imposed
-        Load of known displacements on the second stage.
+        Load of prescribed displacements and offsets on the second stage.
     complete
-        Of both stages, whether all of the matrix that was come by could be done.
+        For both stages, whether all matrix operations so far were wanted, and none was left to the chunks.
     """
 
     orders: tuple[Order, Order]
@@ -69,7 +70,7 @@ class PartialFactorisation:
         masks: Masks,
         wanted: Wanted,
     ) -> PartialFactorisation:
-        """Both stages of what is `assembled`, eliminated and loaded as far as what varies so is `wanted`."""
+        """The `assembled` equations, eliminated and loaded as far as the masks of results are `wanted`."""
         stage = assembled.copy()
         out = cls(orders, stage, Stage(), rows, springs, rhs_parameters, masks)
         out.factorise(wanted, given=True)
@@ -79,7 +80,7 @@ class PartialFactorisation:
     # -- results ----------------------------------------------------------------------------------------------------
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows`, by back substitution of what they ask for."""
+        """Values of rows, by back substitution of the unknowns that they need."""
         inner, outer = self.orders
         asked = {k for row in rows for k in row if k >= 0}
         inside = closure(inner, asked & set(inner.below))
@@ -93,7 +94,7 @@ class PartialFactorisation:
         return combine_each(rows, known)
 
     def carried(self, row: Row) -> Row:
-        """`row` over the unknowns that are not eliminated yet and the right-hand-side parameters."""
+        """`row` expressed in the unknowns that are not eliminated yet and the right-hand-side parameters."""
         inner, outer = self.orders
         at_ends = carried(inner, row, self.inner)
         out: Row = {}
@@ -101,23 +102,23 @@ class PartialFactorisation:
             add_row(out, self.rows[k] if k not in row and k in self.rows else {k: 1.0}, factor)
         return carried(outer, out, self.outer)
 
-    # -- what is kept of it -------------------------------------------------------------------------------------------
+    # -- numbers that are kept ----------------------------------------------------------------------------------------
 
     @property
     def pivot_ratios(self) -> list[Value]:
-        """Least pivot ratios found, by mask, in what was done on the way."""
+        """Least pivot ratios of the steps so far, one for each stage and mask."""
         return [value for stage in (self.inner, self.outer) for value in stage.pivot_ratio.values()]
 
     @property
     def least(self) -> Value:
-        """The least of them."""
+        """The least of the pivot ratios."""
         least: Value = np.inf
         for value in self.pivot_ratios:
             least = np.minimum(least, value)
         return least
 
     def mapped(self, change: Callable[[Value], Value]) -> PartialFactorisation:
-        """What later reads and other loads need, with `change` applied to every number."""
+        """A copy of what later results and other loads need, with `change` applied to every number."""
         return replace(
             self,
             inner=self.inner.mapped(change),
@@ -129,7 +130,7 @@ class PartialFactorisation:
         )
 
     def anew(self, take: Callable[[Value], Value]) -> PartialFactorisation:
-        """What is done so far, with what stands for each number, to go on from."""
+        """A copy of the state so far, with `take` applied to every number, on which the elimination can continue."""
         inner, outer = self.inner.mapped(take), self.outer.mapped(take)
         rows = {a: mapped_row(row, take) for a, row in self.rows.items()}
         springs = [(mapped_row(row, take), take(stiffness)) for row, stiffness in self.springs]
@@ -138,7 +139,7 @@ class PartialFactorisation:
 
     @property
     def terms(self) -> list[Term]:
-        """All terms in that, each once, where it was recorded."""
+        """All terms of a recording among the numbers of `mapped`, each once."""
         found: dict[int, Term] = {}
 
         def note(value: Value) -> Value:
@@ -152,7 +153,7 @@ class PartialFactorisation:
     # -- the matrix -------------------------------------------------------------------------------------------------
 
     def factorise(self, wanted: Wanted, *, given: bool) -> None:
-        """Eliminate as far as what varies so is `wanted`; springs as they were given are added where `given`."""
+        """Eliminate as far as masks are `wanted`; the constant stiffness of joint springs is added only if `given`."""
         inner, outer = self.orders
         self.inner.eliminate(inner, wanted)
         self._substitute(wanted)
@@ -161,27 +162,27 @@ class PartialFactorisation:
         self.complete = self.inner.complete, self.outer.complete
 
     def forget(self) -> None:
-        """Let go what only the elimination needed."""
+        """Drop the numbers that only the elimination needed."""
         self.inner.matrix, self.inner.scale, self.outer.matrix, self.outer.scale = {}, {}, {}, {}
 
     def _substitute(self, wanted: Wanted) -> None:
-        """Add T^T K T, - T^T K G and the diagonal's scale to the second stage."""
+        """Add ``T^T K T``, ``-T^T K G`` and the scale of the diagonal to the second stage."""
         inner, outer, rows = self.inner, self.outer, self._factors
         outer.complete &= add_congruence(outer.matrix, self.imposed, inner.matrix, rows, wanted)
         outer.complete &= add_squares(outer.scale, inner.scale, rows, wanted)
 
     @property
     def _factors(self) -> dict[int, Factors]:
-        """The rows, each factor with the axes over which it varies."""
+        """The rows, each factor with its mask."""
         masks = self.masks.rows
         return {a: [(k, factor, masks[a][k]) for k, factor in row.items()] for a, row in self.rows.items()}
 
     def _add_springs(self, wanted: Wanted, *, given: bool) -> None:
-        """Add k r r^T and -k r times the known part of every spring to the second stage."""
+        """Add ``k r r^T``, and ``-k r`` times its part in right-hand-side parameters, of every spring to stage two."""
         outer = self.outer
         for (row, stiffness), (masks, mask) in zip(self.springs, self.masks.springs, strict=True):
             factors, part = [(k, factor, masks[k]) for k, factor in row.items()], (mask, stiffness)
-            # A stiffness as it was given is added whole, whatever its size: that costs nothing.
+            # A term that is the given stiffness itself is added at once, whatever its size: that costs nothing.
             outer.complete &= add_dyad(
                 outer.matrix, self.imposed, part, factors, factors, wanted, given=given, scale=outer.scale
             )
@@ -189,7 +190,7 @@ class PartialFactorisation:
     # -- the loads --------------------------------------------------------------------------------------------------
 
     def load(self, wanted: Wanted) -> None:
-        """Carry the loads through what has been eliminated, as far as what varies so is `wanted`."""
+        """Forward substitution of the loads, as far as the masks of results are `wanted`."""
         inner, outer = self.orders
         self.inner.forward(inner, wanted)
         for i, by_source in self.imposed.items():
@@ -199,7 +200,7 @@ class PartialFactorisation:
         self.outer.forward(outer, wanted)
 
     def loaded(self, inner: Forces, outer: Forces, rhs_parameters: list[Value]) -> PartialFactorisation:
-        """The same elimination under other loads, which are yet to be carried through."""
+        """The same factorisation with other loads, whose forward substitution is still to be done."""
         before, after = self.complete
         return replace(
             self,

@@ -1,4 +1,4 @@
-"""What depends on the description alone: numbers, joint coordinates, connected components, elimination orders."""
+"""The plan of a frame: numbering, joint-relative coordinates, connected components and orders of elimination."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ from .one_entry import EntryLoads
 from .stage import Forces
 from .unloaded import Chained, Former, Unloaded
 
-# Sets of chains, which differ by the nodes that loads are on, of which plans of one frame share the stiffness.
+# Number of sets of condensed chains that are kept; they differ by the nodes that have loads.
 _CHAINED = 2
 
 
 class Plan:
-    """A frame compiled: which unknowns there are, how they are coupled, which of them a load can reach.
+    """The unknowns of a frame, how they are coupled, and which of them loads reach.
 
     Parameters
     ----------
     frame
         The description.
     cut
-        Whether members are cut into their segments: for inertia and buckling, not for statics.
+        Whether members are divided into their segments: for inertia and buckling, not for statics.
     method
-        The way in which it is to be solved, see `linkframe.framework.solvers.method`; the plan chooses where None.
+        Name of the method, see `linkframe.framework.solvers.method`; None chooses by expected time.
     former
-        What is known of a frame whose members, not cut, connect the same nodes, if anything.
+        What is known of an earlier frame whose members, not divided, connect the same nodes; None for nothing.
     """
 
     def __init__(
@@ -63,25 +63,24 @@ class Plan:
 
     def _of(self, frame: Description, unloaded: Unloaded, times: dict[str, float], *, again: bool) -> None:
         self.frame, self.unloaded, self.times, self.again = frame, unloaded, times, again
-        # what is found of the members on the way is found once for the first loads and all others
+        # properties of members are computed once, for the first loads and all others
         self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
         self.rhs_parameters = unloaded.rhs_parameters.copy()
         self._blocks: dict[int, Block] = {}
-        # Number of the only part of the frame that counts as loaded; None where all do that loads reach.
+        # Number of the only part of the frame that counts as loaded; None where all loaded parts do.
         self._island: int | None = None
-        # Unknowns that count as loaded whether or not they are.
+        # Unknowns that count as loaded whether or not loads reach them.
         self.asked_unknowns: frozenset[int] = frozenset()
 
     def reloaded(self, frame: Description) -> Plan:
-        """The plan of a frame that differs from this one in its loads alone: numbers, matrix and orders are shared."""
+        """The plan of a frame that differs in its loads alone: numbering, matrix and orders are shared."""
         clone = object.__new__(Plan)
         clone._chained = self._chained
         clone._of(frame, self.unloaded, {}, again=self.again or "solution" in self.times)
         return clone
 
     def under(self, frame: Description, grid: Grid, rhs_parameters: RightHandSideParameters) -> Plan:
-        """This plan, its stiffness constant, for loads of another batch: a frame, and the right-hand-side parameters
-        with it."""
+        """This plan, whose stiffness is constant, with the loads of a frame of another batch shape."""
         unloaded = copy.copy(self.unloaded)
         unloaded.grid, unloaded.rhs_parameters = grid, rhs_parameters
         clone = object.__new__(Plan)
@@ -91,13 +90,13 @@ class Plan:
         return clone
 
     def _exciting(self, components: set[int]) -> Plan:
-        """This plan with `components` for those that are loaded."""
+        """This plan with other `components` counting as loaded."""
         clone = copy.copy(self)
         clone.excited, clone.entry = components, None
         return clone
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> Plan:
-        """This plan with other numbers, such as terms of a recording, in place of its own."""
+        """This plan with other numbers, such as terms of a recording, for joint tree, stiffness and loads."""
         unloaded = copy.copy(self.unloaded)
         unloaded.tree = tree
         chained = Chained(unloaded, [])
@@ -110,7 +109,7 @@ class Plan:
 
     @cached_property
     def entry(self) -> EntrySolution | None:
-        """The solution of a frame of one entry by what was written down for its topology; None where nothing was."""
+        """The solution of a frame with a single batch entry by the program of its topology; None if there is none."""
         begin, numbers = perf_counter(), self.unloaded.entry
         if numbers is None:
             return None
@@ -121,7 +120,7 @@ class Plan:
 
     @property
     def known_entry(self) -> EntrySolution | None:
-        """`entry`, once that has been asked for."""
+        """`entry` if it has been computed already, else None."""
         known: EntrySolution | None = vars(self).get("entry")
         return known
 
@@ -129,17 +128,17 @@ class Plan:
 
     @property
     def asked(self) -> str | None:
-        """The method that was asked for."""
+        """Name of the method that the user asked for; None for none."""
         return self.unloaded.asked
 
     @property
     def grid(self) -> Grid:
-        """The batch."""
+        """Shape of the batch, and its size for each mask."""
         return self.unloaded.grid
 
     @property
     def tree(self) -> JointTree:
-        """What each node's displacement is made of."""
+        """The joint tree, which expresses each node's displacement in joint-relative coordinates."""
         return self.unloaded.tree
 
     @property
@@ -149,22 +148,22 @@ class Plan:
 
     @property
     def imposed(self) -> list[Value]:
-        """The number one, and known displacements and offsets that vary."""
+        """The right-hand-side parameters without loads: one, and varying prescribed displacements and offsets."""
         return self.rhs_parameters.values[: len(self.unloaded.rhs_parameters.values)]
 
     @property
     def large(self) -> bool:
-        """Whether this is one large frame, whose stiffness does not vary over the batch: a sparse way is faster."""
+        """Whether this is a large frame of constant stiffness, for which sparse methods are faster."""
         return len(self.unknowns) > LARGE and self.constant
 
     @property
     def graph(self) -> Graph:
-        """Nodes and their coupling, for the sparse ways."""
+        """Graph of the nodes and their coupling, for the sparse methods."""
         return self.unloaded.graph
 
     @cached_property
     def coupling(self) -> Coupling:
-        """What the equations are sums of, for batches of matrices."""
+        """Coupling of the unknowns by members and springs, for the method with one banded matrix for each entry."""
         if (rough := self.__dict__.get("rough_coupling")) is not None and rough.exact:
             return cast(Coupling, rough)
         with timed(self.times, "pattern"):
@@ -172,13 +171,13 @@ class Plan:
 
     @cached_property
     def rough_coupling(self) -> Coupling:
-        """The same as the first entry of the batch tells it, for an estimate."""
+        """`coupling` as found from the first batch entry alone, to estimate costs."""
         with timed(self.times, "pattern"):
             return Coupling(self, everywhere=False)
 
     @cached_property
     def method(self) -> Method:
-        """The way in which this plan is solved, and why."""
+        """The method by which this plan is solved, and why."""
         if self.known_entry is not None:
             return self.known_entry.method
         return choose(self, self.asked)
@@ -190,12 +189,12 @@ class Plan:
 
     @property
     def connected_components(self) -> Index:
-        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        """Number of the connected part of the frame for each node, (nodes,); supports do not connect."""
         return self.unloaded.connected_components
 
     @cached_property
     def varying(self) -> Varying:
-        """Members whose stiffness is left to the chunks."""
+        """Members whose stiffness varies so much that each chunk assembles it."""
         with timed(self.times, "pattern"):
             return self.unloaded.varying
 
@@ -203,31 +202,31 @@ class Plan:
 
     @cached_property
     def chained(self) -> Chained:
-        """The stiffness, with members in line condensed that no load is on."""
+        """The stiffness with unloaded chains of members condensed."""
         found = self.chains
         key = tuple(tuple(part) for chain in found for part in chain)
         return self._chained.found(key, lambda: Chained(self.unloaded, found))
 
     @cached_property
     def chains(self) -> list[Chain]:
-        """Members in line, between nodes that nothing but these is on; to find them nothing is condensed yet."""
+        """Chains of members whose inner nodes carry nothing else, to be condensed."""
         return chains(self.topology, self.tree.rows.keys() | loaded(self.topology))
 
     @property
     def condensed(self) -> Condensation:
-        """Chains of members as one stiffness each."""
+        """The condensed chains of members."""
         return self.chained.condensed
 
     @cached_property
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
-        self.varying  # noqa: B018  # which has a time of its own
+        self.varying  # noqa: B018  # which is timed separately
         with timed(self.times, "assembly"):
             return self.chained.matrix
 
     @property
     def component(self) -> dict[int, int]:
-        """Connected component of every unknown, named by one of its unknowns."""
+        """Connected component of every unknown, identified by one of its unknowns."""
         return self.chained.component if self.known_entry is None else self.known_entry.component
 
     # -- loaded -----------------------------------------------------------------------------------------------------
@@ -240,7 +239,7 @@ class Plan:
 
     @cached_property
     def excited(self) -> set[int]:
-        """Components that a load, an offset or a prescribed displacement reaches."""
+        """Components that a load, an offset or a prescribed displacement acts on."""
         if self.known_entry is not None:
             return set(self.known_entry.excited)
         pushed = set(self.forces)
@@ -257,20 +256,20 @@ class Plan:
         )
 
     def part(self, node: int) -> Plan:
-        """The plan of that part of the frame alone which a node is in, where loads reach others as well."""
+        """The plan in which only the part of the frame that contains a node counts as loaded."""
         clone = copy.copy(self)
         clone.__dict__.pop("excited", None)
         clone._island = int(self.connected_components[node])
         return clone
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:
-        """This plan where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        """The plan in which the components of these unknowns count as loaded, too; itself where they do already."""
         asked = set(unknowns)
         inside = self.excited | {self.component[k] for k in asked}
         return self if len(inside) == len(self.excited) else self._exciting(inside).asking(asked)
 
     def asking(self, unknowns: Iterable[int]) -> Plan:
-        """This plan, of which it is told that these unknowns count as loaded whether or not they are."""
+        """The plan with these unknowns recorded in `asked_unknowns`, as counting as loaded whether or not they are."""
         clone = copy.copy(self)
         clone.asked_unknowns = self.asked_unknowns.union(unknowns)
         return clone
@@ -281,11 +280,11 @@ class Plan:
 
     @property
     def components(self) -> set[int]:
-        """Names of all components."""
+        """All components, each identified by one of its unknowns."""
         return set(self.chained.members)
 
     def block(self, component: int) -> Block:
-        """A component assembled, with its elimination orders."""
+        """The assembled equations of a component, with its orders of elimination."""
         if component not in self._blocks:
             with timed(self.times, "elimination order"):
                 bare, own = self.chained.block(component)
@@ -294,6 +293,6 @@ class Plan:
         return self._blocks[component]
 
     def _coupled(self, dof: int) -> list[int]:
-        """Unknowns in a nodal displacement."""
+        """Unknowns on which a nodal displacement depends."""
         node, k = divmod(dof, 6)
         return unknowns(self.tree.row(node, k))

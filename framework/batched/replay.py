@@ -1,8 +1,8 @@
-"""The elimination of one batch entry, recorded once for all frames of a topology.
+"""The elimination of a single batch entry, recorded once for all frames of a topology and replayed for the later ones.
 
-A single entry is worked on number by number, most of the time being spent on finding which. One of the first frames of
-a topology writes the operations down, the later ones carry out the list: the same operations in the same order, and so
-the same bits.
+With single numbers most of the time goes into finding which numbers to combine. One of the first frames of a topology
+records the operations, and later ones run the list: the same operations in the same order, so that results are the same
+to the last bit.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from .order import Masks, Order, Springs
 from .partial_factorisation import PartialFactorisation
 from .stage import Forces, Stage, mapped_forces
 
-# What is done, and the places of the two numbers that it is done with.
+# An operation and the places of its two operands.
 Operations = tuple[Callable[[Any, Any], Any], int, int]
 
-# Operations up to which a list is worth its memory.
+# Largest number of operations for which a list is recorded, by its memory.
 MOST = 20_000
-# Frames of a topology that are worked on before the list is written, which takes as long as some twenty of them.
+# The list is recorded after this many eliminations of a topology, since recording takes as long as some twenty of them.
 _FEW = 3
 
 
 def operations(orders: tuple[Order, Order]) -> int:
-    """Operations of both stages of an elimination, about."""
+    """Approximate number of operations of both stages of an elimination."""
     return sum(len(order.below[k]) * (len(order.below[k]) + 2) for order in orders for k in order.pivots)
 
 
 class RecordedElimination:
-    """The numbers of a component that go into its elimination, and where each stands.
+    """The numbers of a component that enter its elimination, with the key by which the recorded list is found.
 
     Parameters
     ----------
@@ -60,14 +60,14 @@ class RecordedElimination:
         self.rows, self.springs = rows, springs
 
     def carried_out(self, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
-        """Both stages, eliminated and loaded.
+        """Both stages, eliminated and loaded; by a recorded list from the fourth frame of a topology on.
 
         Parameters
         ----------
         masks
-            Axes over which substitution and springs vary: none.
+            Masks of substitution and springs, all zero.
         rhs_parameters
-            The right-hand-side parameters.
+            Values of the right-hand-side parameters.
         """
         count = operations(self.orders)
         if count > MOST:
@@ -76,12 +76,12 @@ class RecordedElimination:
         return recorded.replayed(self, masks, rhs_parameters)
 
     def plainly(self, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
-        """Both stages, operation by operation."""
+        """Both stages, eliminated and loaded without a list."""
         stage = Stage(self.matrix, self.forces, self.scale)
         return PartialFactorisation.begun(self.orders, stage, self.rows, self.springs, rhs_parameters, masks, [True])
 
     def _key(self) -> tuple[object, ...]:
-        """What is where, without the numbers but those that are one in all frames."""
+        """Key of the list: which entries exist, and which factors are 1 or -1."""
         return (
             tuple((i, tuple(row)) for i, row in self.matrix.items()),
             tuple(bool(parts) for row in self.matrix.values() for parts in row.values()),
@@ -93,7 +93,7 @@ class RecordedElimination:
         )
 
     def numbers(self) -> Iterator[Value]:
-        """All numbers in turn, but those that are one."""
+        """All numbers in order, except factors 1 and -1."""
         for i, row in self.matrix.items():
             for j, parts in row.items():
                 if j >= i:
@@ -110,7 +110,7 @@ class RecordedElimination:
             yield stiffness
 
     def mapped(self, change: Callable[[Value], Value]) -> RecordedElimination:
-        """The same with `change` applied to each of the numbers, in turn."""
+        """A copy with `change` applied to each of the `numbers`, in order."""
         matrix: Matrix = {i: {} for i in self.matrix}
         for i, row in self.matrix.items():
             for j, parts in row.items():
@@ -124,14 +124,14 @@ class RecordedElimination:
 
 
 class _Recorded:
-    """The list of operations of one topology, once there is one."""
+    """A topology in the cache: how often it was eliminated, and its list of operations once there is one."""
 
     def __init__(self) -> None:
         self.met = 0
         self.made: tuple[list[Operations], list[Value], PartialFactorisation] | None = None
 
     def replayed(self, given: RecordedElimination, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
-        """Both stages of a component: as ever the first few times, from the list the later ones."""
+        """Both stages of a component: without a list the first few times, later by the list."""
         self.met += 1
         if self.met <= _FEW:
             return given.plainly(masks, rhs_parameters)
@@ -172,11 +172,11 @@ class _Recorded:
         progress.outer.mapped_steps(note)
         mapped_forces(progress.imposed, note)
         program, places = recording.program(found)
-        # values are numbered anew: what is given, as given, then constants, then steps
+        # new numbering: given numbers in their order, then constants, then steps
         count = len(recording.given)
         old = dict(enumerate(places))
         old |= {k: count + k - program.given for k in range(program.given, len(program.masks))}
-        own = [_scalar(value) for value in recording.given if value is not None]  # of the operations, such as two
+        own = [_scalar(value) for value in recording.given if value is not None]  # constants in formulas, such as 2.0
         constants = own + [np.float64(constant) for constant in program.constants]
         steps = [(_OPERATIONS[s.operation], old[s.a], old[s.b] if s.b >= 0 else old[s.a]) for s in program.steps]
         numbers = {term.number: old[new] for term, new in zip(found, program.outputs, strict=True)}
@@ -207,7 +207,7 @@ def _row(row: Row, change: Callable[[Value], Value]) -> Row:
 
 
 def _unit(value: Value) -> float:
-    """1.0 and -1.0, which no operation need be spent on; 0.0 for all else."""
+    """The value if it is 1.0 or -1.0, factors that need no multiplication; else 0.0."""
     return value if isinstance(value, float) and value in (1.0, -1.0) else 0.0
 
 
@@ -216,7 +216,7 @@ def _scalar(value: Value) -> Value:
 
 
 def _divided(a: Any, b: Any) -> Any:
-    """a / b; of an exact zero inf, as `reciprocal` has it."""
+    """a / b; inf where b is exactly zero, as in `reciprocal`."""
     return np.inf if is_zero(b) else a / b
 
 

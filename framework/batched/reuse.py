@@ -1,12 +1,14 @@
-"""What of a description a plan depends on, its loads apart: where that is the same, the plan is taken up again, and
-where members alone are, what is known of these."""
+"""Differences between two descriptions, loads apart, which decide what of an earlier plan can be reused.
+
+If there are none the plan is reused; if members are the same, what is known of the members.
+"""
 
 from __future__ import annotations
 
 from ..cache import alike
 from ..description import Description
 
-# What nodes and members, and the stiffness of these, are made of; and what holds nodes to each other and to the ground.
+# Fields on which numbering and member stiffness depend; and those that connect nodes with each other and the ground.
 _MEMBERS = frozenset({"nodes", "members", "bodies"})
 _LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
 _PARTS = _MEMBERS | _LINKS | {"masses", "size"}
@@ -14,7 +16,7 @@ _NOT_NODES, _NOT_ELEMENTS = _MEMBERS - {"nodes"}, _MEMBERS - {"members"}
 
 
 class Differences:
-    """What two descriptions differ in, their loads apart.
+    """The fields in which two descriptions differ, loads apart.
 
     Parameters
     ----------
@@ -28,22 +30,22 @@ class Differences:
             self._parts = set(_PARTS)
             return
         each = [(part, getattr(one, part), getattr(other, part)) for part in _PARTS]
-        # what is one object, and of what there is nothing, takes no look inside
+        # identical objects and empty ones need no comparison
         self._parts = {part for part, a, b in each if a is not b and (a or b) and not alike(a, b)}
 
     @property
     def none(self) -> bool:
-        """Whether there are none: the same parts by name, the same numbers held."""
+        """Whether there are no differences: the same names and the same elements and arrays."""
         return not self._parts
 
     @property
     def members(self) -> bool:
-        """Whether members are others, or between other places."""
+        """Whether members, or the positions of nodes, differ."""
         return not self._parts.isdisjoint(_MEMBERS)
 
     @property
     def connections(self) -> bool:
-        """Whether members are others, or between other nodes, wherever these lie."""
+        """Whether members differ in elements or nodes, or nodes in names or bodies; positions may differ."""
         one, other = self.one.nodes, self.other.nodes
         return (
             not self._parts.isdisjoint(_NOT_NODES)
@@ -53,7 +55,7 @@ class Differences:
 
     @property
     def elements(self) -> bool:
-        """Whether members are others between the same nodes, and nothing else of nodes and bodies is."""
+        """Whether only the elements of members differ: nodes, bodies and connections are the same."""
         one, other = self.one.members, self.other.members
         return (
             "members" in self._parts
@@ -64,6 +66,6 @@ class Differences:
 
     @property
     def links(self) -> bool:
-        """Whether joints, ties, supports or bodies have other numbers, as what is rigid has where its nodes move."""
+        """Whether joints, ties, supports, offsets or bodies differ, or the arms of rigid links."""
         rigid = "nodes" in self._parts and any(tie.rigid for tie in self.one.ties)
         return rigid or not self._parts.isdisjoint(_LINKS)

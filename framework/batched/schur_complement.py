@@ -1,7 +1,7 @@
-"""The last unknowns of an elimination, those that vary over most of the batch, as a program.
+"""The trailing unknowns of an elimination, those that vary over most of the batch, and their solution as a program.
 
-Loads and results, which are sums over right-hand-side parameters and unknowns with factors that mostly vary less than
-these, are matrix products.
+Loads and results are sums over right-hand-side parameters and unknowns, with factors that mostly vary over fewer axes,
+so that they are computed as matrix products.
 """
 
 from __future__ import annotations
@@ -15,35 +15,37 @@ from ..structure.parts import Grid, Parts, Row, Value, entry, is_zero, total
 from .order import Order
 from .stage import Stage, backward
 
-# A coupling smaller than this share of the two diagonal entries is less than the rounding of what it came from, in
-# extended precision. There are such: forces in a statically determinate linkage do not depend on its springs.
+# A coupling below this share of the geometric mean of its two diagonal entries is less than the rounding, in extended
+# precision, of the terms that it came from. Such couplings occur: the forces in a statically determinate linkage do not
+# depend on its springs.
 _NOTHING = 2.0**-60
-# Least ratio of pivots to their scale from which on nothing needs to be watched.
+# Where pivot ratios are proved to stay above this, they need not be computed.
 _SOUND = 1e-6
 
 
 @dataclass(frozen=True)
 class TrailingSchurComplement:
-    """What is left of a stage when all that many entries share is done, in double precision.
+    """The Schur complement that remains when all shared steps are done, in double precision.
 
     Attributes
     ----------
     grid
-        The batch.
+        Shape of the batch, and its size for each mask.
     pivots
-        The unknowns in order.
+        The remaining unknowns in order of elimination.
     matrix
-        Parts of the entries by place: of each row the diagonal and what is above it, room for the fill included.
+        For each row the parts of the diagonal entry and of the entries after it, by place in `pivots`, with empty
+        entries for the fill.
     scale
-        Parts of the stiffness whose rounding the diagonal carries.
+        Parts of the scale of each diagonal entry.
     pivot_ratio
-        What no ratio of a pivot to its scale falls below; 0.0 where that is not known beforehand.
+        Lower bound on all pivot ratios; 0.0 where none above `_SOUND` can be proved beforehand.
     loads
-        Loads on the unknowns, over the right-hand-side parameters.
+        Load on each unknown as a row over the right-hand-side parameters.
     rhs_parameters
-        The right-hand-side parameters.
+        Values of the right-hand-side parameters.
     negligible
-        Number of couplings left out because they are less than rounding.
+        Number of couplings that are neglected because they are below rounding.
     """
 
     grid: Grid
@@ -59,7 +61,7 @@ class TrailingSchurComplement:
     def of(
         cls, stage: Stage, pivots: list[int], rhs_parameters: list[Value], grid: Grid, done: set[int]
     ) -> TrailingSchurComplement:
-        """What `stage` leaves of `pivots` after steps that vary over the masks `done`."""
+        """The part of `stage` in the unknowns `pivots`, after steps with the masks `done`."""
         matrix = _upper(stage, pivots)
         left = set(pivots)
         coupled = sum(len(left & stage.matrix.get(k, {}).keys() - {k}) for k in pivots) // 2
@@ -72,7 +74,7 @@ class TrailingSchurComplement:
         return cls(grid, pivots, matrix, scale, pivot_ratio, loads, [double(v) for v in rhs_parameters], negligible)
 
     def recorded(self, recording: Arithmetic) -> Recorded:
-        """Elimination and substitution, all of it over the whole batch."""
+        """Record elimination and substitution, of numbers that vary over the whole batch."""
         grid, size = self.grid, len(self.pivots)
         every = len(grid.sizes) - 1
         known = {-1 - s: recording.take(value) for s, value in enumerate(self.rhs_parameters)}
@@ -96,14 +98,14 @@ class TrailingSchurComplement:
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a recording has made.
+    """Recorded results of the elimination.
 
     Attributes
     ----------
     numbers
-        The unknowns and the right-hand-side parameters.
+        Values of the unknowns, and of right-hand-side parameter s under -1 - s.
     pivot_ratio
-        Least ratio of a pivot to its scale, None where that is known beforehand.
+        Least pivot ratio; None where a bound is known beforehand.
     """
 
     numbers: dict[int, Value]
@@ -111,12 +113,12 @@ class Recorded:
 
 
 def _whole(recording: Arithmetic, every: int, parts: Parts) -> Parts:
-    """A sum of parts as one number, which will vary over the whole batch."""
+    """A sum of parts as a single part that varies over the whole batch."""
     return {every: total({mask: recording.take(value) for mask, value in parts.items()})[1]} if parts else {}
 
 
 def _upper(stage: Stage, pivots: list[int]) -> list[dict[int, Parts]]:
-    """Rows of the matrix from the diagonal on, without the couplings that are nothing."""
+    """Rows of the matrix from the diagonal on, without negligible couplings."""
     place = {k: a for a, k in enumerate(pivots)}
     least = {k: sum(float(np.min(v)) for v in stage.matrix.get(k, {}).get(k, {}).values()) for k in pivots}
     out: list[dict[int, Parts]] = []
@@ -136,17 +138,17 @@ def _negligible(parts: Parts, first: float, second: float) -> bool:
 
 
 def _pivot_ratio(stage: Stage, pivots: list[int], done: set[int]) -> float:
-    """Least ratio of a pivot d to its scale s, from below; 0.0 where it may be less than `_SOUND`.
+    """Lower bound on the ratio of a pivot d to its scale s; 0.0 where it may be less than `_SOUND`.
 
-    On the diagonal stand springs D, coupled with nothing, and the rest A, which is positive semidefinite as a whole. So
-    ``d_i >= D_i``, the pivots before take ``sum l_ik^2 d_k <= A_ii`` from it, and with ``s_i = w_i + sum l_ik^2 s_k``
-    every ``s_i / d_i <= (w_i + A_ii max_k<i s_k / d_k) / D_i``.
+    The matrix is the sum of a diagonal matrix of springs D and a positive semidefinite matrix A. So ``d_i >= D_i``, the
+    earlier pivots reduce the diagonal by ``sum l_ik^2 d_k <= A_ii``, and with ``s_i = w_i + sum l_ik^2 s_k`` it follows
+    that ``s_i / d_i <= (w_i + A_ii max_k<i s_k / d_k) / D_i``.
     """
     worst = 1.0
     for k in pivots:
         row = stage.matrix.get(k, {})
         diagonal, others = row.get(k, {}), {mask for j, parts in row.items() if j != k for mask in parts} | done
-        # A part of the diagonal that varies as no coupling, no step and no other part does.
+        # springs: parts of the diagonal with a mask that no coupling, no step and no other part covers
         alone = {m for m in diagonal if not any(m & other == m for other in others | diagonal.keys() - {m})}
         springs = sum(float(np.min(diagonal[mask])) for mask in alone)
         rest = sum(float(np.max(np.abs(value))) for mask, value in diagonal.items() if mask not in alone)
@@ -158,7 +160,7 @@ def _pivot_ratio(stage: Stage, pivots: list[int], done: set[int]) -> float:
 
 
 def _fill(matrix: list[dict[int, Parts]]) -> None:
-    """Make room for what the elimination adds."""
+    """Add empty entries for the fill of the elimination."""
     for k, row in enumerate(matrix):
         after = sorted(row.keys() - {k})
         for a, i in enumerate(after):

@@ -1,7 +1,7 @@
-"""One elimination with broadcasting: numbers of a matrix and its loads, each at its own batch shape.
+"""LDL^T with broadcasting: every entry of the matrix and of the loads has a batch shape of its own.
 
-The recurrence is that of `framework.ldl`, of entries that are sums of terms over different axes of the batch: it joins
-these as they meet, and keeps account of rounding and of what the results asked for need.
+The recurrence is that of `framework.ldl`, for entries that are sums of parts over different batch axes. It also tracks
+the scale of each diagonal entry, and eliminates only the steps that are wanted.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ..structure.parts import (
 )
 from .order import Order
 
-# A pivot below this share of the stiffness whose rounding it carries raises suspicion.
+# A pivot ratio below this suggests a singular matrix, which is then examined more closely.
 SUSPECT = 1e-11
 
 Forces = Loads
@@ -34,7 +34,7 @@ Forces = Loads
 
 @dataclass(frozen=True)
 class Pivot:
-    """One step of LDL^T: the batch axes it varies over, the reciprocal pivot, the column below it."""
+    """One step of LDL^T: its mask, the inverse pivot, and the column of L by unknown."""
 
     mask: int
     inverse: Value
@@ -43,23 +43,23 @@ class Pivot:
 
 @dataclass
 class Stage:
-    """Symmetric system on its way through elimination.
+    """A symmetric system of equations in the course of its elimination.
 
     Attributes
     ----------
     matrix
-        Parts of its entries.
+        Parts of the entries that are not yet eliminated.
     forces
-        By unknown and source: parts of the load for a unit of that source. That of an eliminated unknown waits there
-        for the back substitution.
+        By unknown and right-hand-side parameter: parts of the load per unit of that parameter. The load of an
+        eliminated unknown stays here for the back substitution.
     scale
-        Parts of the stiffness whose rounding the diagonal carries: as assembled, growing with the elimination.
+        Parts of the scale of each diagonal entry: the assembled diagonal, growing with the elimination.
     pivots
-        Steps done.
+        Steps that are done, by unknown.
     pivot_ratio
-        Least ratio of pivot to scale, by mask: zero to rounding where the matrix is singular.
+        Least pivot ratio by mask: zero to rounding where the matrix is singular.
     complete
-        Whether all that was come by could be done, and nothing was left to the chunks.
+        Whether all operations so far were wanted, and none was left to the chunks.
     """
 
     matrix: Matrix = field(default_factory=dict)
@@ -70,17 +70,17 @@ class Stage:
     complete: bool = True
 
     def put(self, i: int, j: int, mask: int, value: Value) -> None:
-        """Add a term of the stiffness, whose rounding the diagonal carries."""
+        """Add a part to the entry (i, j), and to the scale if it is on the diagonal."""
         enter(self.matrix, i, j, mask, value)
         if i == j:
             add(self.scale.setdefault(i, {}), mask, value)
 
     def force(self, i: int, source: int) -> Parts:
-        """Parts of the load on i for a unit of a source, made where there are none."""
+        """Parts of the load on unknown i per unit of a right-hand-side parameter, created if missing."""
         return self.forces.setdefault(i, {}).setdefault(source, {})
 
     def copy(self) -> Stage:
-        """A copy, in which no pivot ratio has been noted."""
+        """A copy without the pivot ratios."""
         new = Stage(forces={i: {s: dict(parts) for s, parts in by.items()} for i, by in self.forces.items()})
         for i, row in self.matrix.items():
             for j, parts in row.items():
@@ -91,7 +91,7 @@ class Stage:
         return new
 
     def mapped(self, change: Callable[[Value], Value]) -> Stage:
-        """A copy with `change` applied to every number, in which no pivot ratio has been noted."""
+        """A copy with `change` applied to every number, without the pivot ratios."""
         copy = Stage()
         for i, row in self.matrix.items():
             for j, parts in row.items():
@@ -104,7 +104,7 @@ class Stage:
         return copy
 
     def mapped_steps(self, change: Callable[[Value], Value]) -> Stage:
-        """Steps, loads and pivot ratios alone, with `change` applied to every number."""
+        """A copy of steps, loads and pivot ratios alone, with `change` applied to every number."""
         pivot_ratio = {mask: change(value) for mask, value in self.pivot_ratio.items()}
         forces, pivots = mapped_forces(self.forces, change), self._mapped_pivots(change)
         return Stage(forces=forces, pivots=pivots, pivot_ratio=pivot_ratio, complete=self.complete)
@@ -116,7 +116,7 @@ class Stage:
         }
 
     def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
-        """Do the steps of `order` whose mask is `wanted`."""
+        """Carry out the steps of `order` whose mask is `wanted`."""
         for k in order.pivots:
             if wanted[order.masks[k]]:
                 self._step(k, order.below[k], order.masks[k])
@@ -142,16 +142,16 @@ class Stage:
         self.pivots[k] = Pivot(mask, inverse, lower)
 
     def _judge(self, mask: int, carried: Value) -> None:
-        """Note a pivot in units of the stiffness whose rounding it carries, which is `carried` in units of the pivot.
+        """Update the least pivot ratio, where `carried` is the scale over the pivot.
 
-        With the unknowns before it relaxed, unit motion of an unknown is a shape z, the pivot its energy z.A z, and
-        the rounding of it that of z.diag(A) z; `scale` accumulates the latter, of each path to z by itself.
+        With the earlier unknowns relaxed, a unit motion of an unknown has a shape z; the pivot is its energy ``z.A z``,
+        whose rounding is that of ``z.diag(A) z``. The scale is an upper bound on the latter.
         """
         ratio = reciprocal(carried)
         self.pivot_ratio[mask] = np.minimum(self.pivot_ratio[mask], ratio) if mask in self.pivot_ratio else ratio
 
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:
-        """Carry the loads of the eliminated unknowns on, as far as the result's mask is `wanted`."""
+        """Forward substitution of the loads of eliminated unknowns, as far as the mask of the result is `wanted`."""
         for k in order.pivots:
             if k not in self.pivots:
                 continue
@@ -171,12 +171,12 @@ def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
 
 
 def mapped_row(row: Row, change: Callable[[Value], Value]) -> Row:
-    """A combination with `change` applied to every factor."""
+    """A row with `change` applied to every factor."""
     return {k: change(value) for k, value in row.items()}
 
 
 def closure(order: Order, wanted: set[int]) -> set[int]:
-    """`wanted` unknowns and all those from which they follow in back substitution."""
+    """The `wanted` unknowns and all unknowns that their back substitution needs."""
     needed = set(wanted)
     for k in order.pivots:
         if k in needed:
@@ -187,7 +187,7 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
 def backward(
     order: Order, needed: set[int], known: dict[int, Value], stage: Stage, rhs_parameters: Sequence[Value]
 ) -> None:
-    """Add the `needed` unknowns to those `known`, from the steps of the elimination and the loads left in them."""
+    """Back substitution: add the values of the `needed` unknowns to those `known`."""
     pivots = [k for k in reversed(order.pivots) if k in needed]
     loads = collapsed_each([stage.forces.get(k, {}) for k in pivots], rhs_parameters)
     for k, load in zip(pivots, loads, strict=True):
@@ -201,9 +201,9 @@ def backward(
 
 
 def carried(order: Order, row: Row, stage: Stage) -> Row:
-    """`row` without the unknowns that `stage` has eliminated: over those left and the right-hand-side parameters.
+    """`row` with the unknowns that `stage` has eliminated expressed in the others and the right-hand-side parameters.
 
-    It is the back substitution turned round, done for what is asked instead of for what is given.
+    This is the transpose of the back substitution, carried out for the rows wanted instead of for the loads.
     """
     out = dict(row)
     for k in order.pivots:
@@ -224,5 +224,5 @@ def subtract(parts: Parts, mask: int, value: Value) -> None:
 
 
 def reciprocal(value: Value) -> Value:
-    """1 / value; of an exact zero inf, which the pivot ratio reports."""
+    """1 / value; inf for an exact zero, which makes the pivot ratio zero."""
     return np.inf if not isinstance(value, np.ndarray) and value == 0.0 else 1.0 / value

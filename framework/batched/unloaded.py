@@ -1,4 +1,4 @@
-"""What of a compiled frame does not depend on its loads, which all load cases share."""
+"""The part of a plan that does not depend on the loads and is shared by all load cases."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ from .condensation import Chain, Condensation
 from .one_entry import EntryLinks, EntryNumbers, forest
 from .order import Masks, link, pattern_of, two_stages
 
-# Unknowns up to which connected components are found without matrices.
+# Up to this many unknowns connected components are found without sparse matrices.
 _FEW = 200
-# What a node and a member weigh in what is kept of how they are connected.
+# Weight of a node or member in the cache of connections.
 _NUMBERS = 64
-# Weight from which on that is not kept.
+# Largest weight that is cached.
 _HEAVY = 2**19
 
 
 class Unloaded:
-    """A frame without its loads: unknowns, how they are coupled, and stiffness.
+    """A frame without its loads: its unknowns, how they are coupled, and its stiffness.
 
     Parameters
     ----------
     frame
         The description.
     cut
-        Whether members are cut into their segments.
+        Whether members are divided into their segments.
     method
-        The way in which it is to be solved; None for the one that promises to be fastest.
+        Name of the method that the user asked for; None to choose by expected time.
     former
-        What is known of a frame whose members, not cut, connect the same nodes, if anything.
+        What is known of an earlier frame whose members, not divided, connect the same nodes; None for nothing.
     """
 
     def __init__(
@@ -71,11 +71,11 @@ class Unloaded:
         self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
         self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
         if not self._forest:
-            self.tree  # noqa: B018  # refuses at once what contradicts itself
+            self.tree  # noqa: B018  # raises an error now if constraints contradict each other
 
     @cached_property
     def tree(self) -> JointTree:
-        """What each node's displacement is made of."""
+        """The joint tree, which expresses each node's displacement in joint-relative coordinates."""
         if self._supports is None:
             known = self.known_links
             return joint_tree(self.topology, self.rhs_parameters, None if known is None else known.order)
@@ -83,7 +83,7 @@ class Unloaded:
 
     @cached_property
     def entry(self) -> EntryNumbers | None:
-        """The numbers of a frame of one entry; None of a batch, and where there are too many."""
+        """The numbers of a frame with a single batch entry; None for a batch, and for a large frame."""
         if not self._plain:
             return None
         frame = self.frame
@@ -94,13 +94,13 @@ class Unloaded:
 
     @property
     def known_stacks(self) -> list[NDArray[Any]] | None:
-        """Matrices of the members of a frame of one entry, once they were asked for."""
+        """Stiffness matrices of the members of a frame with a single batch entry, if computed already; else None."""
         known: EntryNumbers | None = vars(self).get("entry")
         return self._stacks if known is None else known.stacks
 
     @property
     def known_links(self) -> EntryLinks | None:
-        """Numbers of the joints, ties and supports of a frame of one entry, once they were asked for."""
+        """Numbers of the joints, ties and supports of a frame with a single batch entry, if known; else None."""
         known: EntryNumbers | None = vars(self).get("entry")
         return self._links if known is None else known.links
 
@@ -119,19 +119,19 @@ class Unloaded:
 
     @cached_property
     def graph(self) -> Graph:
-        """Nodes and their coupling, for the sparse ways."""
+        """Graph of the nodes and their coupling, for the sparse methods."""
         return Graph(self.topology, self.links)
 
     @cached_property
     def varying(self) -> Varying:
-        """Members whose stiffness is left to the chunks."""
+        """Members whose stiffness varies so much that each chunk assembles it."""
         large = large_masks(self.grid)
         groups = self.topology.groups if any(large) else []
         return Varying.of([each for each in groups if large[mask_of_shape(each.stiffness_shape)]], self.grid, large)
 
     @cached_property
     def links(self) -> Links:
-        """Unknowns and what couples them, which frames on supports alone share that are connected alike."""
+        """Unknowns and their coupling; cached for frames without joints and ties that are connected alike."""
         count, ends, key = len(self.topology.number), self.topology.ends, self._supports
         if key is None:
             return Links(count, ends, self.tree.connections)
@@ -144,7 +144,7 @@ class Unloaded:
 
     @cached_property
     def _supports(self) -> tuple[object, ...] | None:
-        """What the links are known by; None where they are not shared."""
+        """Key of `links` in the cache; None where they are not cached."""
         return of_supports(self.topology) if self._weight <= _HEAVY else None
 
     @property
@@ -153,27 +153,27 @@ class Unloaded:
 
     @property
     def connected_components(self) -> Index:
-        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        """Number of the connected part of the frame for each node, (nodes,); supports do not connect."""
         return self.links.components
 
     def varies(self, group: Group) -> bool:
-        """Whether the stiffness of members varies over so much of the batch that it is left to the chunks."""
+        """Whether the stiffness of a group of members varies so much that each chunk assembles it."""
         return large_masks(self.grid)[mask_of_shape(group.stiffness_shape)]
 
 
 class Former(NamedTuple):
-    """What is known of a frame whose members, not cut, connect the same nodes.
+    """An earlier frame whose members, not divided, connect the same nodes, and how it differs from the new one.
 
     Attributes
     ----------
     unloaded
-        That frame.
+        The earlier frame.
     moved
-        Whether its nodes lay in other places.
+        Whether the positions of nodes differ.
     elements
-        Whether some of its members were other elements.
+        Whether the elements of members differ.
     linked
-        Whether it has the same numbers in joints, ties, supports and bodies.
+        Whether joints, ties, supports and bodies are the same.
     """
 
     unloaded: Unloaded
@@ -183,14 +183,14 @@ class Former(NamedTuple):
 
 
 class Chained:
-    """The stiffness of a frame with its chains condensed.
+    """The stiffness of a frame with chains of members condensed.
 
     Parameters
     ----------
     unloaded
-        The frame.
+        The frame without its loads.
     chains
-        Members in line, between nodes that nothing but these is on.
+        The chains to condense.
     """
 
     def __init__(self, unloaded: Unloaded, chains: list[Chain]) -> None:
@@ -210,7 +210,7 @@ class Chained:
         return stiffness_entries(groups, self.unloaded.grid, self.condensed, varying, known)
 
     def scale(self, dof: int) -> Parts:
-        """Parts of the stiffness whose rounding the diagonal of the matrix carries."""
+        """Parts of the scale of a diagonal entry of the matrix."""
         out = dict(self.matrix.get(dof, {}).get(dof, {}))
         if self.chains and dof in self.condensed.excess:
             add(out, 0, self.condensed.excess[dof])
@@ -218,7 +218,7 @@ class Chained:
 
     @cached_property
     def component(self) -> dict[int, int]:
-        """Connected component of every unknown, named by the first of its unknowns."""
+        """Connected component of every unknown, identified by the first of its unknowns."""
         tree, names = self.unloaded.tree, self.unloaded.links.unknowns
         if len(names) <= _FEW:
             return self._joined_one_by_one()
@@ -238,7 +238,7 @@ class Chained:
         return {k: names[leader] for k, leader in zip(names, leaders[label].tolist(), strict=True)}
 
     def _joined_one_by_one(self) -> dict[int, int]:
-        """`component` of a small frame, without matrices."""
+        """`component` of a small frame, without sparse matrices."""
         tree = self.unloaded.tree
         joined: list[tuple[int, int]] = []
         first: dict[int, int | None] = {}
@@ -272,19 +272,19 @@ class Chained:
         return np.concatenate([np.array(pairs, dtype=np.int64).reshape(-1, 2), self.condensed.coupled])
 
     def coupled_with(self, dofs: Collection[int]) -> set[int]:
-        """DOF numbers that members couple with some."""
+        """DOF numbers that members couple with the given ones."""
         found = {a for dof in dofs for a in self.matrix.get(dof, ())}
         condensed = self.condensed.coupled
         return found.union(condensed[np.isin(condensed[:, 1], list(dofs)), 0].tolist()) if len(condensed) else found
 
     def block(self, component: int) -> tuple[Block, set[int]]:
-        """A component assembled, with its elimination orders, without loads; and the DOFs whose loads are its own."""
+        """The assembled equations of a component without loads; and the DOFs whose loads belong to it."""
         if component not in self._blocks:
             self._blocks[component] = self._assembled(component)
         return self._blocks[component]
 
     def _is_of(self, row: Row, component: int) -> bool:
-        """Whether a combination is of unknowns of a component, which all of them are where one is."""
+        """Whether a row is over unknowns of a component: if one of them is, all are."""
         return next((self.component[k] for k in row if k >= 0), None) == component
 
     def _assembled(self, component: int) -> tuple[Block, set[int]]:
@@ -314,7 +314,7 @@ class Chained:
 
 
 def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topology:
-    """Nodes and members, as far as they are known from what was `former`."""
+    """Nodes and members, reusing those of an earlier frame."""
     if former is None:
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
@@ -322,7 +322,7 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
 
 
 def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | None:
-    """Matrices of the members of one batch entry, where those of what was `former` were asked for."""
+    """Stiffness matrices of the members of a single batch entry, if those of an earlier frame are known; else None."""
     known = None if former is None else former.unloaded.known_stacks
     if former is None or known is None or not (former.moved or former.elements):
         return known
@@ -330,7 +330,7 @@ def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | N
 
 
 def _geometry(topology: Topology) -> int:
-    """Mask of the axes over which positions vary."""
+    """Mask of the batch axes over which positions of nodes and axes of bodies vary."""
     frame = topology.frame
     if not frame.shape or (not frame.bodies and topology.plain_positions is not None):
         return 0

@@ -1,1 +1,1 @@
-"""What a frame is made of: its parts, and the classes of its description by subject."""
+"""The description of a frame, by subject: nodes and bodies, members and joints, supports, loads."""

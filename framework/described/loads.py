@@ -15,7 +15,7 @@ from .supports import DescribedSupports
 
 
 class DescribedLoads(DescribedSupports):
-    """A description that is loaded."""
+    """The part of a description that takes loads."""
 
     def load(self, node: str, **force: ArrayLike) -> None:
         """Apply a force or moment at a node, in global axes; loads add up.
@@ -140,7 +140,7 @@ class DescribedLoads(DescribedSupports):
         self.member_loads.setdefault(member, []).append(PointLoad(float(place), _stacked(given, 6), local))
 
     def gravity(self, acceleration: ArrayLike) -> None:
-        """Load all members and masses with their weight.
+        """Apply the weight of all members and masses.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ class DescribedLoads(DescribedSupports):
         Raises
         ------
         FrameError
-            If these are not three finite numbers, or shapes do not broadcast.
+            If the acceleration is not three finite numbers, or shapes do not broadcast.
 
         Examples
         --------
@@ -168,7 +168,7 @@ class DescribedLoads(DescribedSupports):
         self.weight = weight
 
     def _least_length(self, member: str) -> float:
-        """The length of a member over which loads may lie: the least of the batch, and the rounding in it."""
+        """Shortest length of a member over the batch, plus an allowance for rounding: loads must lie within it."""
         return float(self.length(member).min(initial=np.inf)) * (1.0 + 1e-12)
 
     def _span(self, member: str, span: tuple[float, float]) -> tuple[float, float]:
@@ -189,7 +189,7 @@ def cubic_line_load(described: DescribedLoads, member: str, values: Sequence[Arr
     member
         Name of the member.
     values
-        Force per length in global axes at 0, 1/3, 2/3 and 1 of its length, (..., 3) each.
+        Four vectors (..., 3): force per length in global axes at 0, 1/3, 2/3 and 1 of the member's length.
 
     Raises
     ------

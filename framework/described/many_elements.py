@@ -1,4 +1,4 @@
-"""Elements of many members: one for each of them, and which of them can be looked at together."""
+"""Elements of many members described by one call: one element for each member, and groups that are checked together."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..stacking import changed, unstacked
 
 
 def alike(elements: Sequence[LineElement]) -> list[NDArray[np.int64]]:
-    """Numbers of the members whose elements can be looked at together."""
+    """Groups of members, as arrays of their numbers, whose elements can be stacked and checked in one call."""
     leaders, which = distinct(elements)
     found: dict[Hashable, int] = {}
     codes = []
@@ -27,7 +27,9 @@ def alike(elements: Sequence[LineElement]) -> list[NDArray[np.int64]]:
 
 
 def one_each(element: LineElement | JointElement, count: int) -> list[LineElement | JointElement]:
-    """The element for each of many members; one where it is the same for all."""
+    """The element of each of `count` members, from one whose last batch axis runs over them; one element for all if it
+    has no batch shape.
+    """
     if not element.shape:
         return [element]
     if element.shape[-1] not in (1, count):

@@ -23,12 +23,12 @@ from .parts import JointLink, MassPoint, Member, check_ideal
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
 
-# What stands for all members.
+# The name that stands for all members.
 _ALL = "beam"
 
 
 class DescribedMembers(DescribedNodes):
-    """A description whose nodes carry members, joints and masses."""
+    """The part of a description that takes members, joints, masses and scikit-fem forms."""
 
     def add(self, name: str, element: LineElement | JointElement | PointElement, *nodes: str) -> None:
         """Add a beam between two nodes, a joint between two coincident nodes, or a mass at one node.
@@ -38,8 +38,8 @@ class DescribedMembers(DescribedNodes):
         name
             Name of the member, joint or mass.
         element
-            What is added, such as a `linkframe.elements.Beam`, `Joint`, `Spring` or `PointMass`; its parameters may
-            carry a batch. Of an element that is not linkframe's own, what it returns is put to the test.
+            A `linkframe.elements.Beam`, `Joint`, `Spring` or `PointMass`, or an element of your own, whose matrices and
+            shape functions are then checked; its parameters may carry a batch.
         *nodes
             Names of its nodes, start (first) before end (second).
 
@@ -111,8 +111,8 @@ class DescribedMembers(DescribedNodes):
         The form is integrated over the shape functions of each member. It sees the displacement in the member's own
         axes, ``u[0]`` to ``u[5]`` for ``ux uy uz rx ry rz``, its derivative along the member, ``u.grad[0]`` to
         ``u.grad[5]``, and in ``w`` the parameters, the distance ``w.x[0]`` from the member's start and the length
-        ``w.h`` of its segment. It belongs to the members that there are when it is added, and takes part in statics,
-        modes, buckling, error bounds, sensitivity and, as long as a rigid motion costs no energy, large displacement.
+        ``w.h`` of its segment. It applies to the members that exist when it is added, and takes part in statics, modes,
+        buckling, error bounds and sensitivity; in large displacement only if a rigid motion costs it no energy.
 
         Parameters
         ----------
@@ -121,12 +121,12 @@ class DescribedMembers(DescribedNodes):
         on
             A member, a body or a link (all members on it), ``"beam"`` for all members, or several of these.
         into
-            Where it goes: a bilinear form into the ``stiffness`` (where None) or the ``mass``, a linear form into the
-            ``load``. Gravity does not weigh such a mass.
+            Matrix to which the form is added: ``stiffness`` (the default for a bilinear form) or ``mass``; ``load`` for
+            a linear form. Gravity does not act on such a mass.
         intorder
-            Order of integration as scikit-fem's, along each segment; that of the member's own matrices where None.
+            Order of the quadrature along each segment, as in scikit-fem; None takes that of the member's own matrices.
         **parameters
-            What the form finds in ``w``, each a number or a batch of numbers, (...).
+            Parameters that the form reads from ``w``, each a number or a batch of numbers, (...).
 
         Raises
         ------
@@ -169,7 +169,7 @@ class DescribedMembers(DescribedNodes):
         for k in leaders:
             member = members[k]
             made.append(FormedElement.of(member.element, added, lengths[names[k]] if apart else None))
-            # what the form makes of one proven element it makes of all of that class
+            # a form that suits one proven element suits all elements of its class
             kind = type(member.element) if is_proven(member.element) else k
             if made[-1] is not member.element and kind not in examined:
                 examine_member(names[k], made[-1], self._chord(member.start, member.end))
@@ -181,14 +181,14 @@ class DescribedMembers(DescribedNodes):
                 self.member_loads.setdefault(name, []).append(FormLoad(added))
 
     def members_on(self, on: str | Sequence[str], what: str = "members_on") -> list[str]:
-        """Look up the members that names of members and bodies stand for, each once.
+        """List the members that the given names of members and bodies refer to, each once.
 
         Parameters
         ----------
         on
             Name of a member, of a body (all members on it), ``"beam"`` for all members, or several of these.
         what
-            What asks, for messages.
+            Name of the caller, for error messages.
 
         Returns
         -------
@@ -218,20 +218,22 @@ class DescribedMembers(DescribedNodes):
     # -- checks -----------------------------------------------------------------------------------------------------
 
     def _examine(self, name: str, element: LineElement, nodes: tuple[str, ...]) -> dict[Hashable, str]:
-        """Put an element to the test that no tests of its own prove, one of each kind; that kind, and the name."""
+        """Check an element that is not marked as proven, once for each kind; the kind with the member's name if it was
+        checked now, else nothing.
+        """
         if is_proven(element):
             return {}
         kind = type(element), element.kind
         try:
             known = kind in self._examined
-        except TypeError:  # it cannot be hashed, which the test refuses
+        except TypeError:  # the kind cannot be hashed, which the check below refuses
             known = False
         if not known:
             examine_member(name, element, self._chord(nodes[0], nodes[1]))
         return {} if known else {kind: name}
 
     def _check_length(self, name: str, start: str, end: str) -> Array:
-        """Vector from the start of a member to its end, refused where it has no length."""
+        """Vector from the start of a member to its end, (..., 3); raises a `FrameError` where it has zero length."""
         chord = self._chord(start, end)
         if chord.ndim == 1 and any(part * part > 0.0 for part in chord.tolist()):
             return chord
@@ -246,7 +248,7 @@ class DescribedMembers(DescribedNodes):
         if apart.ndim == 1 and not any(apart.tolist()):
             return
         gaps = np.linalg.norm(apart, axis=-1)
-        # Entries that are left out may lie anyhow.
+        # Entries that are left out need no coincident nodes.
         gap = float(np.max(gaps if self.absent is None else np.where(self.absent, 0.0, gaps), initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):
             raise FrameError(

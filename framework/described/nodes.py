@@ -1,4 +1,4 @@
-"""The data of a description, parts, supports and loads by name; its bodies and nodes, on which all else stands."""
+"""The fields of a frame's description, and the methods that add bodies and nodes to it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,22 @@ from ..names import found, new
 from ..provenance import GivenStatus, HasStatus
 from .parts import Body, IdleRotation, JointLink, MassPoint, Member, Node, Tie
 
-# Dimensions of results beside the batch axes.
+# Names of the dimensions that results have besides the batch axes; a batch axis cannot take one of them.
 TAKEN = ("node", "component", "support", "force", "joint", "status")
 
-# What holds parts by name or one after the other; it is a copy's own.
+# Containers of parts, which a copy of the description copies as well.
 _HELD = (dict, list)
-# What is kept by name and may grow under that name; other values are replaced as a whole, so that copies share them.
+# Fields whose values are lists that grow in place, so that a copy needs lists of its own; values of other fields are
+# replaced as a whole and can be shared.
 _GROWING = ("loads", "member_loads")
 
 
 @dataclass(eq=False, repr=False)
 class DescribedNodes:
-    """A description whose bodies and nodes are placed; every call that adds a part widens the batch shape.
+    """The fields of a description, and the methods that place bodies and nodes.
 
-    `linkframe.framework.Frame` tells of the attributes.
+    Every call that adds a part broadcasts its batch shape with that of the frame. `linkframe.framework.Frame` lists
+    the attributes.
     """
 
     bodies: dict[str, Body] = field(default_factory=dict)
@@ -75,7 +77,7 @@ class DescribedNodes:
         Returns
         -------
         same type
-            The description as it is now; what is added to either later is not in the other. Arrays are shared.
+            Later changes of the one do not affect the other. Arrays are shared.
         """
         clone = object.__new__(type(self))
         parts = clone.__dict__
@@ -88,17 +90,17 @@ class DescribedNodes:
     __copy__ = copy
 
     def __getstate__(self) -> dict[str, object]:
-        """What another process needs."""
+        """The fields to pickle: of `made_from` only its status, and no record of which elements were checked."""
         made_from = None if self.made_from is None else GivenStatus(self.made_from.status, self.made_from.is_regular)
         return vars(self) | {"_examined": {}, "made_from": made_from}
 
     # -- bodies and nodes ---------------------------------------------------------------------------------------------
 
     def body(self, name: str, origin: ArrayLike = (0.0, 0.0, 0.0), axes: ArrayLike | None = None) -> None:
-        """Name a moving frame of reference, in which nodes may keep constant coordinates over all poses.
+        """Define a body: a moving frame of reference in which nodes have constant coordinates over all poses.
 
-        A member between two nodes of one body has its stiffness computed, and its interior condensed, once for all
-        poses of the body.
+        The stiffness of a member between two nodes of one body is computed, and its inner nodes are condensed, once for
+        all poses of the body.
 
         Parameters
         ----------
@@ -174,12 +176,12 @@ class DescribedNodes:
             self.size = max(self.size, float(np.abs(self._place(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
-        """Give a node another name, by which it is loaded, supported and asked for results as well.
+        """Give a node a second name, for loads, supports and results.
 
         Parameters
         ----------
         name
-            Further name, not that of a node.
+            The second name.
         node
             Name of the node.
 
@@ -200,7 +202,7 @@ class DescribedNodes:
         self.aliases[name] = self._node(node)
 
     def position(self, node: str) -> Array:
-        """Position of a node without loads, in global axes.
+        """Position of a node in the undeformed frame, in global axes.
 
         Parameters
         ----------
@@ -258,7 +260,7 @@ class DescribedNodes:
         Returns
         -------
         ndarray
-            Length without loads, (...).
+            Length of the undeformed member, (...).
 
         Raises
         ------
@@ -290,11 +292,11 @@ class DescribedNodes:
         return found(f"{of} member".strip(), name, self.members)
 
     def _join(self, given: Mapping[str, Shape]) -> None:
-        """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit."""
+        """Broadcast the batch with the shapes that one call gives, by name; unchanged if one of them does not fit."""
         self.shape, self._shapes = self._widened(given)
 
     def _widened(self, given: Mapping[str, Shape]) -> tuple[Shape, dict[Shape, str]]:
-        """The batch, and what was given in each shape, with the shapes of what one call gives."""
+        """The batch shape broadcast with the shapes that one call gives, by name; and the first name of each shape."""
         whole, known = self.shape, self._shapes
         if not any(given.values()):
             return whole, known

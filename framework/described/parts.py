@@ -17,14 +17,22 @@ from ..protocol import LineElement, PointElement
 
 @dataclass(frozen=True)
 class Body:
-    """A moving frame of reference: global position = origin + axes @ local position."""
+    """A moving frame of reference: global position = origin + axes @ local position.
+
+    Attributes
+    ----------
+    origin
+        Global position of its origin, (..., 3).
+    axes
+        Its axes as columns in global components, (..., 3, 3).
+    """
 
     origin: Array
     axes: Array
 
     @cached_property
     def far(self) -> float:
-        """Largest coordinate of its origin, over the batch."""
+        """Largest absolute coordinate of its origin over the batch."""
         return float(np.abs(self.origin).max(initial=0.0))
 
 
@@ -52,8 +60,8 @@ class JointLink(NamedTuple):
 
 
 class IdleRotation(NamedTuple):
-    """A rotation of a body about a joint's z, constrained there for as long as nothing resists it and no load works on
-    it.
+    """Rotation of a body about a joint's z axis, which the joint constrains as long as nothing else resists it and no
+    load does work on it.
 
     Attributes
     ----------
@@ -86,7 +94,10 @@ class MassPoint(NamedTuple):
 
 @dataclass(frozen=True)
 class Tie:
-    """Components of `slave` that equal those of `master`; all six, with the arm between them, where `rigid`."""
+    """Components, 0 to 5, of the displacement of `slave` that equal those of `master`.
+
+    Where `rigid`, they are all six, and both nodes move as one body.
+    """
 
     master: str
     slave: str
@@ -95,7 +106,7 @@ class Tie:
 
 
 def check_ideal(what: str, stiffness: Array) -> None:
-    """Refuse a joint of stiffnesses (..., 6) that is ideal at some batch entries only.
+    """Refuse joint stiffnesses (..., 6) that are ideal (inf) at some batch entries only.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from .parts import Tie
 
 
 class DescribedSupports(DescribedMembers):
-    """A description whose nodes are supported, tied to each other or displaced."""
+    """The part of a description that takes supports, prescribed displacements, joint offsets, rigid links and ties."""
 
     def rigid(self, master: str, *slaves: str) -> None:
         """Join nodes by rigid links, exactly: they move as one body.
@@ -78,7 +78,7 @@ class DescribedSupports(DescribedMembers):
         self._tie(master, (slave,), components(names), rigid=False)
 
     def fix(self, node: str, *names: str) -> None:
-        """Hold components of a node at zero; all six where none is named.
+        """Support a node: set displacement components to zero, all six where none is named.
 
         Parameters
         ----------
@@ -144,7 +144,8 @@ class DescribedSupports(DescribedMembers):
     def offset(self, joint: str, **displacement: ArrayLike) -> None:
         """Impose a relative displacement in a joint, in its own axes: clearance, misfit, actuation.
 
-        The joint's springs act on what its displacement differs from the offset; an imposed turn drives a screw.
+        The joint's springs act on the difference between its displacement and the offset. In a screw joint an imposed
+        ``rz`` advances the second node along z by the pitch.
 
         Parameters
         ----------

@@ -1,1 +1,1 @@
-"""The linear solution of a frame by subject: what is solved, its states, its results, and how far they hold."""
+"""The linear solution of a frame by subject: unknowns and solver, states, results, error bounds and validity."""

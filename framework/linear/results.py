@@ -1,4 +1,4 @@
-"""Displacements, forces and reactions of a linear solution by name."""
+"""Displacements, reactions and forces of a linear solution, by name of the node, member or joint."""
 
 from __future__ import annotations
 
@@ -18,10 +18,12 @@ from .states import FrameStates
 
 
 class NamedResults(FrameStates):
-    """Results of nodes, members, joints and supports, each from the part of the frame that it is in."""
+    """Results of nodes, members, joints and supports, each from the connected part of the frame to which it belongs."""
 
     def part(self, node: str | None) -> Self:
-        """The solution of the part of the frame that a node is in; this one where loads reach no other part.
+        """The solution of the connected part of the frame that contains a node.
+
+        Parts that no member, joint or tie connects are solved separately, each when it is first read.
 
         Parameters
         ----------
@@ -31,7 +33,8 @@ class NamedResults(FrameStates):
         Returns
         -------
         Solution
-            Solution that shares what is known already with this one.
+            Solution of that part, which shares computed results with this one; this one where loads act on no other
+            part.
         """
         if self.determinate is not None:
             return self  # loads reach no other part
@@ -91,7 +94,7 @@ class NamedResults(FrameStates):
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
+            ``ux uy uz rx ry rz``, (..., 6), length and radians; imposed offsets included.
 
         Examples
         --------
@@ -112,19 +115,19 @@ class NamedResults(FrameStates):
 
     @of_part(of_member)
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
-        """Displacement and rotation along a member in global axes, exact between its nodes.
+        """Displacement and rotation along a member in global axes, with the deflection by loads between its nodes.
 
         Parameters
         ----------
         member
             Name of the member.
         at
-            Distances from the member's start, (..., k); the batch may vary them.
+            Distances from the member's start, (..., k), length; they may vary over the batch.
 
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (..., k, 6).
+            ``ux uy uz rx ry rz``, (..., k, 6), length and radians.
 
         Examples
         --------
@@ -233,11 +236,11 @@ class NamedResults(FrameStates):
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components. Where ideal joints and
-            supports in a loop are redundant, statics leaves open which of them carries the load; of all forces in
-            equilibrium these are then those with the least sum of squares, moments being divided by how far the joints
-            and supports of the loop lie apart (root mean square from their middle): joints and supports of equal
-            stiffness share the load like that.
+            ``fx fy fz mx my mz``, (..., 6): spring forces, and the constraint forces of ideal components. Where ideal
+            joints and supports in a loop are redundant, equilibrium alone does not determine how they share the load;
+            returned is then the equilibrium with the least sum of squares, moments being divided by the root mean
+            square distance of the joints and supports of the loop from their centre. That is how joints and supports
+            of equal stiffness share the load.
 
         Examples
         --------
@@ -258,7 +261,7 @@ class NamedResults(FrameStates):
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
 
     def contact(self, joint: str) -> Contact:
-        """Where a joint with clearance is in contact, and how hard it is pressed.
+        """Contact of a joint with clearance: its state, side, force and gap.
 
         Parameters
         ----------
@@ -297,23 +300,23 @@ class NamedResults(FrameStates):
     # -- all at once ------------------------------------------------------------------------------------------------
 
     def section_axes_at(self, fractions: ArrayLike) -> Array:
-        """Find the axes in which `forces_at` tells forces: those of the members, wherever along them.
+        """Find the axes to which the components of `forces_at` refer: the local axes of the members.
 
         Parameters
         ----------
         fractions
-            Shares of the length from the start, (k,); the axes are the same at all.
+            Fractions of the length from the start, (k,); the axes are the same at all of them.
 
         Returns
         -------
         ndarray
-            The axes as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need.
+            Axes as rows in global components, (..., members, 1, 3, 3); batch axes only where they vary.
         """
         return _member_axes(self.plan.topology)
 
     @property
     def _stacked_results(self) -> StackedResults | None:
-        # what moves in one part of the frame leaves the results of the others
+        # a mechanism in one part of the frame must not make the results of the other parts NaN
         apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
         return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
@@ -335,7 +338,7 @@ class NamedResults(FrameStates):
 
 
 def _member_axes(topology: Topology) -> Array:
-    """Axes of all members as rows in global components, (..., members, 1, 3, 3), with the batch axes that they need."""
+    """Axes of all members as rows in global components, (..., members, 1, 3, 3); batch axes only where they vary."""
     first = [topology.pieces_of[name][0] for name in topology.frame.members]
     member = np.full(sum(len(group.pieces) for group in topology.groups), -1)
     member[first] = np.arange(len(first))

@@ -1,4 +1,4 @@
-"""A frame, its plan and its unknowns: what a linear solution is read from."""
+"""A frame with its plan, its solver and its unknowns, from which the results of a linear solution are computed."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from ..structure.parts import Row
 
 
 class SolvedFrame(SavedResults):
-    """A frame with what solves for its unknowns; nothing is computed before it is read.
+    """A frame with its plan, unknowns and solver, each built when it is first needed.
 
-    `linkframe.framework.Solution` tells of the attributes.
+    `linkframe.framework.Solution` lists the attributes.
     """
 
     def __init__(
@@ -51,33 +51,33 @@ class SolvedFrame(SavedResults):
         self._warned = False
 
     def __getstate__(self) -> dict[str, object]:
-        """What a copy or another process needs: description, plan, what has been read. The rest it computes again."""
+        """The fields to copy or pickle: description, plan and results read so far; the rest is computed again."""
         kept = ("frame", "clearances", "_known", "_warned")
         out = {name: getattr(self, name) for name in kept} | {"_parts": {}}
         return out if self.determinate is not None else out | {"plan": self.plan}
 
     @cached_property
     def plan(self) -> Plan:
-        """The compiled frame; where contact is known in closed form, with journals there, once it is asked for."""
+        """Numbering, joint tree and order of elimination, the journals being at their points of contact."""
         assert self.clearances is not None
         assert self.determinate is not None
         return self.clearances.plan(self.determinate.without_clearance.plan)
 
     @cached_property
     def primary(self) -> Primary:
-        """Its unknowns, and what solves for them."""
+        """The unknowns and the solver that computes them."""
         if self.clearances is None:
             return Primary(self.plan, Factors(), contact=False)
         return Primary(self.plan, Factors(), contact=True, driven=self.clearances.lost)
 
     @property
     def determinate(self) -> DeterminateContact | None:
-        """Contact in closed form, which may turn out not to hold; None where there is none or it takes a search."""
+        """Contact in closed form, still to be checked; None where there is none, or only a search can find it."""
         return None if self.clearances is None else self.clearances.determinate
 
     @property
     def pressed(self) -> DeterminateContact | None:
-        """Contact in closed form where that holds; None elsewhere."""
+        """Contact in closed form where it has been checked and holds; else None."""
         found = self.determinate
         return found if found is not None and found.pressed else None
 
@@ -88,41 +88,41 @@ class SolvedFrame(SavedResults):
 
     @property
     def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
-        """What solves this plan: by broadcasting, by a band for each entry, or by one sparse factorisation for all."""
+        """The solver: broadcast elimination, one banded factor for each entry, or one sparse factor for all."""
         return self.primary.solver
 
     @property
     def resolved(self) -> Solved | None:
-        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
+        """Results in extended precision of entries that are almost singular in double precision; None for none."""
         return self.primary.resolved
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        """Entries that certainly have no results, (...): left out, or kinematically unstable under the loads."""
         return self.primary.lost
 
     @property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
-        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        """Entries at which a loaded part has a free motion on which the loads do no work; None for none."""
         return None if self.pressed is not None else self.primary.consistent_mechanisms
 
     @property
     def known_consistent_mechanisms(self) -> ConsistentMechanisms | None:
-        """`consistent_mechanisms`, once that has been asked for."""
+        """`consistent_mechanisms` if it has been computed already, else None."""
         return self.primary.known_consistent_mechanisms
 
     def reaching(self, unknowns: Iterable[int]) -> Self:
-        """The solution with what is coupled with these unknowns solved for too, though no load reaches it.
+        """The solution in which these unknowns are solved for even if no load reaches them.
 
         Parameters
         ----------
         unknowns
-            Numbers of unknowns.
+            Numbers of the unknowns; those coupled with them are solved for as well.
 
         Returns
         -------
         Solution
-            This one where these unknowns were solved for.
+            This one where they are solved for already.
         """
         asked = list(unknowns)
         solver = self.solver.reaching(asked)
@@ -133,12 +133,12 @@ class SolvedFrame(SavedResults):
         return type(self)(self.frame, plan, self.clearances, self.primary.under(plan, solver))
 
     def cut(self) -> Self:
-        """The solution of the frame with its members cut into their segments; this one where they are.
+        """The solution of the same frame with its members divided into their segments.
 
         Returns
         -------
         Solution
-            Of the same frame, with a node between any two segments.
+            Solution with a node between any two segments; this one where its members are divided already.
         """
         plan = self.plan
         counts = [member.element.segments for member in plan.frame.members.values()]
@@ -147,12 +147,12 @@ class SolvedFrame(SavedResults):
         return type(self)(self.frame, Plan(plan.frame, cut=True, method=plan.asked), self.clearances)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Value of each combination of unknowns and prescribed numbers, as one array of the batch shape.
+        """The values of linear combinations of unknowns and prescribed values, as one array of the batch shape.
 
         Parameters
         ----------
         rows
-            The n combinations, coefficient by number of the unknown (below zero: of the prescribed number).
+            The n combinations, each as coefficients by number of the unknown (negative: of the prescribed value).
 
         Returns
         -------
@@ -162,12 +162,12 @@ class SolvedFrame(SavedResults):
         return self.primary.stacked(rows)
 
     def nodal(self) -> Array:
-        """Displacement of every node in its own axes, those inside members included.
+        """Displacement of every node in its own axes, nodes inside members included.
 
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (..., nodes, 6), in the order of the plan's numbers.
+            ``ux uy uz rx ry rz``, (..., nodes, 6), length and radians, in the order of the plan's numbering.
         """
         return self.primary.nodal()
 

@@ -1,4 +1,4 @@
-"""States of the entries of a linear solution, what can move in them, and NaN where a result has no meaning."""
+"""Status of the batch entries of a linear solution, their free motions, and NaN in place of meaningless results."""
 
 from __future__ import annotations
 
@@ -25,20 +25,24 @@ from .solved import SolvedFrame
 
 
 class FrameStates(SolvedFrame):
-    """A solved frame that knows at which entries its results hold, and warns where they do not."""
+    """A solved frame with the status of each batch entry, which warns where results do not hold."""
 
     @property
     def status(self) -> NDArray[np.str_]:
         """State of each batch entry in words, (...).
 
-        ``regular``; ``mechanism`` where it is kinematically unstable, as far as extended precision can tell
-        (`distance_to_singularity` is rounding, 1e-15, where it is so); ``statically consistent mechanism`` where the
-        load does no work on its free motion: forces hold, and displacements but those along that motion, which are NaN
-        (a `MechanismWarning` tells so), while what no load reaches is not displaced; ``free`` where joints can move
-        within their clearances without any force, and the results are one choice of many; ``unresolved`` where rounding
-        hides a contact, or no offset fits between rigid links, as in a line, and results are NaN; ``absent`` where it
-        was left out. Where the frame was made from a motion, entries at which that is not regular carry its words, such
-        as ``near dead point``.
+        ``regular``: all results hold.
+        ``mechanism``: kinematically unstable, as judged in extended precision; `distance_to_singularity` is of the
+        order of rounding, 1e-15. Results are NaN.
+        ``statically consistent mechanism``: the load does no work on the free motion. Forces hold, and displacements
+        except those along the free motion, which are NaN (a `MechanismWarning` says so); parts that no load reaches
+        have zero displacement.
+        ``free``: a joint can move within its clearance without any force; the results are one choice of many.
+        ``unresolved``: rounding hides a contact, or no position of the journals fits between rigid links, as links in
+        one line; results are NaN.
+        ``absent``: left out by ``frame.exclude``.
+        Where the frame was made from a motion, entries at which the motion is not regular carry the motion's status,
+        such as ``near dead point``.
         """
         return with_origin(words(self.own_state, SolutionState), self.frame.made_from, self.shape)
 
@@ -50,7 +54,7 @@ class FrameStates(SolvedFrame):
 
     @cached_property
     def own_state(self) -> States:
-        """State of the solution alone, whatever the frame was made from, (...)."""
+        """State of the solution alone, (...), without that of the motion from which the frame was made."""
         if self.pressed is not None:
             return self.pressed.without_clearance.own_state
         moving = self.solver.singular(excited=False)
@@ -69,14 +73,14 @@ class FrameStates(SolvedFrame):
 
     @property
     def movable(self) -> NDArray[np.bool_]:
-        """Entries in which what the loads reach can move, (...)."""
+        """Entries at which a loaded part of the frame has a free motion, (...)."""
         return (
             self._singular if self.consistent_mechanisms is None else self._singular | self.consistent_mechanisms.moving
         )
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
-        """Entries that are kinematically unstable under the loads."""
+        """Entries that are kinematically unstable under the loads, (...)."""
         if self.pressed is not None:
             return self.pressed.without_clearance.movable
         if self.plan.entry is not None:
@@ -90,7 +94,7 @@ class FrameStates(SolvedFrame):
         return found if self.frame.absent is None else found & ~self.frame.absent
 
     def mechanism(self, *entry: int) -> str:
-        """Which nodes move in which direction where nothing resists, in words; empty where none does.
+        """Free motions at a batch entry in words: which nodes move in which direction without resistance.
 
         Parameters
         ----------
@@ -100,19 +104,19 @@ class FrameStates(SolvedFrame):
         Returns
         -------
         str
-            Such as ``free motion 1: B (+uy +rz), C (+uy)``, the nodes that move most first; empty where nothing moves.
+            Such as ``free motion 1: B (+uy +rz), C (+uy)``, nodes that move most first; empty where there is none.
 
         Raises
         ------
         FrameError
             If the batch has no such entry.
         """
-        # free motions do not depend on where journals rest
+        # free motions do not depend on the contact states
         plan = self.plan if self.pressed is None else self.pressed.without_clearance.plan
         return describe(plan, one_entry(self.shape, entry, "mechanism"))
 
     def free_motion(self, *entry: int) -> FreeMotion:
-        """Motion that nothing resists at a batch entry: its shapes, turning joints, and the work of the loads on it.
+        """Free motions at a batch entry: their displacements, the joints that turn, and the work of the loads on them.
 
         Parameters
         ----------
@@ -122,7 +126,7 @@ class FrameStates(SolvedFrame):
         Returns
         -------
         FreeMotion
-            As many motions as are independent, (count, ...); count is 0 where everything is constrained.
+            The ``count`` independent motions, arrays (count, ...); ``count`` is 0 where everything is constrained.
 
         Raises
         ------
@@ -148,12 +152,12 @@ class FrameStates(SolvedFrame):
         return free_motion(self.plan, at, solvable=not self._singular[at])
 
     def silenced(self) -> Self:
-        """Stop telling of mechanisms in warnings, as nobody reads them of what is a step to other results.
+        """Switch off warnings of mechanisms, for a solution that is only an intermediate step.
 
         Returns
         -------
         Solution
-            This one.
+            This solution.
         """
         self._warned = True
         return self
@@ -169,7 +173,7 @@ class FrameStates(SolvedFrame):
         return found
 
     def _unknown(self, bound: Array) -> Array:
-        """No bound is proved where it takes to be certain that nothing at all resists a motion."""
+        """An error bound with inf at statically consistent mechanisms: rounding may hide a small stiffness there."""
         if self.consistent_mechanisms is not None:
             bound[self.consistent_mechanisms.moving] = np.inf
         return bound
@@ -232,7 +236,7 @@ class FrameStates(SolvedFrame):
         )
 
     def _announced(self, found: Array, moved: Array) -> Array:
-        # Where there are mechanisms as well, their warning tells of both.
+        # Where there are unstable entries as well, their warning covers both.
         if (
             self.consistent_mechanisms is not None
             and self.consistent_mechanisms.masked(found, moved)
@@ -243,7 +247,7 @@ class FrameStates(SolvedFrame):
         return found
 
     def _settled(self, rows: Sequence[Row]) -> Array:
-        """Six displacements, NaN where they have a part in the free motion of a statically consistent mechanism."""
+        """Values of `rows`, (..., 6); NaN where they are part of a statically consistent mechanism's free motion."""
         found = self.primary.stacked(rows)
         return (
             found
@@ -253,14 +257,14 @@ class FrameStates(SolvedFrame):
 
 
 def _own(array: Array) -> Array:
-    """The array where it may be written to, else a copy."""
+    """The array itself if it is writable, else a copy."""
     return array if array.flags.writeable else array.copy(order="K")
 
 
 def _reader() -> int:
     """Stack level, for a warning of who called this, of the first caller that is not part of linkframe."""
     frame, level = sys._getframe(1), 1
-    # cached properties lie between
+    # calls of cached properties lie in between
     while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(("linkframe.", "functools")):
         frame, level = frame.f_back, level + 1
     return level

@@ -1,4 +1,4 @@
-"""How far the results of a linear solution hold: error bounds, sensitivity, conditioning, linearity."""
+"""Accuracy of a linear solution: error bounds, sensitivity, condition numbers, and whether linear theory holds."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .results import NamedResults
 
 
 class ResultsWithBounds(NamedResults):
-    """Results with bounds on their error, their derivatives, and the measures of how well they are conditioned."""
+    """Results with error bounds, derivatives, condition numbers and an estimate of the error of linear theory."""
 
     def error_bound(self, name: str, of: str = "displacement", components: Sequence[str] | None = None) -> Array:
-        """Bound on the error of results against the exact solution of the frame as it is described.
+        """Bound on the rounding error of results, against the exact linear solution of the frame as described.
 
         All rounding is included: lengths and axes of members, their stiffnesses, assembly, elimination, recovery. The
         numbers of the description are taken as exact.
@@ -36,15 +36,14 @@ class ResultsWithBounds(NamedResults):
         of
             ``displacement``, ``reaction``, ``joint_displacement``, ``joint_force`` or ``end_forces``.
         components
-            Those that are asked for, such as ``("ux", "uy")``, each of which costs an adjoint solution, or of
-            displacements of a large frame some iterations; all where None.
+            Components to bound, such as ``("ux", "uy")``; all where None. Each costs one adjoint solution, or some
+            iterations for a displacement of a large frame.
 
         Returns
         -------
         ndarray
-            By component, of the shape of the result: (..., 6), or (..., 12) for ``end_forces``, or (..., m) for the m
-            `components`. inf where the loads
-            reach what can move, and where it is too close to that for any digit to be certain.
+            Bounds by component, in the units of the result: (..., 6), or (..., 12) for ``end_forces``, or (..., m) for
+            the m `components`. inf where a loaded part is a mechanism, or so close to one that no digit is certain.
 
         Raises
         ------
@@ -79,9 +78,9 @@ class ResultsWithBounds(NamedResults):
         )
 
     def refined(self, name: str, of: str = "displacement") -> tuple[Array, Array]:
-        """Result after one step of iterative refinement in extended precision, and the bound on its error.
+        """Result after one step of iterative refinement in extended precision, and a bound on its error.
 
-        Worth it where `error_bound` is large: what is left is what rounding of the members' stiffnesses leaves open.
+        It helps where `error_bound` is large: only the effect of rounding in the members' stiffnesses remains.
 
         Parameters
         ----------
@@ -122,25 +121,26 @@ class ResultsWithBounds(NamedResults):
         return self._masked(values), self._masked(self._unknown(bounds), np.inf)
 
     def sensitivity(self, name: str, component: str, of: str = "displacement") -> Sensitivity:
-        """Derivative of one component of a result by every load, joint stiffness, offset, support, member and node.
+        """Sensitivity of one component of a result to every load, joint stiffness, offset, support, member and node.
 
-        They come from one adjoint solve (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch.
-        2). Those by loads, offsets and supports do not depend on the load, and hold where there is none.
+        All derivatives come from one adjoint solution (Choi & Kim, *Structural Sensitivity Analysis and Optimization
+        1*, 2005, ch. 2). Those by loads, offsets and supports do not depend on the load; they exist for an unloaded
+        frame as well.
 
         Parameters
         ----------
         name
             The node or joint.
         component
-            Such as ``uy``; such as ``fy`` where the result is a force.
+            Name of the component: ``ux`` to ``rz``, or ``fx`` to ``mz`` where the result is a force.
         of
             ``displacement``, ``reaction``, ``joint_displacement`` or ``joint_force``.
 
         Returns
         -------
         Sensitivity
-            By name, each (..., 6); NaN where what the result depends on is a mechanism, loaded or not. By coordinates
-            of nodes, sizes of sections and Young's moduli when they are asked for.
+            Derivatives by name, each (..., 6); NaN where the part on which the result depends is a mechanism, loaded or
+            not. Those by coordinates of nodes, sizes of sections and moduli are computed when they are read.
 
         Raises
         ------
@@ -170,13 +170,13 @@ class ResultsWithBounds(NamedResults):
         return sensitivity(self, name, component, of)
 
     def distance_to_singularity(self) -> Array:
-        """Least singular value of the deformations by the unknowns, their columns scaled to length one, (...).
+        """Distance from a mechanism: the least singular value of the scaled deformation matrix, (...).
 
-        Of what the loads reach; of the whole frame where there are none.
-
-        With the stiffness as springs k on deformations B q it is that of ``sqrt(k) B``, the square root of the least
-        eigenvalue of the scaled stiffness: rounding (1e-15) where nothing resists some motion. For a four-bar it falls
-        in proportion to the angle from a singular pose.
+        With the stiffness as springs k on deformations ``B q`` of the unknowns q, the matrix is ``sqrt(k) B``, its
+        columns scaled to length one; its least singular value is the square root of the least eigenvalue of the
+        diagonally scaled stiffness. It is of the order of rounding (1e-15) for a mechanism, and for a four-bar
+        proportional to the angle from a singular pose. It refers to the loaded parts of the frame, or to the whole
+        frame where there are no loads.
 
         Returns
         -------
@@ -185,7 +185,7 @@ class ResultsWithBounds(NamedResults):
 
         Examples
         --------
-        A low arch of two pinned bars: in proportion to its height.
+        A low arch of two pinned bars: the distance is proportional to the height of the arch.
 
         >>> import numpy as np
         >>> from linkframe.elements import Beam, Circle, Joint, Material
@@ -206,17 +206,17 @@ class ResultsWithBounds(NamedResults):
         return self._read("distance", lambda: self.bounds.distance())
 
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the displacements by their being linear, (...).
+        """Estimated relative error of linear theory in the displacements, (...).
 
-        inf where the frame is a mechanism, and where its load exceeds a buckling load.
-
-        From the forces out of balance in the displaced shape, that within clearances included, and its rotations; see
-        `linkframe.framework.results.validity`. A contact that changes side on the way is not foreseen.
+        It is estimated from the forces that are out of balance in the displaced shape, displacements within clearances
+        included, and from the rotations; see `linkframe.framework.results.validity`. Contacts that change side while
+        the load grows are not taken into account.
 
         Returns
         -------
         ndarray
-            Zero or above, (...): 0.05 stands for displacements that are off by 5 %.
+            Zero or above, (...): 0.05 stands for displacements that are off by 5 %; inf where the frame is a mechanism,
+            or its load exceeds a buckling load.
 
         Examples
         --------
@@ -240,38 +240,44 @@ class ResultsWithBounds(NamedResults):
         return self.nonlinearity() < LINEAR
 
     def condition_number(self) -> Array:
-        """2-norm condition number of K, assembled in the usual way with joints as springs between nodes, (...).
+        """2-norm condition number of the stiffness in the usual assembly, with joints as springs between nodes, (...).
 
         Returns
         -------
         ndarray
             Greatest over least singular value, (...); inf or huge where the frame is a mechanism.
+
+        Raises
+        ------
+        FrameError
+            If the frame has rigid links or ties, or joints that are ideal in some directions only: they have no usual
+            assembly.
         """
         return self._read("condition", lambda: usual(self.plan))
 
     def scaled_condition_number(self) -> Array:
-        """2-norm condition number of K in joint-relative coordinates, scaled node by node, (...).
+        """2-norm condition number of the stiffness in joint-relative coordinates, scaled node by node, (...).
 
-        One unit of length for the displacements of a node and one of angle for its rotations are such that the mean of
-        their stiffness is one; in a joint, of what springs of the same stiffness resist. So it is the same in whatever
-        axes the frame, its bodies or a joint of equal springs are described.
+        The three displacements of a node are scaled to a mean diagonal stiffness of one, and so are its three
+        rotations; in a joint, the components whose springs have the same stiffness. The number is therefore the same
+        in whatever axes the frame, its bodies or a joint of equal springs are described.
 
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...): about as many of 16 digits are at risk as it has; inf where
-            nothing resists. The coordinates of a loop are those of the entry alone, and may be others where the joints
-            of the loop are described in another order, or ideal ones that close it in other axes.
+            Greatest over least singular value, (...): its decimal logarithm is about the number of digits, out of 16,
+            that rounding may cost; inf for a mechanism. In a frame with loops it may depend somewhat on the order in
+            which joints are described, and on the axes of the ideal joints that close a loop.
         """
         return self._read("scaled", lambda: scaled(self.plan))
 
     @cached_property
     def bounds(self) -> Bounds:
-        """Estimates of the error of results."""
+        """The error bounds of all results, computed as they are read."""
         return Bounds(self)
 
     def _asked(self, name: str, of: str) -> tuple[str, Array]:
-        """The name in the description of what is asked for, and the result."""
+        """The name by which the node, joint or member is described, and its result of the kind `of`."""
         if self.clearances is not None:
             raise FrameError(
                 "bounds, refinement and sensitivities are those of a linear solution, and this one has contacts in its "

@@ -1,7 +1,7 @@
-"""A program arranged for machine code: fewer divisions, products within sums, and steps where they are needed.
+"""Rearrangement of a program for machine code: fewer divisions, fused products and sums, and a better order of steps.
 
-A division takes as long as ten products; a product and a sum are one operation of the processor, rounded once. Of a
-long program most values wait for their use in memory; the fewer there are at a time, the more stay in registers.
+A division takes as long as ten products; a product and a sum are one fused operation, rounded once. In a long program
+most values wait in memory for their use; the fewer there are at a time, the more stay in registers.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from .program import NONE, Operation, Program, ProgramStep, Rounds
 
-# A sum or difference, by the operation that it is where its first or its second operand is a product.
+# For a sum or difference, the fused operations that replace it if its first, or its second, operand is a product.
 _WITH_PRODUCT = {
     Operation.ADD: (Operation.MULTIPLY_ADD, Operation.MULTIPLY_ADD),
     Operation.SUBTRACT: (Operation.MULTIPLY_SUBTRACT, Operation.SUBTRACT_PRODUCT),
@@ -20,12 +20,12 @@ _WITH_PRODUCT = {
 
 
 def arranged(program: Program) -> Program:
-    """The same results, to rounding, in less time; of a program without matrix products."""
+    """An equivalent program, to rounding, that takes less time; `program` must have no matrix products."""
     return in_order_of_need(_with_products(_with_inverses(program)))
 
 
 def _with_inverses(program: Program) -> Program:
-    """What is divided by one number several times is multiplied by its inverse."""
+    """Several divisions by the same number are replaced by products with its inverse."""
     first, made, masks = program.first, list(program.steps), list(program.masks)
     times = Counter(step.b for step in made if step.operation == Operation.DIVIDE)
     shared = sorted(k for k, count in times.items() if count > 1)
@@ -33,7 +33,7 @@ def _with_inverses(program: Program) -> Program:
     if not shared or 1.0 not in constants:
         return program
     one = constants[1.0]
-    # Each inverse follows at the end, until steps are put in order.
+    # Inverses are appended at the end; the steps are ordered later.
     inverses = {k: first + len(made) + place for place, k in enumerate(shared)}
     for at, step in enumerate(program.steps):
         if step.operation == Operation.DIVIDE and step.b in inverses:
@@ -44,7 +44,7 @@ def _with_inverses(program: Program) -> Program:
 
 
 def _with_products(program: Program) -> Program:
-    """Sums that do the product among their operands, where nothing else needs it."""
+    """Sums are fused with a product among their operands if nothing else needs that product."""
     first, masks, again = program.first, program.masks, program.again
     uses = Counter(k for step in program.steps for k in step.operands)
     uses.update(_asked(program))
@@ -63,7 +63,7 @@ def _with_products(program: Program) -> Program:
 
 
 def in_order_of_need(program: Program) -> Program:
-    """The same steps, each as late as may be before the first that needs it; those that nothing needs drop out."""
+    """The same steps, each as late as possible before the first one that needs it; unneeded steps are dropped."""
     first = program.first
     found, order = [False] * (first + len(program.steps)), []
     for goal in _asked(program):
@@ -83,7 +83,7 @@ def in_order_of_need(program: Program) -> Program:
 
 
 def _asked(program: Program) -> list[int]:
-    """Values that results or further rounds need."""
+    """Numbers of the values that results or further rounds need."""
     rounds = program.rounds
     if rounds is None:
         return list(program.outputs)
@@ -92,9 +92,9 @@ def _asked(program: Program) -> list[int]:
 
 
 def _renumbered(program: Program, order: Sequence[int]) -> Program:
-    """The steps that make these values, in this order."""
+    """The program with only the steps that make the given values, in the given order."""
     first, rounds = program.first, program.rounds
-    # That of none, at the end, is none.
+    # The last item maps NONE, which is -1, to itself.
     new = [*range(first), *(NONE,) * (len(program.steps) + 1)]
     for number, k in enumerate(order, first):
         new[k] = number

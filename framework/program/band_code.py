@@ -1,8 +1,8 @@
-"""Cholesky factors of many banded matrices at a time, entry beside entry in each register, as machine code.
+"""Cholesky factors of several banded matrices at a time, one matrix in each lane of the vector registers.
 
-LAPACK takes one matrix after the other, and of a narrow band each column costs it more in calls than in arithmetic.
-Here a lane of a register is an entry of the batch: what is done is the same for all, in the same order, and no lane
-knows of the others (Golub & Van Loan, Matrix Computations, 4th ed., 2013, sec. 4.3.5). Needs the extra ``fast``.
+LAPACK factorises one matrix after the other, and for a narrow band its overhead for each column exceeds the arithmetic.
+Here the same operations are done in the same order in all lanes, which do not affect each other (Golub & Van Loan,
+*Matrix Computations*, 4th ed., 2013, sec. 4.3.5). It needs the extra ``fast``.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ Index = NDArray[np.int64]
 
 
 def factorise(bands: Array) -> None:
-    """Replace matrices by their factors L of L L^T, NaN from the first pivot on that is negative.
+    """Overwrite matrices with their factors L of ``L L^T``; NaN from the first negative pivot on.
 
     Parameters
     ----------
     bands
-        Entries on and below the diagonal, column by column, (groups, columns, width, `WIDTH`); as many columns as the
-        band is wide follow those of the matrix and are zero.
+        Entries on and below the diagonal, column by column, (groups, columns, width, `WIDTH`); the columns of the
+        matrix are followed by `width` columns of zeros.
     """
     starts = _starts(bands, np.arange(len(bands)))
     _run(bands, np.stack([starts, starts], axis=1), 0)
 
 
 def solve(bands: Array, numbers: Index, loads: Array) -> None:
-    """Replace loads by solutions.
+    """Overwrite loads with solutions.
 
     Parameters
     ----------
     bands
         Factors, see `factorise`.
     numbers
-        Groups that loads are given for, (n,).
+        Numbers of the groups to solve for, (n,).
     loads
-        (columns, right-hand sides, n, `WIDTH`), zero in the columns that follow those of the matrix.
+        Loads (columns, right-hand sides, n, `WIDTH`), zero in the columns that follow those of the matrix.
     """
     _, cases, count, _ = loads.shape
     of_bands, of_loads = _starts(bands, np.tile(numbers, cases)), _starts(loads[0, 0], np.arange(cases * count))
@@ -53,13 +53,13 @@ def solve(bands: Array, numbers: Index, loads: Array) -> None:
 
 
 def _starts(array: Array, numbers: Index) -> Index:
-    """Where in memory those of an array along its first axis begin."""
+    """Memory addresses of items of an array along its first axis."""
     assert array.flags.c_contiguous
     return array.ctypes.data + array.strides[0] * numbers
 
 
 def _run(bands: Array, starts: Index, row: int) -> None:
-    """Factorise, or solve where a row of loads has so many vectors."""
+    """Factorise if `row` is 0, else solve; `row` is the number of vectors in a row of loads."""
     _, columns, width, _ = bands.shape
     table = np.ascontiguousarray(starts)
     _function()(table.ctypes.data, row, columns - width, width, len(starts))
@@ -71,7 +71,7 @@ def _function() -> Callable[..., None]:
 
 
 class _Text(LoopText):
-    """The function as the text that LLVM reads: of no right-hand sides it factorises, of some it solves."""
+    """LLVM code of the function, which factorises if there are no right-hand sides and solves otherwise."""
 
     def whole(self) -> str:
         """All of it."""
@@ -89,7 +89,7 @@ class _Text(LoopText):
             self._lines.append("  ret void")
         return "\n".join([*self._lines, "}"])
 
-    # -- what is done -------------------------------------------------------------------------------------------------
+    # -- the algorithms -----------------------------------------------------------------------------------------------
 
     def _factor(self, group: str) -> None:
         band = self._pointer(self._int("mul", group, "2"))
@@ -107,7 +107,7 @@ class _Text(LoopText):
         self._store(base, at, self._two("fdiv", self._load(base, at), by))
 
     def _subtract(self, band: str, first: str, i: str) -> None:
-        """What column `first` takes from the column i behind it."""
+        """Subtract the contribution of column `first` from the i-th column after it."""
         factor = self._load(band, self._int("add", first, i))
         other = self._int("sub", self._int("add", first, self._int("mul", i, "%width")), i)
 

@@ -1,4 +1,4 @@
-"""A program with its numbers: which back end runs it, and why."""
+"""A program with its input values: the choice between NumPy and machine code, and running it."""
 
 from __future__ import annotations
 
@@ -21,41 +21,41 @@ from .numpy_backend import Memory, Schedule, combinations
 from .program import Program
 from .recording import Recording, Term
 
-# Seconds, as order of magnitude: an operation of NumPy on a number in the cache, one of machine code, compiling one.
+# Seconds, by order of magnitude: NumPy's operation on one number in the cache, one in machine code, compiling a step.
 NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
-# Steps of which each takes twice as long to compile.
+# Length of a program at which each step takes twice as long to compile.
 TWICE = 2**14
-# What is compiled is likely to be run again: so often it may take to pay for itself.
+# Compiled code is likely to be run again: this many runs may be needed to make up for compiling it.
 TIMES = 2
-# Steps that are compiled at most, and entries along the last axis that it takes at least.
+# Largest number of steps that are compiled, and least number of entries along the last axis.
 MOST, LEAST = 2**15, 2 * WIDTH
-# Seconds of machine code from which on a second thread pays for its start.
+# Seconds of machine code above which a second thread is worth starting.
 THREADS = 1e-3
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Which back end, and why, in words."""
+    """Whether to compile a program to machine code, and why, in words."""
 
     compiled: bool
     reason: str
 
 
 class Calculation:
-    """What makes some outputs of a recording, for a batch.
+    """A program with its input values, for a batch.
 
     Parameters
     ----------
     program
         The program.
     given
-        The given values, of as many axes as the batch where they vary; None for what is given when it runs.
+        Input values, arrays with all batch axes where they vary; None for values that are passed to `run`.
     shape
-        The batch.
+        Shape of the batch.
     later
-        Of what is given when it runs: where it stands among the given values, and its turn there.
+        For each value that is passed to `run`: its index among the inputs, and its index among those passed.
     compiled
-        Whether to run it as machine code; as promises to be faster where None.
+        Whether to run it as machine code (True) or by NumPy (False); None chooses by expected time.
     """
 
     def __init__(
@@ -81,16 +81,16 @@ class Calculation:
     def recorded(
         cls, recording: Recording, outputs: Sequence[Term], shape: Shape, *, compiled: bool | None = None
     ) -> Calculation:
-        """What makes some outputs of a recording.
+        """The calculation of some terms of a recording.
 
         Parameters
         ----------
         recording
-            What was written down.
+            The recording.
         outputs
-            The terms asked for.
+            The terms to compute.
         shape, compiled
-            As above.
+            As for `Calculation`.
         """
         program, places = recording.program(outputs)
         turns = {k: turn for turn, k in enumerate(k for k, value in enumerate(recording.given) if value is None)}
@@ -98,11 +98,11 @@ class Calculation:
         return cls(program, [recording.given[k] for k in places], shape, later=later, compiled=compiled)
 
     def of(self, mask: int, shape: Shape | None = None) -> Shape:
-        """The shape of what varies over these axes of the batch, or of a part of it."""
+        """Shape of a number that varies over the axes of a mask, for the batch or a part of it of another `shape`."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape if shape is None else shape))
 
     def results(self) -> list[Any]:
-        """All outputs, each of the shape over which it varies; those that are constants as such."""
+        """All outputs, each of the shape over which it varies; constants as floats."""
         program = self.program
         held = self.places()
         self.run(0, slice(None), held)
@@ -110,21 +110,21 @@ class Calculation:
         return [fixed.get(k, out) for k, out in zip(program.outputs, held, strict=True)]
 
     def places(self) -> list[Array]:
-        """Where all outputs can go, for the whole batch."""
+        """Arrays for all outputs over the whole batch."""
         program = self.program
         return [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
 
     def run(self, axis: int, indices: slice, outputs: Sequence[Array], later: Sequence[Value] = ()) -> None:
-        """Do the steps for some indices of a batch axis.
+        """Run the steps for some indices of a batch axis.
 
         Parameters
         ----------
         axis, indices
             The part of the batch.
         outputs
-            Where the outputs go, each of the shape over which it varies.
+            Arrays to fill with the outputs, each of the shape over which it varies in that part.
         later
-            The values that are given now.
+            Values of the inputs that were left open, for that part.
         """
         tables = self.program.tables
         given = [
@@ -198,7 +198,7 @@ class Calculation:
 
 
 def choose(program: Program, shape: Shape) -> Choice:
-    """The back end that promises to take less time; it depends on the program and the batch alone."""
+    """The choice that is expected to take less time; it depends on the program and the batch alone."""
     size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
     steps = program.weight
     numpy, compiling = NUMPY * size * steps, COMPILING * steps * (1.0 + steps / TWICE)
@@ -211,7 +211,7 @@ def choose(program: Program, shape: Shape) -> Choice:
         return Choice(False, f"{text}; more than {MOST} steps take too long to compile")
     if TIMES * numpy < compiling:
         return Choice(False, f"{text}; compiling them would take about {_milliseconds(compiling)}")
-    # to look at the processor loads the compiler, which takes as long as many a short batch
+    # asking for the processor's features loads the compiler, which may take longer than a short batch
     if not machine_code.able(program):
         return Choice(False, f"{text}; machine code takes a processor with fused operations for sines")
     return Choice(
@@ -231,7 +231,7 @@ def _milliseconds(seconds: float) -> str:
 
 
 def empty(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]:
-    """Arrays of these shapes: those given where they suit; one piece of memory for the others, which is made faster."""
+    """Arrays of given shapes: the `given` ones where these fit, the others in one piece of memory, which is faster."""
     suits = [place is not None and place.shape == shape for shape, place in zip(shapes, given, strict=True)]
     sizes = [0 if suit else math.prod(shape) for suit, shape in zip(suits, shapes, strict=True)]
     pieces = np.split(np.empty(sum(sizes)), np.cumsum(sizes)[:-1]) if sizes else []
@@ -242,7 +242,7 @@ def empty(shapes: Sequence[Shape], given: Sequence[Array | None]) -> list[Array]
 
 
 def workers() -> int:
-    """Threads for machine code: as many as there are processors, or as OMP_NUM_THREADS says."""
+    """Number of threads for machine code: OMP_NUM_THREADS, or the number of processors."""
     asked = os.environ.get("OMP_NUM_THREADS", "")
     if asked.isdigit():
         return max(1, int(asked))
@@ -250,7 +250,7 @@ def workers() -> int:
 
 
 def _addresses(arrays: Sequence[Array], lead: Shape) -> machine_code.Addresses:
-    """Where each array begins, for each of the `lead` batch entries in turn, (rows, arrays)."""
+    """Memory address of each array at each index of the leading axes `lead`, (rows, arrays)."""
     table = np.empty((*lead, len(arrays)), dtype=np.int64)
     table[...] = [array.__array_interface__["data"][0] for array in arrays]
     for axis, length in enumerate(lead):
@@ -260,7 +260,7 @@ def _addresses(arrays: Sequence[Array], lead: Shape) -> machine_code.Addresses:
 
 
 def _along(value: Value, depth: int) -> Value:
-    """A number with the first `depth` axes of the batch alone, over more of which it does not vary."""
+    """A number with only the first `depth` batch axes, as it does not vary over the others."""
     return value.reshape(value.shape[:depth]) if isinstance(value, np.ndarray) and value.ndim > depth else value
 
 
@@ -271,7 +271,7 @@ def _double(value: Value | None) -> Value | None:
 
 
 def _cut(value: Value | None, axis: int, indices: slice, shape: Shape) -> Value | None:
-    """The part of a number that belongs to a chunk."""
+    """The values of a number in a chunk."""
     if not isinstance(value, np.ndarray) or value.shape[axis] != shape[axis]:
         return value
     return value[(slice(None),) * axis + (indices,)]

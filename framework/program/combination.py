@@ -1,4 +1,4 @@
-"""Combinations of numbers that vary along the last batch axis, by factors that do not: one matrix product."""
+"""Linear combinations of numbers as matrix products, where the factors do not vary along the last batch axis."""
 
 from __future__ import annotations
 
@@ -10,25 +10,25 @@ import numpy as np
 from ..batch import Array
 from ..structure.parts import Row, Value, combine
 
-# Columns multiplied at a time. They are the same wherever the batch is cut, and with them the order of every sum.
+# Number of columns multiplied at a time; fixed, so that the order of every sum does not depend on the chunks.
 BLOCK = 256
-# A matrix less full than this is not made; nor is one where the last axis is shorter than so many entries.
+# No matrix is formed if it has a smaller share of nonzero factors, or if the last axis is shorter than this.
 _FULL = 0.2
 _SHORT = 16
 
 
 @dataclass(frozen=True)
 class Combination:
-    """m sums of products of factors and numbers.
+    """m linear combinations of n numbers.
 
     Attributes
     ----------
     rows
-        Factors by number.
+        For each combination its factors by key of the number.
     columns
-        Place of each number.
+        Column of each number, by key.
     matrix
-        The factors (..., m, n), where they do not vary along the last axis of the batch and are not mostly zero.
+        The factors, (..., m, n), if they do not vary along the last batch axis and are not mostly zero; else None.
     """
 
     rows: Sequence[Row]
@@ -37,7 +37,7 @@ class Combination:
 
     @classmethod
     def of(cls, rows: Sequence[Row], columns: Mapping[int, int], shape: tuple[int, ...]) -> Combination:
-        """Gather `rows` for a batch of `shape`."""
+        """The combination of some `rows` for a batch of a `shape`."""
         factors = [factor for row in rows for factor in row.values()]
         varying = np.broadcast_shapes((1,) * len(shape), *(np.shape(factor) for factor in factors))
         if shape[-1] < _SHORT or varying[-1] > 1 or len(factors) < _FULL * len(rows) * len(columns):
@@ -49,7 +49,7 @@ class Combination:
         return cls(rows, columns, matrix)
 
     def cut(self, axis: int, indices: slice) -> Combination:
-        """The factors at some indices of a batch axis."""
+        """The combination at some indices of a batch axis."""
         part = (slice(None),) * axis + (indices,)
         if self.matrix is None:
             return replace(self, rows=[{k: _cut(factor, axis, part) for k, factor in row.items()} for row in self.rows])
@@ -57,7 +57,7 @@ class Combination:
         return self if last or self.matrix.shape[axis] == 1 else replace(self, matrix=self.matrix[part])
 
     def times(self, numbers: Array, out: Array) -> None:
-        """Put the sums of `numbers` (..., n, length) into `out` (..., m, length)."""
+        """Write the combinations of `numbers` (..., n, length) into `out` (..., m, length)."""
         if self.matrix is None:
             for i, row in enumerate(self.rows):
                 out[..., i, :] = combine([(f, numbers[..., self.columns[k], :]) for k, f in row.items()])

@@ -1,4 +1,4 @@
-"""Arithmetic that is done at once, where a program would not run often enough to be written down first."""
+"""Direct evaluation, with the interface of a recording, where a program would not run often enough to pay."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .combination import Combination
 
 
 class Arithmetic(Protocol):
-    """What a calculation is carried out on: a recording, or numbers themselves."""
+    """The common interface of a recording and of direct evaluation."""
 
     def take(self, value: Value) -> Any:
-        """What stands for a number."""
+        """A number as the calculation uses it: a term of a recording, or the number in double precision."""
         ...
 
     def products(self, rows: Sequence[Mapping[int, Value]], numbers: Mapping[int, Value]) -> list[Value]:
-        """Sums of products of the factors `rows` with `numbers`."""
+        """Linear combinations of `numbers` with the factors `rows`."""
         ...
 
 
@@ -30,12 +30,12 @@ def double(value: Value) -> Value:
 
 
 class Direct:
-    """Numbers stand for themselves.
+    """Direct evaluation with numbers.
 
     Parameters
     ----------
     shape
-        The batch.
+        Shape of the batch.
     """
 
     def __init__(self, shape: Shape) -> None:
@@ -46,10 +46,10 @@ class Direct:
         return double(value)
 
     def products(self, rows: Sequence[Mapping[int, Value]], numbers: Mapping[int, Value]) -> list[Value]:
-        """Sums of products of the factors `rows` with `numbers`, as one matrix product.
+        """Linear combinations of `numbers` with the factors `rows`, as one matrix product.
 
-        What is no sum stays out of it, as out of one that is recorded: the place of a row in its matrix may tell in
-        the last bit.
+        Rows that are a single number are left out of the product, as in a recording, since the position of a row in a
+        matrix may affect the last bit of its product.
         """
         given = {k: value for k, value in numbers.items() if not _constant(value, 0.0)}
         taken = [{k: self.take(v) for k, v in row.items() if k in given} for row in rows]
@@ -75,5 +75,5 @@ def _constant(value: Value, number: float) -> bool:
 
 
 def _alone(row: Row) -> bool:
-    """Whether a row is one number as it stands."""
+    """Whether a row is a single number with the factor one."""
     return len(row) == 1 and _constant(next(iter(row.values())), 1.0)

@@ -1,9 +1,9 @@
-"""Machine code kept on disk, so that the next process compiles nothing.
+"""Machine code cached on disk, so that the next process need not compile it.
 
-It lies in the folder for such things: ``LINKFRAME_CACHE`` where that is set, else ``linkframe`` in ``XDG_CACHE_HOME``,
-or where the system has its caches. ``LINKFRAME_CACHE=off`` switches it off. A file is named by all that its content
-depends on: the text that is compiled, the version of LLVM, and the processor with its features. It is written whole or
-not at all, carries a checksum, and is compiled anew where that is not right. What others may write to is not taken up.
+The folder is ``LINKFRAME_CACHE`` if that is set, else ``linkframe`` in ``XDG_CACHE_HOME`` or in the system's folder for
+caches; ``LINKFRAME_CACHE=off`` switches the cache off. The name of a file is a hash of all that its content depends on:
+the LLVM code, the versions of llvmlite and LLVM, and the processor with its features. A file is written completely or
+not at all, has a checksum, and is compiled anew if that is wrong. Files that other users may write are not read.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from hashlib import sha256
 from pathlib import Path
 
 VARIABLE = "LINKFRAME_CACHE"
-# Files kept; of more, those that were not used for the longest time go.
+# Number of files that are kept; beyond it the least recently used are deleted.
 MOST = 500
 _HEAD = b"linkframe machine code 1\n"
 
 
 def folder() -> Path | None:
-    """Where it lies; None where it is switched off, or nobody knows where home is."""
+    """Folder of the cache; None if it is switched off, or there is no home folder."""
     asked = os.environ.get(VARIABLE, "")
     if asked.lower() in ("off", "0", "no"):
         return None
@@ -44,12 +44,12 @@ def _caches() -> Path:
 
 
 def key(parts: Iterable[str]) -> str:
-    """Name of what depends on these texts."""
+    """Name of a file, a hash of the texts on which its content depends."""
     return sha256("\0".join(parts).encode()).hexdigest()
 
 
 def read(name: str) -> bytes | None:
-    """What is kept under a name; None where nothing is, or it is damaged, or others may have written it."""
+    """Content of the cached file of a name; None if there is none, it is damaged, or other users may write it."""
     place = folder()
     if place is None:
         return None
@@ -66,7 +66,7 @@ def read(name: str) -> bytes | None:
 
 
 def write(name: str, content: bytes) -> None:
-    """Keep it; where there is no room, or no right to, do without."""
+    """Write a file into the cache; do nothing if there is no space or permission."""
     place = folder()
     if place is None:
         return
@@ -86,7 +86,7 @@ def write(name: str, content: bytes) -> None:
 
 
 def _own(place: Path) -> bool:
-    """Whether a folder belongs to who asks, and nobody else may write to it."""
+    """Whether a folder belongs to the current user and nobody else may write to it."""
     if not hasattr(os, "getuid"):
         return True
     found = place.stat()
@@ -94,7 +94,7 @@ def _own(place: Path) -> bool:
 
 
 def _forget(place: Path) -> None:
-    """Leave the files that were used last."""
+    """Delete all but the most recently used files."""
     files = list(place.glob("*.o"))
     if len(files) > MOST:
         for path in sorted(files, key=lambda each: each.stat().st_mtime)[: len(files) - MOST]:

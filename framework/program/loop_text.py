@@ -1,4 +1,4 @@
-"""Loops over vectors of numbers as the text that LLVM reads."""
+"""A writer of LLVM code with loops over vectors of numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ VECTOR = f"<{WIDTH} x double>"
 
 
 class LoopText:
-    """Lines of a function, with what writes loads, stores and loops; what it computes is for subclasses."""
+    """Lines of an LLVM function, with methods that write loads, stores and loops; subclasses write the arithmetic."""
 
     def __init__(self) -> None:
         self._lines: list[str] = []
@@ -31,11 +31,11 @@ class LoopText:
         return self._value("v", line)
 
     def _two(self, operation: str, a: str, b: str) -> str:
-        """What an operation makes of two vectors."""
+        """Write an operation on two vectors; the name of the result."""
         return self._vector(f"{operation} {VECTOR} {a}, {b}")
 
     def _pointer(self, at: str) -> str:
-        """The pointer that the table has at a place."""
+        """Write the load of a pointer from the table; its name."""
         return self._value("p", f"load ptr, ptr {self._value('p', f'getelementptr i64, ptr %table, i64 {at}')}")
 
     def _place(self, base: str, at: str) -> str:
@@ -57,7 +57,7 @@ class LoopText:
     def _carried(
         self, start: str, stop: str, values: list[str], body: Callable[[str, list[str]], list[str]]
     ) -> list[str]:
-        """What becomes of values from one number to the next."""
+        """Write a loop that carries values from one iteration to the next; the names of the final values."""
         before, label = self._block, f"loop{next(self._names)}"
         _, number, then = self._head(start, label)
         at = len(self._lines)

@@ -1,9 +1,9 @@
-"""A program as machine code: straight-line arithmetic on a few batch entries at a time, all of it in registers.
+"""A program as machine code: straight-line arithmetic on a few batch entries at a time, in registers.
 
-The list is written as a loop body for LLVM, which llvmlite brings (extra ``fast``), and compiled in some 35 µs a
-step. LLVM is given no leave to change the arithmetic: each step is rounded as NumPy rounds it, and gives the same
-bits. Sums of products alone use fused operations where the processor has them; NumPy's matrix product does so too, but
-may add in another order. Of n terms they differ by no more than 2 n roundings of the sum of their magnitudes.
+The steps become a loop body in LLVM code, which llvmlite (extra ``fast``) compiles in some 35 µs a step. LLVM is not
+permitted to change the arithmetic: each step is rounded as by NumPy, and gives the same bits. Only linear combinations
+use fused operations where the processor has them; NumPy's matrix product does so too, but may add in another order. For
+n terms the two differ by at most 2 n roundings of the sum of the terms' magnitudes.
 """
 
 from __future__ import annotations
@@ -39,23 +39,23 @@ def available() -> bool:
 
 
 def able(program: Program) -> bool:
-    """Whether this processor has what a program takes: fused operations where there are sines."""
+    """Whether this processor can run a program: sines need fused operations."""
     return not any(step.operation in SINES for step in program.steps) or fused()
 
 
 @cache
 def fused() -> bool:
-    """Whether this processor has fused operations."""
+    """Whether this processor has fused multiply-add operations."""
     import llvmlite.binding as llvm
 
     return bool(llvm.get_host_cpu_features().get("fma")) or platform.machine().lower() in ("aarch64", "arm64")
 
 
 class Kernel:
-    """The steps of a program that vary over all its axes, compiled.
+    """The compiled steps of a program that vary over all its axes.
 
-    It takes a table of addresses, (rows, 1 + values): where in memory, for each row of the batch along its last axis,
-    the numbers that are the `same` all along it lie beside each other, and where each of `values` begins.
+    It is called with a table of memory addresses, (rows, 1 + values): for each row of the batch along its last axis,
+    that of a contiguous array of the values that are the `same` along the row, and that of each of `values`.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ class Kernel:
     same
         Numbers of the values that are read and do not vary along that axis.
     values
-        Numbers of the others that are read, tables among them, and after these of those that are written.
+        Numbers of the other values that are read, tables included, followed by those of the values that are written.
     read
-        How many of these are read.
+        How many of `values` are read.
     """
 
     def __init__(self, program: Program, axis: int) -> None:
@@ -91,14 +91,14 @@ class Kernel:
 
     @staticmethod
     def of(program: Program, axis: int) -> Kernel:
-        """The kernel of a program; frames of the same structure have it in common."""
+        """The kernel of a program, cached for all frames of the same structure."""
         kernel: Kernel = KERNELS.found(("kernel", program, axis), lambda: Kernel(program, axis), len(program.steps))
         return kernel
 
     def run(self, addresses: Addresses, length: int, workers: int = 1, held: object = None) -> None:
-        """Work through the rows of a batch of this `length` along its last axis, which is at least `WIDTH`.
+        """Run the kernel for all rows of a batch with this `length` along its last axis, at least `WIDTH`.
 
-        Other threads hold what is `held` until they are done: whoever asks may have been interrupted by then.
+        Worker threads keep a reference to `held`, the arrays, until they are done, in case the caller is interrupted.
         """
         rows, table = len(addresses), addresses.ctypes.data
         pieces = min(workers, max(rows, length // (4 * WIDTH)))
@@ -119,7 +119,7 @@ class Kernel:
 
 @cache
 def _threads(count: int, process: int) -> ThreadPoolExecutor:
-    """So many threads beside the one that asks; a process that was forked off has its own."""
+    """A pool of `count` threads, one for each process, as a forked process does not inherit threads."""
     return ThreadPoolExecutor(count, "linkframe")
 
 
@@ -127,7 +127,7 @@ def _threads(count: int, process: int) -> ThreadPoolExecutor:
 
 
 def _machine(cpu: str, features: str) -> Any:
-    """This processor, as LLVM knows it; one for each engine, to which it belongs from then on."""
+    """LLVM's target machine for this processor; each engine needs one of its own, which it takes over."""
     import llvmlite.binding as llvm
 
     llvm.initialize_native_target()
@@ -136,21 +136,21 @@ def _machine(cpu: str, features: str) -> Any:
 
 
 def compiled_kernel(text: str) -> Callable[..., None]:
-    """The function ``run`` of a text that takes a pointer to pointers and four whole numbers."""
+    """The compiled function ``run`` of some LLVM code, with a pointer to pointers and four integers as arguments."""
     whole = ctypes.c_int64
     found: Callable[..., None] = compiled(text, ctypes.CFUNCTYPE(None, ctypes.c_void_p, whole, whole, whole, whole))
     return found
 
 
 def compiled(text: str, kind: Any) -> Any:
-    """The function ``run`` of a text, from disk where it has been compiled before.
+    """The compiled function ``run`` of some LLVM code, from the cache on disk if it was compiled before.
 
     Parameters
     ----------
     text
-        What LLVM is to read.
+        The LLVM code.
     kind
-        Type of the function, by ctypes.
+        The ctypes type of the function.
 
     Returns
     -------

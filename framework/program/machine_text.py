@@ -1,4 +1,4 @@
-"""A program as the text that LLVM reads: a loop over rows of a batch, in it one over a few entries at a time."""
+"""LLVM code of a program: a loop over the rows of a batch, and within it one over a few entries at a time."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from .program import TABLES, Operation, Program
 from .sines import reduced, rotated, splat
 
-# Batch entries in a register; LLVM splits it where the processor's are shorter.
+# Batch entries in a vector; LLVM splits vectors if the processor's registers are shorter.
 WIDTH = 8
-# Bytes of results from which on they are written past the cache, which would not hold them until they are read.
+# Results of more bytes than this bypass the cache (non-temporal stores), which could not hold them until they are read.
 PAST = 2**24
 _V, _B = f"<{WIDTH} x double>", f"<{WIDTH} x i1>"
 _NAMES = {
@@ -29,7 +29,7 @@ _CALLS = {
     Operation.MULTIPLY_SUBTRACT: "fmuladd",
     Operation.SUBTRACT_PRODUCT: "fmuladd",
 }
-# Which operand of such a call has its sign turned round.
+# Index of the operand whose sign is changed in these calls.
 _TURNED = {Operation.MULTIPLY_SUBTRACT: 2, Operation.SUBTRACT_PRODUCT: 0}
 _DECLARED = "\n".join(
     [
@@ -41,17 +41,17 @@ SINES = frozenset({Operation.SINE, Operation.COSINE})
 
 
 class Text:
-    """The text of a kernel.
+    """LLVM code of a kernel.
 
     Parameters
     ----------
     program
         The program.
     same, read
-        Values that are there when it begins: those that are the same all along a row, which lie beside each other, and
-        tables and those that vary.
+        Numbers of the input values: those that are the same along a row, stored contiguously, and tables and values
+        that vary.
     written
-        Values that it makes for others.
+        Numbers of the values that are written to memory.
     """
 
     def __init__(self, program: Program, same: Sequence[int], read: Sequence[int], written: Sequence[int]) -> None:
@@ -87,7 +87,7 @@ class Text:
     # -- memory ------------------------------------------------------------------------------------------------------
 
     def _begin_row(self) -> Iterator[str]:
-        """Where each value begins, those first that do not vary along the row."""
+        """Load the address of each value, that of the values that do not vary along the row first."""
         yield f"  %at = mul i64 %r, {1 + len(self.read) + len(self.written)}"
         yield "  %line = getelementptr ptr, ptr %table, i64 %at\n  %same = load ptr, ptr %line"
         for place, k in enumerate([*self.read, *self.written], 1):
@@ -95,9 +95,9 @@ class Text:
         yield from self._begin_lines()
 
     def _begin_lines(self) -> Iterator[str]:
-        """Whether results are written past the cache: many, if lines of it begin at the same entries of all.
+        """Decide whether results bypass the cache: if they are many, and cache lines begin at the same entries of all.
 
-        After the first entries such a row goes on from where a line begins.
+        Such a row then continues, after its first entries, at the beginning of a cache line.
         """
         if not self._past:
             yield "  %begin = add i64 0, 0\n  %past = icmp ne i64 0, 0"
@@ -125,7 +125,7 @@ class Text:
         return f"%d{k}" if self.program.holds(k) else f"%v{k}"
 
     def _condition(self, k: int) -> Iterator[str]:
-        """What is true or false is 1 or 0 in memory where a step before made it."""
+        """Convert a condition that an earlier step stored in memory, as 1 or 0, to a boolean vector."""
         if self.program.holds(k):
             yield f"  %v{k} = fcmp une {_V} %d{k}, zeroinitializer"
 
@@ -146,7 +146,7 @@ class Text:
     # -- steps -------------------------------------------------------------------------------------------------------
 
     def _steps(self) -> Iterator[str]:
-        """What comes before the rounds, the rounds, and what comes after them."""
+        """The steps before the rounds, the rounds, and the steps after them."""
         program, made = self.program, [k + self.program.first for k in self.program.made(self.program.widest)]
         if program.rounds is None:
             for k in made:
@@ -169,7 +169,7 @@ class Text:
             yield from self._store(k)
 
     def _read_for(self, k: int) -> Iterator[str]:
-        """Load what a step takes and no step before has taken: few of many numbers are in registers at a time."""
+        """Load the operands of a step that have not been loaded yet: late loads keep few numbers in registers."""
         for operand in self.program.steps[k - self.program.first].operands:
             if operand in self._unread:
                 self._unread.discard(operand)
@@ -236,7 +236,7 @@ class Text:
             yield f"  %v{k} = select {_B} %c{k}, {_V} {a}, {_V} {others[0]}"
 
     def _search(self, k: int, table: int, x: int) -> Iterator[str]:
-        """Each number of the table against all entries, up to that which is inf."""
+        """Compare each number of the table with all entries, up to the final inf."""
         at, before = f"search{k}", self.label
         yield f"  br label %{at}\n{at}:"
         yield f"  %si{k} = phi i64 [0, %{before}], [%sn{k}, %{at}]"
@@ -270,6 +270,6 @@ class Text:
 
 
 def _everywhere(scalar: str, vector: str) -> Iterator[str]:
-    """A number in all places of a vector."""
+    """Write a vector with a number in all lanes."""
     yield f"  {vector}e = insertelement {_V} poison, double {scalar}, i64 0"
     yield f"  {vector} = shufflevector {_V} {vector}e, {_V} poison, <{WIDTH} x i32> zeroinitializer"

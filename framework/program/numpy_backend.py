@@ -1,4 +1,4 @@
-"""A program run by NumPy: one call of a ufunc a step, in memory that is used over and over and stays in the cache."""
+"""Running a program by NumPy: one ufunc call for each step, in memory that is reused and so stays in the cache."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def _carry(begin: Value, out: Array) -> None:
     out[...] = begin
 
 
-# What is true or false is 1 or 0 here.
+# The functions of the operations; conditions are 1 or 0.
 _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.ADD: np.add,
     Operation.SUBTRACT: np.subtract,
@@ -70,21 +70,21 @@ _FUNCTIONS: dict[Operation, Callable[..., object]] = {
     Operation.LOOK_UP: _look_up,
     Operation.CARRY: _carry,
 }
-# Of functions that do a product and something with it: what, and whether the product comes first.
+# For functions of a product and a third number: the second operation, and whether the product is its first operand.
 _TWO: dict[Callable[..., object] | None, tuple[Callable[..., object], bool]] = {
     _multiply_add: (np.add, True),
     _multiply_subtract: (np.subtract, True),
     _subtract_product: (np.subtract, False),
 }
-# A function with the arrays that it takes, and the one that it fills.
+# A function with its input arrays and its output array.
 _Bound = tuple[Callable[..., object], list[Value | None], Value | None]
-# A place in memory: the axes over which it varies, and its number among those.
+# A piece of memory: the mask of its axes, and its number among those with that mask.
 _Place = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class _Call:
-    """One step: a function, its operands and what it makes; a matrix product where there is no function."""
+    """One step: a function, the numbers of its operands and of its result; a matrix product if the function is None."""
 
     function: Callable[..., object] | None
     operands: tuple[int, ...]
@@ -92,20 +92,20 @@ class _Call:
 
 
 class Schedule:
-    """Which steps of a program are done, and where each puts its value: where one is that nothing needs any more.
+    """The steps of a program that NumPy runs, and the memory for each value: that of a value no longer needed.
 
     Parameters
     ----------
     program
         The program.
     apart
-        The axes of steps that somebody else does, after these; None for nobody. Sums of products are then no longer
-        done together, as they may belong to both.
+        Mask of the steps that machine code runs afterwards; None for none. Matrix products are then not used, as their
+        steps may belong to either.
     """
 
     def __init__(self, program: Program, apart: int | None = None) -> None:
         self.program, self.apart = program, apart
-        # Calls from the first to the last of which rounds are made.
+        # Range of the calls that make up a round.
         self.rounds = (0, 0)
         calls = list(self._apart() if apart is not None else self._calls())
         self.calls = calls if apart is not None or program.rounds is None else self._staged(calls, program.rounds)
@@ -114,7 +114,7 @@ class Schedule:
 
     @staticmethod
     def before(program: Program) -> Schedule:
-        """What comes before the steps that vary over all axes, which somebody else does."""
+        """The steps before those that vary over all axes, which machine code runs."""
         make = partial(Schedule, program, program.widest)
         schedule: Schedule = KERNELS.found(("before", program), make, len(program.steps))
         return schedule
@@ -126,7 +126,7 @@ class Schedule:
         return schedule
 
     def _staged(self, calls: list[_Call], rounds: Rounds) -> list[_Call]:
-        """What comes before the rounds, the rounds, and what comes after them."""
+        """The calls before the rounds, the rounds, and the calls after them."""
         carried = {begins for begins, _ in rounds.carried}
         late = set(carried)
         for call in calls:
@@ -142,7 +142,7 @@ class Schedule:
 
     @cached_property
     def kept(self) -> set[int]:
-        """Values of these steps that are read afterwards."""
+        """Numbers of the values of these steps that are read afterwards."""
         program, first = self.program, self.program.first
         kept = set(program.outputs)
         if self.apart is not None:
@@ -172,7 +172,7 @@ class Schedule:
         free: dict[int, list[int]] = {}
         counts: dict[int, int] = {}
         for turn, call in enumerate(self.calls):
-            # An operand that is not needed any more may be written over: step by step, its place stays in the cache.
+            # An operand that is no longer needed may be overwritten, so that its memory stays in the cache.
             for k in set(call.operands):
                 if last[k] == turn and k in self.places:
                     free.setdefault(self.places[k][0], []).append(self.places[k][1])
@@ -184,7 +184,7 @@ class Schedule:
                 self.places[call.out] = mask, waiting.pop() if waiting else counts[mask] - 1
 
     def _keep_for_rounds(self, last: dict[int, int]) -> None:
-        """What is made before the rounds is there in all of them, and what they hand on until it is handed on."""
+        """Keep values from before the rounds during all of them, and values that rounds hand on until the next one."""
         rounds, (start, stop) = self.program.rounds, self.rounds
         if rounds is None or start == stop:
             return
@@ -201,9 +201,9 @@ class Memory:
     Parameters
     ----------
     schedule
-        What is to be done.
+        The steps and their memory.
     shape
-        The batch, or a chunk of it.
+        Shape of the batch, or of a chunk of it.
     """
 
     def __init__(self, schedule: Schedule, shape: Shape) -> None:
@@ -218,20 +218,20 @@ class Memory:
         self._stacks: dict[int, tuple[Array, Array]] = {}
 
     def of(self, mask: int) -> Shape:
-        """The shape of what varies over these axes."""
+        """Shape of a number that varies over the axes of a mask."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape))
 
     def run(self, given: Sequence[Value], outputs: Mapping[int, Array], combinations: Sequence[Combination]) -> None:
-        """Do the steps.
+        """Run the steps.
 
         Parameters
         ----------
         given
-            The given values, cut to the batch of this memory.
+            Input values, cut to the shape of this memory.
         outputs
-            By number: where to put the values of outputs, and of what is kept.
+            Arrays to fill, by number of the value: outputs, and other values that are kept.
         combinations
-            The matrix products, cut likewise.
+            The matrix products, cut to the same shape.
         """
         values = self._values
         values[: len(given)] = given
@@ -269,7 +269,7 @@ class Memory:
                 cast(Array, values[k])[...] = cast(Value, value)
 
     def _bound(self, calls: Sequence[_Call]) -> Iterator[_Bound]:
-        """Functions with the arrays that they take and fill, those that do a product and a sum as two."""
+        """Functions with their arrays; a product with a sum as two functions."""
         values, spare = self._values, np.empty(self.shape)
         for call in calls:
             operands, out = [values[k] for k in call.operands], values[call.out]
@@ -299,7 +299,7 @@ class Memory:
 
 
 def combinations(program: Program, given: Sequence[Value], shape: Shape) -> list[Combination]:
-    """The matrix products of a program, with the factors of the whole batch, which are among the given values."""
+    """The matrix products of a program, with factors for the whole batch taken from its input values."""
     number: Callable[[int | float], Value] = lambda k: given[k] if isinstance(k, int) else k  # noqa: E731
     out = []
     for each in program.products:

@@ -1,9 +1,9 @@
-"""Unbalanced loads of many batch entries in pairs of double numbers, some entries abreast, as machine code.
+"""Residuals of many batch entries in double-double arithmetic, several entries at a time, as machine code.
 
-A pair, a double-double, is a sum of which the second number is below the rounding of the first, so that it carries
-twice the digits. Products and sums without loss are Dekker's and Knuth's (Ogita, Rump & Oishi, Accurate Sum and Dot
-Product, SIAM J. Sci. Comput. 26(6), 2005, Algorithms 3.1, 3.5 and 5.3), with fused operations. They take a tenth of the
-time that extended precision does, which no vector unit has. Needs the extra ``fast``.
+A double-double is the sum of two doubles, the second below the rounding of the first, so that it carries twice the
+digits. Error-free products and sums are Dekker's and Knuth's (Ogita, Rump & Oishi, *Accurate Sum and Dot Product*, SIAM
+J. Sci. Comput. 26(6), 2005, Algorithms 3.1, 3.5 and 5.3), with fused operations. They take a tenth of the time of
+extended precision, which vector units do not have. It needs the extra ``fast``.
 """
 
 from __future__ import annotations
@@ -26,32 +26,32 @@ Array = NDArray[np.float64]
 
 
 class DoubleDouble(NamedTuple):
-    """Numbers as sums of two each."""
+    """Numbers in double-double precision: each is the sum ``large + small``."""
 
     large: Array
     small: Array
 
     @classmethod
     def of(cls, numbers: NDArray[Any]) -> DoubleDouble:
-        """Numbers in extended precision, none of whose digits is lost."""
+        """Numbers in extended precision as double-doubles, without loss."""
         large = numbers.astype(np.float64)
         return cls(large, (numbers - large).astype(np.float64))
 
     @property
     def rounded(self) -> Array:
-        """In double precision."""
+        """The numbers in double precision."""
         return self.large + self.small
 
 
 class Rows(NamedTuple):
-    """A sparse matrix row by row.
+    """A sparse matrix in compressed row format.
 
     Attributes
     ----------
     start, column
-        Where each row starts, and at last where they end; and the columns.
+        Index at which each row starts, and at last where they end; and the column of each entry.
     numbers
-        What there is.
+        The entries.
     """
 
     start: NDArray[np.int64]
@@ -60,34 +60,34 @@ class Rows(NamedTuple):
 
     @classmethod
     def of(cls, matrix: scipy.sparse.csr_matrix) -> Rows:
-        """Those of a matrix in extended precision."""
+        """The rows of a matrix in extended precision."""
         return cls(matrix.indptr.astype(np.int64), matrix.indices.astype(np.int64), DoubleDouble.of(matrix.data))
 
 
 def unbalanced(
     rows: Rows, given: DoubleDouble | None, stiffness: Array, forces: Array, values: DoubleDouble, root: Array
 ) -> Array:
-    """What forces leave of ``A^T k (A u + g)``, scaled: A u in pairs, and all else in double precision.
+    """Scaled residual ``root (f - A^T k (A u + g))``, with A u in double-double and the rest in double precision.
 
     Parameters
     ----------
     rows
-        Deformations A of the springs by the unknowns.
+        Deformations A of the springs per unknown.
     given
-        Deformations g that there are in any case, (springs, m); None for none.
+        Prescribed deformations g, (springs, m); None for none.
     stiffness
-        That of the springs, (springs, m).
+        Stiffness k of the springs, (springs, m).
     forces
-        (unknowns, m).
+        Forces f, (unknowns, m).
     values
-        The unknowns u, (unknowns, m).
+        Values u of the unknowns, (unknowns, m).
     root
-        By what the loads that are left are multiplied, (unknowns, m).
+        Scale of the residual, (unknowns, m).
 
     Returns
     -------
     ndarray
-        (unknowns, m).
+        Scaled residual, (unknowns, m).
     """
     size, count = forces.shape
     known = (np.zeros((1, count)),) * 2 if given is None else given
@@ -98,14 +98,14 @@ def unbalanced(
 
 
 def added(values: DoubleDouble, change: Array, root: Array, *, overwrite: bool = False) -> tuple[DoubleDouble, Array]:
-    """Values (unknowns, m) with scaled changes (unknowns, m) times their scale, (unknowns, m), added.
+    """The sums ``values + root change``, all (unknowns, m).
 
-    Where told to, the sums may `overwrite` the values.
+    With `overwrite` the sums may overwrite the values.
 
     Returns
     -------
     tuple
-        The sums; and the greatest size of the scaled changes to each column, (m,), NaN where one is.
+        The sums; and the greatest magnitude of the changes in each column, (m,), NaN where one is NaN.
     """
     size, count = change.shape
     arrays = [_wide(each) for each in (*values, change, root)]
@@ -117,7 +117,7 @@ def added(values: DoubleDouble, change: Array, root: Array, *, overwrite: bool =
 
 
 def _wide(array: Array) -> Array:
-    """Row by row in memory, as wide as a vector at least."""
+    """An array in row-major order, padded with zeros to at least the width of a vector."""
     others = WIDTH - array.shape[1]
     return np.ascontiguousarray(np.pad(array, ((0, 0), (0, others))) if others > 0 else array)
 
@@ -138,7 +138,7 @@ def _addition() -> Callable[..., None]:
 
 
 class _EntryLoops(LoopText, ABC):
-    """A function of arrays in a table as the text that LLVM reads: some entries, and then others."""
+    """LLVM code of a function on arrays whose addresses are in a table, for a vector of entries at a time."""
 
     arrays: tuple[str, ...] = ()
 
@@ -158,7 +158,7 @@ class _EntryLoops(LoopText, ABC):
         return "\n".join([*self._lines, "  ret void", "}"])
 
     def _vector_of_entries(self, block: str) -> None:
-        """Entries of a block; those of the last one overlap the ones before, which gives the same once more."""
+        """The entries of a block; the last block overlaps the one before, and repeats some entries."""
         first = self._int("mul", block, str(WIDTH))
         beyond = self._value("b", f"icmp slt i64 %most, {first}")
         self._entries(self._value("n", f"select i1 {beyond}, i64 %most, i64 {first}"))
@@ -173,7 +173,7 @@ class _EntryLoops(LoopText, ABC):
         return self._vector(f"call {_V} @llvm.fma.v{WIDTH}f64({_V} {a}, {_V} {b}, {_V} {c})")
 
     def _sum(self, a: str, b: str) -> tuple[str, str]:
-        """A sum, and what rounding takes of it."""
+        """A sum, and its rounding error."""
         whole = self._two("fadd", a, b)
         taken = self._two("fsub", whole, a)
         lost = self._two("fsub", a, self._two("fsub", whole, taken))
@@ -187,7 +187,7 @@ class _EntryLoops(LoopText, ABC):
         return self._number("i64", name, at)
 
     def _every(self, name: str, at: str) -> str:
-        """One number in all lanes."""
+        """A vector with one number in all lanes."""
         one = self._vector(f"insertelement {_V} poison, double {self._number('double', name, at)}, i64 0")
         return self._vector(f"shufflevector {_V} {one}, {_V} poison, <{WIDTH} x i32> zeroinitializer")
 
@@ -204,7 +204,7 @@ class _EntryLoops(LoopText, ABC):
 
 
 class _Residual(_EntryLoops):
-    """Unbalanced loads."""
+    """LLVM code of `unbalanced`."""
 
     arrays = ("start", "column", "large", "small", "stiffness", "forces", "u", "v", "g", "h", "root", "out")
 
@@ -219,9 +219,9 @@ class _Residual(_EntryLoops):
         self._loop("0", "%size", leave)
 
     def _spring(self, spring: str, place: Callable[[str], str]) -> None:
-        """What one spring takes of the forces."""
+        """Add the forces of one spring."""
         start, stop = self._whole("start", spring), self._whole("start", self._int("add", spring, "1"))
-        # where nothing is given the first numbers are read, which are zero
+        # without prescribed deformations the first row is read, which is zero
         at = self._int("mul", place(spring), "%given")
         begin = [self._lane("g", at), self._lane("h", at)]
 
@@ -247,7 +247,7 @@ class _Residual(_EntryLoops):
 
 
 class _Addition(_EntryLoops):
-    """Values to which changes are added."""
+    """LLVM code of `added`."""
 
     arrays = ("large", "small", "change", "root", "whole", "rest", "greatest")
 

@@ -1,4 +1,4 @@
-"""The flat list: numbered values, and the operations that make them."""
+"""A program: numbered values, and the flat list of operations that compute them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 
 class Operation(IntEnum):
-    """What a step does with its operands."""
+    """The operation of a step on its operands a, b and c."""
 
     ADD = 1
     SUBTRACT = 2
@@ -19,24 +19,23 @@ class Operation(IntEnum):
     NEGATE = 5
     MINIMUM = 6
     MAXIMUM = 7
-    # c + a b, rounded once or twice: of sums that NumPy's matrix product takes.
+    # c + a b, rounded once or twice, in sums that NumPy computes as a matrix product.
     MULTIPLY_ADD = 8
     SINE = 9
     COSINE = 10
     SQUARE_ROOT = 11
     ABSOLUTE = 12
-    # a < b, a <= b; what holds is combined by the next three, and chooses: b where a holds, c elsewhere.
+    # Conditions a < b and a <= b, which the next three combine; CHOOSE gives b where the condition a holds, else c.
     LESS = 13
     LESS_EQUAL = 14
     AND = 15
     OR = 16
     NOT = 17
     CHOOSE = 18
-    # Of a table, which is the first operand: how many of its rising numbers, of which the last is inf, are not above
-    # b; and the number at the place b.
+    # In a table a of ascending numbers that ends with inf: how many are not above b; and the number at index b.
     SEARCH = 19
     LOOK_UP = 20
-    # The value with which a round begins: in the first one that of a.
+    # The value with which a round begins; in the first round it is a.
     CARRY = 21
     # a b - c and c - a b, rounded once or twice.
     MULTIPLY_SUBTRACT = 22
@@ -47,16 +46,16 @@ class Operation(IntEnum):
 CONDITIONS = frozenset({Operation.LESS, Operation.LESS_EQUAL, Operation.AND, Operation.OR, Operation.NOT})
 # Operations whose first operand is a table.
 TABLES = frozenset({Operation.SEARCH, Operation.LOOK_UP})
-# How many steps of plain arithmetic take as long; those not named take one.
+# Time of some operations in units of plain arithmetic; that of the others is one.
 WEIGHTS = {Operation.SINE: 12, Operation.COSINE: 12, Operation.SEARCH: 20, Operation.LOOK_UP: 6}
 
 
-# Where a step has fewer operands.
+# Number of an operand that is missing.
 NONE = -1
 
 
 class ProgramStep(NamedTuple):
-    """An operation on the values of these numbers. The step makes the value whose number follows that of the last."""
+    """An operation on the values of given numbers; its result gets the number after that of the previous step."""
 
     operation: Operation
     a: int
@@ -65,24 +64,24 @@ class ProgramStep(NamedTuple):
 
     @property
     def operands(self) -> tuple[int, ...]:
-        """Numbers of the values that it needs."""
+        """Numbers of the operands."""
         return (self.a,) if self.b == NONE else (self.a, self.b) if self.c == NONE else (self.a, self.b, self.c)
 
 
 @dataclass(frozen=True)
 class Products:
-    """Steps that make sums of products whose factors do not vary along the last axis: a matrix product.
+    """Steps that compute linear combinations whose factors do not vary along the last axis: a matrix product.
 
     Attributes
     ----------
     steps
         Range of the steps, as indices.
     outputs
-        The sums.
+        Numbers of the values that are the combinations.
     numbers
-        What the factors multiply: the number of a value or, where it is a float, the number itself.
+        What the factors multiply: numbers of values, or constants as floats.
     factors
-        By sum and place in `numbers`: the factor, likewise.
+        For each combination, by index into `numbers`, its factors: numbers of values, or constants as floats.
     """
 
     steps: tuple[int, int]
@@ -93,18 +92,18 @@ class Products:
 
 @dataclass(frozen=True)
 class Rounds:
-    """Steps that are done over and over, for as many batch entries at a time as may be: Newton's method.
+    """Steps that are repeated until all batch entries are done, as in Newton's method.
 
     Attributes
     ----------
     carried
-        Values with which a round begins, which `CARRY` makes, each with what it is after a round. All steps that need
-        one of them are part of the round.
+        Pairs of the value with which a round begins, a `CARRY`, and the value that it has after the round. All steps
+        that depend on one of the former belong to the round.
     again
-        Another round is done while this holds for one of the entries. An entry for which it no longer holds must stay
-        as it is in rounds that others need.
+        Number of the condition for another round, which is done while it holds for any entry. An entry for which it no
+        longer holds must not change in further rounds.
     most
-        Number of rounds at most.
+        Largest number of rounds.
     """
 
     carried: tuple[tuple[int, int], ...]
@@ -114,24 +113,24 @@ class Rounds:
 
 @dataclass(frozen=True)
 class Program:
-    """Operations on numbered values: first what is given, then constants, then what each step makes.
+    """Operations on numbered values: first the inputs, then constants, then the result of each step.
 
     Attributes
     ----------
     given
-        How many values are given.
+        Number of inputs.
     constants
-        Those that are part of the program.
+        Constants of the program.
     steps
-        What makes the others, in order.
+        The operations, in order.
     masks
-        By value: the batch axes over which it varies, as bits.
+        For each value the mask of the batch axes over which it varies.
     outputs
-        Values asked for.
+        Numbers of the values that are the results.
     products
-        Steps that make up matrix products.
+        Groups of steps that are matrix products.
     rounds
-        What is done over and over; None where every step is done once.
+        Steps that are repeated; None if every step is done once.
     """
 
     given: int
@@ -143,11 +142,11 @@ class Program:
     rounds: Rounds | None = None
 
     def __hash__(self) -> int:
-        """That of all its parts, found once: long programs are asked for by what they are, again and again."""
+        """Hash of all fields, computed once, as long programs are looked up often."""
         return self._hash
 
     def __reduce__(self) -> tuple[type[Program], tuple[object, ...]]:
-        # Hashes of enumerations differ from process to process.
+        # The hash must not be pickled: hashes of enumerations differ between processes.
         return type(self), self._parts
 
     @property
@@ -160,17 +159,17 @@ class Program:
 
     @property
     def first(self) -> int:
-        """Number of the value that the first step makes."""
+        """Number of the result of the first step."""
         return self.given + len(self.constants)
 
     @cached_property
     def bare(self) -> Program:
-        """The same steps, none of them known to be matrix products: what stands for it as a key."""
+        """The program without the information on matrix products, for use as a key."""
         return replace(self, products=())
 
     @cached_property
     def widest(self) -> int:
-        """All axes over which anything varies."""
+        """Mask of all axes over which any value varies."""
         varying = 0
         for mask in self.masks:
             varying |= mask
@@ -178,17 +177,17 @@ class Program:
 
     @cached_property
     def weight(self) -> int:
-        """Steps, each as many times as steps of plain arithmetic take as long."""
+        """Time of all steps in units of plain arithmetic."""
         return len(self.steps) + sum(WEIGHTS[s.operation] - 1 for s in self.steps if s.operation in WEIGHTS)
 
     @cached_property
     def tables(self) -> frozenset[int]:
-        """Given values that are tables."""
+        """Numbers of the inputs that are tables."""
         return frozenset(step.a for step in self.steps if step.operation in TABLES)
 
     @cached_property
     def again(self) -> frozenset[int]:
-        """Values that differ from round to round."""
+        """Numbers of the values that change from round to round."""
         if self.rounds is None:
             return frozenset()
         found = {begins for begins, _ in self.rounds.carried}
@@ -202,7 +201,7 @@ class Program:
         return frozenset(found & (needed | {begins for begins, _ in self.rounds.carried}))
 
     def over(self, masks: Sequence[int]) -> Program:
-        """The same steps on given values that vary over other axes: of each its axes, as bits."""
+        """The same steps for inputs that vary over other axes, given by their masks."""
         found = [*masks, *(0 for _ in self.constants)]
         widest = 0
         for mask in masks:
@@ -215,7 +214,7 @@ class Program:
         return replace(self, masks=tuple(found))
 
     def holds(self, number: int) -> bool:
-        """Whether a value is true or false."""
+        """Whether a value is a condition, true or false."""
         if number < self.first:
             return False
         step = self.steps[number - self.first]
@@ -224,12 +223,12 @@ class Program:
         return self.holds(step.a) if step.operation == Operation.CARRY else step.operation in CONDITIONS
 
     def made(self, mask: int) -> list[int]:
-        """Indices of the steps whose values vary over exactly these axes."""
+        """Indices of the steps whose results have exactly this mask."""
         first = self.first
         return [k for k in range(len(self.steps)) if self.masks[first + k] == mask]
 
     def describe(self, sizes: Sequence[int]) -> str:
-        """How many operations there are, by number of batch entries."""
+        """Number of operations for each number of batch entries, in words."""
         counts: dict[int, int] = {}
         for k in range(len(self.steps)):
             size = sizes[self.masks[self.first + k]]

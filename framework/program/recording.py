@@ -1,7 +1,7 @@
-"""Arithmetic that is written down instead of being done.
+"""Recording of arithmetic: a calculation with `Term` objects in place of arrays stores its operations in a `Recording`.
 
-A calculation that is carried out on `Term`s instead of arrays leaves its operations in a `Recording`. Zeros and ones
-that hold for all time drop out, equal steps are taken once, and what no result needs is left away.
+Operations with constant zeros and ones are left out, equal steps are recorded once, and steps that no result needs are
+dropped.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ _UFUNCS: dict[np.ufunc, Callable[..., Any]] = {
     np.abs: lambda a: _recording(a).write(Operation.ABSOLUTE, a),
 }
 
-# Kinds of the constants of a formula; to put them together anew for each step takes longer than to look.
+# Types of the constants in a formula; a tuple here, as building it for each step would cost time.
 _PLAIN_NUMBERS = (float, int)
 
-# Operations whose operands may change their signs with that of the result.
+# Operations for which signs of operands can be moved to the result.
 _SIGNED = frozenset({Operation.ADD, Operation.SUBTRACT, Operation.MULTIPLY, Operation.DIVIDE, Operation.NEGATE})
 
 
 class Term:
-    """A number known when the program runs."""
+    """A number whose value is known when the program runs; arithmetic with it is recorded."""
 
     __slots__ = ("number", "recording")
 
@@ -52,10 +52,10 @@ class Term:
 
     @property
     def mask(self) -> int:
-        """The batch axes over which it varies."""
+        """Mask of the batch axes over which it varies."""
         return self.recording.masks[self.number]
 
-    # Most operands are terms, and there are many: they come first.
+    # Most operands are terms, so that case is tested first.
 
     def __add__(self, other: Any) -> Any:
         if type(other) is Term:
@@ -125,7 +125,7 @@ class Term:
         return self.recording.write(Operation.ABSOLUTE, self)
 
     def chosen(self, a: Any, b: Any) -> Any:
-        """a where this holds, b elsewhere."""
+        """a where this condition holds, else b."""
         return self.recording.write(Operation.CHOOSE, self, a, b)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *operands: Any, **options: Any) -> Any:
@@ -152,13 +152,13 @@ def _recording(*values: Any) -> Recording:
 
 
 def choose(condition: Any, a: Any, b: Any) -> Any:
-    """a where a condition holds, b elsewhere: of numbers, of arrays, or written down."""
+    """a where a condition holds, else b: for numbers, arrays or terms."""
     if isinstance(condition, Term):
         return condition.chosen(a, b)
     return np.where(condition, a, b)
 
 
-# Operations on terms, on numbers, or on both.
+# Functions of the operations for terms, numbers, or both.
 _PLAIN: dict[Operation, Callable[..., Any]] = {
     Operation.ADD: operator.add,
     Operation.SUBTRACT: operator.sub,
@@ -178,7 +178,7 @@ _PLAIN: dict[Operation, Callable[..., Any]] = {
 
 
 def done(program: Program, given: Sequence[Any]) -> list[Any]:
-    """Outputs of a program whose steps are done one by one, on numbers or on terms of another recording."""
+    """Outputs of a program, its steps run one by one with numbers or with terms of another recording."""
     values = [*given, *program.constants]
     for step in program.steps:
         values.append(_PLAIN[step.operation](*map(values.__getitem__, step.operands)))
@@ -186,28 +186,28 @@ def done(program: Program, given: Sequence[Any]) -> list[Any]:
 
 
 class Recording:
-    """Steps of a calculation, in order.
+    """The recorded steps of a calculation, in order.
 
     Parameters
     ----------
     fixed
-        Whether plain numbers are part of the program, as those of a formula are; they are given otherwise.
+        Whether plain numbers become constants of the program, as in a formula; otherwise they become inputs.
     signless
-        Whether what differs in sign alone is calculated once. Results are the same but for the sign of zero.
+        Whether values that differ in sign alone are computed once. Results are the same except for the sign of zero.
 
     Attributes
     ----------
     given
-        What was given, by number among the given values; None for what is given when the program runs.
+        Values of the inputs; None for those that are passed when the program runs.
     masks
-        By value: the batch axes over which it varies.
+        For each value the mask of the batch axes over which it varies.
     """
 
     def __init__(self, *, fixed: bool = False, signless: bool = False) -> None:
         self.fixed, self.signless = fixed, signless
         self.given: list[Value | None] = []
         self.masks: list[int] = []
-        # By value: the step that makes it; of one that is given its place, of a constant its number.
+        # For each value: the step that computes it; for an input its index, for a constant the float.
         self._made: list[Made] = []
         self._known: dict[object, int] = {}
         self._products: list[Products] = []
@@ -216,7 +216,7 @@ class Recording:
     # -- values ------------------------------------------------------------------------------------------------------
 
     def take(self, value: Any) -> Any:
-        """What stands for a number: itself where it is a term, or exactly 0, 1 or -1; a given value otherwise."""
+        """The term for a number, a new input; or the number itself if it is a term already, or exactly 0, 1 or -1."""
         if isinstance(value, Term):
             return value
         if not isinstance(value, np.ndarray):
@@ -230,30 +230,30 @@ class Recording:
         return Term(self, self._known[key])
 
     def later(self, mask: int) -> Value:
-        """A value that is given when the program runs, after those that were taken; it varies over these axes."""
+        """The term of an input that is passed when the program runs; it varies over the axes of a mask."""
         self.given.append(None)
         return cast(Value, Term(self, self._new(len(self.given) - 1, mask)))
 
     def later_ones(self, mask: int, count: int) -> list[Value]:
-        """So many values that are given when the program runs."""
+        """The terms of several inputs that are passed when the program runs."""
         return [self.later(mask) for _ in range(count)]
 
     def write(self, operation: Operation, *operands: Any) -> Term:
-        """Write down a step, unless it has been before."""
+        """Record a step, unless it has been recorded before; its result."""
         return self.step(operation, *map(self._standing, operands))
 
     def either(self, operation: Operation, *operands: Any) -> Term:
-        """Write down a step in which the order of the operands does not matter."""
+        """Record a step in which the order of the operands does not matter; its result."""
         return self.step(operation, *sorted(map(self._standing, operands)))
 
     def step(self, operation: Operation, a: int, b: int = NONE, c: int = NONE) -> Term:
-        """Write down a step on the values of these numbers, unless it has been before."""
+        """Record a step on values given by number, unless it has been recorded before; its result."""
         if self.signless and operation in _SIGNED:
             return self._signed(operation, a, b)
         return self._step(operation, a, b, c)
 
     def _signed(self, operation: Operation, a: int, b: int) -> Term:
-        """The step on the values without their signs, and the sign of the result."""
+        """Record a step on the operands without their signs, and apply the sign of the result."""
         (a, down), (b, under) = self._unsigned(a), self._unsigned(b)
         if operation == Operation.NEGATE:
             return Term(self, a) if down else self._step(Operation.NEGATE, a)
@@ -266,7 +266,7 @@ class Recording:
         return self._with_sign(self._step(Operation.SUBTRACT, min(a, b), max(a, b)), down == (a < b))
 
     def _unsigned(self, number: int) -> tuple[int, bool]:
-        """A value whose sign is that of another turned round: the other."""
+        """A value and whether it is to be negated: for the negative of another value, that other one and True."""
         made = self._made[number] if number != NONE else None
         return (made[1], True) if isinstance(made, tuple) and made[0] == Operation.NEGATE else (number, False)
 
@@ -284,31 +284,31 @@ class Recording:
         return Term(self, number)
 
     def search(self, table: Any, x: Any) -> Term:
-        """How many numbers of a table, which rise and end in inf, are not above x."""
+        """How many numbers of a table, ascending and ending with inf, are not above x."""
         return self.write(Operation.SEARCH, table, x)
 
     def look_up(self, table: Any, place: Any) -> Term:
-        """The number at a place of a table, which counts from 0."""
+        """The number at an index of a table, counted from 0."""
         return self.write(Operation.LOOK_UP, table, place)
 
     def rounds(
         self, begins: Sequence[Any], one: Callable[[list[Any]], tuple[list[Any], Any]], most: int
     ) -> tuple[list[Any], list[Any]]:
-        """Write down a round that is done over and over, once in a recording.
+        """Record a round of steps that is repeated; a recording can have one such loop.
 
         Parameters
         ----------
         begins
             Values with which the first round begins.
         one
-            From the values with which a round begins to those that it makes of them, and whether there is another.
+            Function from the values with which a round begins to those after it, and the condition for another round.
         most
-            Number of rounds at most.
+            Largest number of rounds.
 
         Returns
         -------
         before, after
-            The values with which the last round begins and ends.
+            The values with which the last round begins, and those with which it ends.
         """
         before = [self._alone(Operation.CARRY, value) for value in begins]
         after, again = one(list(before))
@@ -317,12 +317,12 @@ class Recording:
         return before, [Term(self, k) for k in numbers]
 
     def _standing(self, value: Any) -> int:
-        """Number of the value that stands for a number."""
+        """Number of the value that represents a number, recorded if need be."""
         taken = self.take(value)
         return taken.number if isinstance(taken, Term) else self._literal(taken)
 
     def products(self, rows: Sequence[Mapping[int, Value]], numbers: Mapping[int, Value]) -> list[Value]:
-        """Sums of products of the factors `rows` with `numbers`, as one matrix product."""
+        """Linear combinations of `numbers` with the factors `rows`, recorded as one matrix product."""
         taken = [{k: self.take(v) for k, v in row.items()} for row in rows]
         start = len(self._made)
         outputs = [self._sum(row, numbers) for row in taken]
@@ -336,7 +336,7 @@ class Recording:
         return outputs
 
     def _sum(self, row: Mapping[int, Any], numbers: Mapping[int, Value]) -> Any:
-        """One sum, from left to right, of steps that nothing else shares."""
+        """One linear combination, summed from left to right by steps that nothing else shares."""
         total: Any = 0.0
         for k, value in numbers.items():
             if k in row:
@@ -366,7 +366,7 @@ class Recording:
         return Term(self, self._new((operation, a, b, c), mask))
 
     def constant(self, value: float) -> Term:
-        """A number that is part of the program."""
+        """The term of a constant of the program."""
         return Term(self, self._literal(value))
 
     def _literal(self, value: float) -> int:
@@ -381,5 +381,5 @@ class Recording:
         return len(self._made) - 1
 
     def program(self, outputs: Sequence[Term]) -> tuple[Program, list[int]]:
-        """What makes `outputs`, and the places in `given` of the values that it takes."""
+        """The program that computes `outputs`, and the indices in `given` of its inputs."""
         return selected([output.number for output in outputs], self._made, self.masks, self._products, self._rounds)

@@ -1,4 +1,4 @@
-"""The program of some results: of all that was written down, what leads to them, numbered anew."""
+"""Selection of the recorded steps that some results need, renumbered as a program."""
 
 from __future__ import annotations
 
@@ -7,30 +7,30 @@ from typing import cast
 
 from .program import NONE, Operation, Products, Program, ProgramStep, Rounds
 
-# A step as it is written down: the operation and its operands.
+# A recorded step: the operation and its operands.
 Written = tuple[Operation, int, int, int]
-# What makes a value: a step; of one that is given its place, of a constant its number.
+# The origin of a value: a step; for an input its index, for a constant the float.
 Made = Written | int | float
 
 
 def selected(
     asked: list[int], made: Sequence[Made], masks: Sequence[int], products: Sequence[Products], rounds: Rounds | None
 ) -> tuple[Program, list[int]]:
-    """What makes the values `asked` for, and the places of the given values that it takes.
+    """The program that computes some values, and the indices of its inputs.
 
     Parameters
     ----------
     asked
-        Numbers of values.
+        Numbers of the values.
     made, masks
-        By value: what makes it, and the batch axes over which it varies.
+        For each value its origin, and the mask of the batch axes over which it varies.
     products
-        Sums of products among the steps.
+        Matrix products among the steps.
     rounds
-        The round that is done over and over; None where there is none.
+        The round of steps that is repeated; None for none.
     """
     given, constants, steps = _needed(asked, made, rounds)
-    # That of none, at the end, is none.
+    # The last item maps NONE, which is -1, to itself.
     new = [NONE] * (len(made) + 1)
     for number, old in enumerate([*given, *constants, *steps]):
         new[old] = number
@@ -48,7 +48,7 @@ def selected(
 
 
 def _needed(asked: list[int], made: Sequence[Made], rounds: Rounds | None) -> tuple[list[int], list[int], list[int]]:
-    """Values that lead to those asked for, in order: given, constants, and those that steps make."""
+    """Numbers of the values that those asked for depend on: inputs, constants, and results of steps, each in order."""
     needed = bytearray(len(made) + 1)
     found: tuple[list[int], list[int], list[int]] = [], [], []
     for k in asked:
@@ -75,7 +75,7 @@ def _rounds(rounds: Rounds, new: Sequence[int]) -> Rounds:
 
 
 def _products(products: Sequence[Products], made: Sequence[Made], new: Sequence[int], first: int) -> list[Products]:
-    """Sums of products that are needed; the first step is number `first` among the values."""
+    """The matrix products that are needed; `first` is the number of the result of the first step."""
     out = []
     for each in products:
         kept = [new[k] - first for k in range(*each.steps) if new[k] != NONE and isinstance(made[k], tuple)]

@@ -1,9 +1,9 @@
-"""Sine and cosine of several numbers at once, as text for LLVM: without a call, to 0.8 roundings of the result.
+"""LLVM code for the sine and cosine of a vector, without function calls, to 0.8 units in the last place.
 
-The argument is reduced by multiples k of π/2, which three numbers hold to 159 bits (W. J. Cody and W. Waite, Software
-Manual for the Elementary Functions, 1980); each product with k is taken off unrounded by a fused operation. What is
-left, of at most π/4 and with the digits that do not fit a double, goes into the polynomials of fdlibm (k_sin.c,
-k_cos.c), and the last two bits of k tell which of them is meant, and its sign.
+The argument is reduced by multiples k of π/2, which three doubles represent to 159 bits (W. J. Cody and W. Waite,
+*Software Manual for the Elementary Functions*, 1980); each product with k is subtracted without rounding by a fused
+operation. The remainder, of at most π/4 and with a correction beyond double precision, goes into the polynomials of
+fdlibm (k_sin.c, k_cos.c). The last two bits of k decide between sine and cosine, and the sign.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-# Beyond it, where neighbouring doubles are 2^-12 apart, there is NaN.
+# For larger arguments, where neighbouring doubles are more than 2^-12 apart, the result is NaN.
 FARTHEST = 2.0**40
 
 _HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591698e-33)
 _TWO_OVER_PI = 0.6366197723675814
-# Added and taken off again, it leaves the next whole number; its last bits are those of that number.
+# Adding and subtracting it rounds to the next integer; the last bits of the sum are those of the integer.
 _WHOLE = 1.5 * 2.0**52
 _SINE = (
     -1.66666666666666324348e-01,
@@ -37,13 +37,13 @@ _COSINE = (
 
 
 def splat(value: float) -> str:
-    """A number in all places of a vector."""
+    """LLVM constant: a vector with a number in all lanes."""
     (bits,) = struct.unpack(">Q", struct.pack(">d", value))
     return f"splat (double 0x{bits:016X})"
 
 
 def reduced(x: str, name: str, width: int) -> Iterator[str]:
-    """Both polynomials at a vector `x`, and the last bits of k; `name` begins the names of what is made."""
+    """Code for both polynomials at a vector `x` and the last bits of k; `name` is the prefix of the results."""
     v, n = f"<{width} x double>", f"%{name}"
 
     def fused(out: str, a: str, b: str, c: str) -> str:
@@ -58,7 +58,7 @@ def reduced(x: str, name: str, width: int) -> Iterator[str]:
     yield f"  {n}pn = fneg {v} {n}pa"
     yield fused("pb", f"{n}k", splat(_HALF_PI[1]), f"{n}pn")
     yield f"  {n}r = fsub {v} {n}a, {n}pa"
-    # The digits of the difference that r has not.
+    # the part of the difference that r has lost by rounding
     yield f"  {n}b = fsub {v} {n}a, {n}r"
     yield f"  {n}c = fsub {v} {n}b, {n}pa"
     yield f"  {n}ca = fsub {v} {n}c, {n}pb"
@@ -92,7 +92,7 @@ def reduced(x: str, name: str, width: int) -> Iterator[str]:
 
 
 def rotated(name: str, out: str, width: int, *, cosine: bool) -> Iterator[str]:
-    """The sine or cosine `out` from what `reduced` has made."""
+    """Code for the sine or cosine `out` from the results of `reduced`."""
     v, w, n, o = f"<{width} x double>", f"<{width} x i64>", f"%{name}", f"%{out}"
     quarter = f"{n}bits"
     if cosine:

@@ -1,4 +1,4 @@
-"""A program as Python functions of straight-line code: of plain numbers, which one entry is, and of arrays."""
+"""A program as Python functions of straight-line code, for single numbers and for arrays."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .calculation import Calculation, worth_compiling
 from .program import Operation, Program
 
 Function = Callable[..., Any]
-# Of each given value the group of arguments in which it comes, and its place there.
+# For each input the index of the argument, a sequence, in which it is passed, and its index there.
 Places = tuple[tuple[int, int], ...]
 _TEXTS = {
     Operation.ADD: "{} + {}",
@@ -33,23 +33,23 @@ _ARRAYS = {"sin": np.sin, "cos": np.cos, "sqrt": np.sqrt}
 
 
 class Functions(tuple[Function, Function]):
-    """A program as a function of groups of numbers: for floats, and for arrays that broadcast.
+    """A program as two functions of groups of numbers: one for floats, one for arrays that broadcast.
 
-    It travels as the program, and is compiled again where it arrives.
+    It is pickled as the program and compiled again by the other process.
 
     Attributes
     ----------
     program
         The program.
     places
-        In which group its given values come, and where there.
+        For each input the index of its group, and its index there.
     """
 
     program: Program
     places: Places
 
     def __new__(cls, program: Program, places: Places) -> Functions:
-        """Those of a program."""
+        """Compile the functions of a program."""
         code = compile("\n".join(_lines(program, places)), "<program>", "exec")
         floats, arrays = dict[str, Any](_FLOATS), dict[str, Any](_ARRAYS)
         exec(code, floats)
@@ -60,7 +60,7 @@ class Functions(tuple[Function, Function]):
 
     @staticmethod
     def of(program: Program, places: Places) -> Functions:
-        """Those of a program; all that have the same steps have them in common."""
+        """The functions of a program, cached for equal programs."""
         key = "functions", program, places
         found: Functions = KERNELS.found(key, lambda: Functions(program, places), len(program.steps))
         return found
@@ -69,29 +69,29 @@ class Functions(tuple[Function, Function]):
         return Functions.of, (self.program, self.places)
 
     def calculation(self, inputs: Sequence[Sequence[Value]], shape: Shape) -> Calculation | None:
-        """What does it for a long batch as machine code; None where that does not pay.
+        """The calculation by machine code for a long batch; None if that does not pay.
 
         Parameters
         ----------
         inputs
             The groups of numbers.
         shape
-            Batch over which they broadcast.
+            Shape of the batch to which they broadcast.
         """
         return calculation(self.program, [inputs[group][place] for group, place in self.places], shape)
 
 
 def calculation(program: Program, given: Sequence[Value], shape: Shape) -> Calculation | None:
-    """What does a program for a long batch as machine code; None where that does not pay.
+    """The calculation of a program by machine code for a long batch; None if that does not pay.
 
     Parameters
     ----------
     program
         The program.
     given
-        Its given values, which broadcast.
+        Input values, which broadcast.
     shape
-        Batch over which they do.
+        Shape of the batch to which they broadcast.
     """
     if not worth_compiling(math.prod(shape)):
         return None
@@ -104,17 +104,16 @@ def calculation(program: Program, given: Sequence[Value], shape: Shape) -> Calcu
 
 
 def _deep(value: Value, depth: int) -> Value:
-    """A number with as many axes as the batch where it is an array."""
+    """An array with as many axes as the batch; single numbers as they are."""
     if not isinstance(value, np.ndarray):
         return value
     return value.item() if value.size == 1 else value.reshape((1,) * (depth - value.ndim) + value.shape)
 
 
 def _lines(program: Program, places: Places) -> Iterator[str]:
-    """Text of the function.
+    """Source lines of the function.
 
-    Numbers leave their variable to the next where they are not used again: few arrays are then there at a time, and
-    stay in the cache.
+    A variable is reused once its value is no longer needed, so that few arrays exist at a time and stay in the cache.
     """
     yield "def program(a0, a1=(), a2=(), a3=()):"
     names = [f"g{k}" for k in range(program.given)] + [repr(value) for value in program.constants]
@@ -131,12 +130,12 @@ def _lines(program: Program, places: Places) -> Iterator[str]:
     yield f" return ({''.join(f'{names[k]}, ' for k in program.outputs)})"
 
 
-# Kinds of numbers that are no arrays.
+# Types of single numbers.
 _PLAIN = {float, int, np.float64}
 
 
 def of_one(floats: Function, arrays: Function) -> Function:
-    """`arrays`, which leaves a batch of one entry to `floats`: an operation on numbers takes a tenth of the time."""
+    """A function that calls `floats` if all inputs are single numbers, in a tenth of the time, and else `arrays`."""
 
     def program(*inputs: Sequence[Value]) -> Sequence[Value]:
         depth, kinds = -1, set[type]()

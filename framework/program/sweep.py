@@ -1,4 +1,4 @@
-"""Results of a long batch that are written down together, and then made in one pass over the batch."""
+"""Many results of a long batch, recorded together and computed in one pass over the batch."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ from ..structure.parts import Grid, Row, Value, mask_of_shape
 from .calculation import Calculation
 from .recording import Recording, Term
 
-# Entries from which on the steps of a result take longer than to write them down; those that NumPy does at once.
+# Number of entries above which running the steps of a result takes longer than recording them; size of NumPy's chunks.
 LONG, CHUNK = 2**14, 2**13
-# Numbers in a line of the cache, and in a large page of memory.
+# Numbers in a cache line, and in a large memory page.
 LINE, PAGE = 8, 2**18
-# From so many numbers on the C library asks the system for memory each time, and gives it back.
+# For arrays above this size the C library requests memory from the system each time, and returns it.
 NEW = 2**22
 
 
 class Sweep:
-    """A recording that values of combinations begin with, and what becomes of it.
+    """A recording of the unknowns, to which results are added, and their computation over the batch.
 
     Parameters
     ----------
     grid
         The batch.
     recording
-        What is written down already.
+        The recording so far.
     values
-        Writes down the values of combinations of unknowns and right-hand-side parameters.
+        Function that records the values of rows over unknowns and right-hand-side parameters.
     """
 
     def __init__(self, grid: Grid, recording: Recording, values: Callable[[Sequence[Row]], Sequence[Value]]) -> None:
         self.grid, self.recording, self.values = grid, recording, values
 
     def run(self, asked: Sequence[Sequence[Value]]) -> list[Array]:
-        """Some results, each of numbers that were written down or are the same throughout.
+        """Compute some results, each of n numbers that are recorded terms or constants.
 
         Returns
         -------
         list of ndarray
-            Each (..., n), number by number in memory, where what is zero is never touched.
+            Results (..., n), each number contiguous over the batch; memory of zeros is never touched.
         """
         grid = self.grid
         whole = [zeros(len(numbers), grid.shape) for numbers in asked]
@@ -60,7 +60,7 @@ class Sweep:
         return [np.moveaxis(array, 0, -1) for array in whole]
 
     def _fill(self, terms: Sequence[Term], places: Sequence[Array]) -> None:
-        """Put numbers in their places, by way of less memory where they vary over less than the batch."""
+        """Write terms to their places; those that vary over less than the batch are computed in small arrays first."""
         shape = self.grid.shape
         calculation = Calculation.recorded(self.recording, terms, shape)
         axis, slices = self.grid.slices(math.prod(shape) if calculation.choice.compiled else CHUNK)
@@ -79,10 +79,10 @@ class Sweep:
 
 
 def zeros(count: int, shape: Shape) -> Array:
-    """So many arrays of zeros, (count, ...), none of which is in memory before it is written to.
+    """An array of zeros, (count, ...), whose memory is allocated by the system as it is written.
 
-    All begin with a line of the cache, so that machine code writes whole lines. So many that their memory is always new
-    begin with a large page: small ones take ten times as long to be made.
+    Each of the `count` parts begins at a cache line, so that machine code writes whole lines. A large array, whose
+    memory is always new, begins at a large page: small pages take ten times as long to allocate.
     """
     size = math.prod(shape)
     pitch = size + -size % LINE

@@ -1,4 +1,4 @@
-"""What every solution of a frame answers, whether its displacements are small or large."""
+"""Results that every solution of a frame has, of linear theory or at large displacement."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from ..names import found
 from ..provenance import regular_there
 from ..states import SolutionState, States, among
 
-# Displacements that are computed for a notebook to show.
+# Up to this many nodal displacements (nodes times batch entries) are computed for the table in a notebook.
 SHOWN_AT_ONCE = 100_000
 
 
 class Recovered(Protocol):
-    """What is known at stations (..., k) along a member."""
+    """Results at stations (..., k) along a member, distances from its start."""
 
     def forces(self, member: str, at: Array) -> Array:
         """Internal forces (..., k, 6)."""
@@ -36,26 +36,26 @@ class Recovered(Protocol):
 
 
 class HasStackedResults(Protocol):
-    """What has the results of all nodes and members by stacks."""
+    """Results of all nodes or members at once, as stacked arrays."""
 
     def displacements(self) -> Array:
-        """Of all nodes, (..., nodes, 6)."""
+        """Displacements of all nodes, (..., nodes, 6)."""
         ...
 
     def end_forces(self) -> Array:
-        """Of all members, (..., members, 12)."""
+        """End forces of all members, (..., members, 12)."""
         ...
 
     def displacements_at(self, fraction: Array) -> Array:
-        """At shares of the lengths of all members, (..., members, k, 6)."""
+        """Displacements at fractions (k,) of the lengths of all members, (..., members, k, 6)."""
         ...
 
     def forces_at(self, fraction: Array) -> Array:
-        """At shares of the lengths of all members, (..., members, k, 6)."""
+        """Internal forces at fractions (k,) of the lengths of all members, (..., members, k, 6)."""
         ...
 
     def stresses_at(self, fraction: Array) -> Array:
-        """At shares of the lengths of all members, (..., members, k, 3)."""
+        """Extreme stresses at fractions (k,) of the lengths of all members, (..., members, k, 3)."""
         ...
 
 
@@ -65,15 +65,15 @@ class AllResults(NamedTuple):
     Attributes
     ----------
     displacements
-        Of the nodes, ``ux uy uz rx ry rz`` in global axes, (..., nodes, 6).
+        Displacements and rotations of the nodes, ``ux uy uz rx ry rz`` in global axes, (..., nodes, 6).
     reactions
-        Of the supports on their nodes, ``fx fy fz mx my mz`` in global axes, (..., supports, 6).
+        Forces and moments of the supports on their nodes, ``fx fy fz mx my mz`` in global axes, (..., supports, 6).
     joint_displacements
-        Of the second nodes of joints relative to the first, in the joints' axes, (..., joints, 6).
+        Displacements of the second nodes of joints relative to the first, in the joints' axes, (..., joints, 6).
     joint_forces
-        Of the joints on their first nodes, in the joints' axes, (..., joints, 6).
+        Forces and moments of the joints on their first nodes, in the joints' axes, (..., joints, 6).
     end_forces
-        On the start and the end of each member, in its local axes, (..., members, 12).
+        Forces and moments on the start and the end of each member, in its local axes, (..., members, 12).
     """
 
     displacements: Array
@@ -100,13 +100,15 @@ class Results(ABC):
         return self.frame.shape
 
     def __repr__(self) -> str:
-        # Nothing is solved to be printed: how entries came out is told once it is known.
+        # Printing must not solve anything: states are counted only if they are known already.
         known = {"state", "own_state"} & vars(self).keys()
         text = f": {counted(self.state, SolutionState)}" if known else ""
         return f"<{type(self).__name__} of {self.frame!r}{text}>"
 
     def _repr_html_(self) -> str:
-        """In a notebook: the greatest displacement of each node over the batch, and the state of the entries."""
+        """Table for a notebook: the greatest displacement of each node over the batch, and how many entries have each
+        state.
+        """
         nodes = list(self.frame.nodes)
         if len(nodes) * int(np.prod(self.shape)) > SHOWN_AT_ONCE:
             return html_table(repr(self), ["node"], [[name] for name in nodes])
@@ -118,12 +120,12 @@ class Results(ABC):
         title = f"{text}. Greatest displacement and rotation (rad) of each node, without sign:"
         return html_table(title, ["node", *DISPLACEMENTS], rows)
 
-    # -- of each kind its own ---------------------------------------------------------------------------------------
+    # -- what each kind of solution defines --------------------------------------------------------------------------
 
     @property
     @abstractmethod
     def status(self) -> NDArray[np.str_]:
-        """What is to be said of each batch entry, (...)."""
+        """State of each batch entry in words, (...)."""
 
     @property
     @abstractmethod
@@ -132,13 +134,13 @@ class Results(ABC):
 
     @property
     def is_regular(self) -> NDArray[np.bool_]:
-        """Where all results hold, (...): regular, or stable at large displacement."""
+        """Whether all results hold, (...): the entry is regular, or at large displacement stable."""
         stable = SolutionState.STABLE, SolutionState.STABLE_BEYOND_A_SADDLE
         return among(self.state, SolutionState.REGULAR, *stable) & regular_there(self.frame.made_from)
 
     @property
     def is_singular(self) -> NDArray[np.bool_]:
-        """Where the frame is a mechanism, statically consistent or kinematically unstable, (...)."""
+        """Whether the frame is a mechanism, statically consistent or kinematically unstable, (...)."""
         return among(self.state, SolutionState.MECHANISM, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
 
     @abstractmethod
@@ -172,23 +174,25 @@ class Results(ABC):
     @abstractmethod
     def _masked(self, array: Array) -> Array: ...
 
-    # -- the same for all -------------------------------------------------------------------------------------------
+    # -- what all solutions share ------------------------------------------------------------------------------------
 
     def forces(self, member: str, at: ArrayLike) -> Array:
-        """Internal forces along a member, which the part ahead exerts on the part behind; tension is positive.
+        """Internal forces along a member: those that the part towards its end exerts on the part towards its start.
+
+        A tension N is positive.
 
         Parameters
         ----------
         member
             Name of the member.
         at
-            Distances from the member's start before loading, (..., k); the batch may vary them.
+            Distances from the start of the undeformed member, (..., k), length; they may vary over the batch.
 
         Returns
         -------
         ndarray
-            ``N Vy Vz T My Mz``, (..., k, 6), in local axes; at large displacement in those that follow the chord of
-            the piece (of ``segments``).
+            Normal force, shear forces, torque and bending moments ``N Vy Vz T My Mz``, (..., k, 6), in local axes; at
+            large displacement in axes that follow the chord of the segment.
 
         Examples
         --------
@@ -214,12 +218,12 @@ class Results(ABC):
         member
             Name of the member.
         at
-            Distances from the member's start before loading, (..., k); the batch may vary them.
+            Distances from the start of the undeformed member, (..., k), length; they may vary over the batch.
 
         Returns
         -------
         ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., k, 3).
+            Least and greatest normal stress and greatest von Mises stress, (..., k, 3), force per area.
 
         Examples
         --------
@@ -240,7 +244,7 @@ class Results(ABC):
     # -- all at once ------------------------------------------------------------------------------------------------
 
     def all_results(self) -> AllResults:
-        """Make the results of all nodes, supports, joints and members: over a long batch in one pass.
+        """Compute the results of all nodes, supports, joints and members, over a long batch in a single pass.
 
         Returns
         -------
@@ -280,7 +284,7 @@ class Results(ABC):
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not constrained.
+            ``fx fy fz mx my mz``, (..., supports, 6); zero in components that are not supported.
         """
         return self._all_of("reactions")[0]
 
@@ -300,27 +304,27 @@ class Results(ABC):
         Parameters
         ----------
         fractions
-            Shares of the length from the start, 0 to 1, (k,).
+            Distances from the start as fractions of the length, 0 to 1, (k,).
 
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (..., members, k, 6).
+            ``ux uy uz rx ry rz``, (..., members, k, 6), length and radians.
         """
         return self._along_all("displacements_at", self.displacement_along, fractions, 6)
 
     def forces_at(self, fractions: ArrayLike) -> Array:
-        """Internal forces along all members in their local axes, in the order of ``frame.members``.
+        """Internal forces along all members, in the order of ``frame.members``; see `forces` for a single one.
 
         Parameters
         ----------
         fractions
-            Shares of the length from the start, 0 to 1, (k,).
+            Distances from the start as fractions of the length, 0 to 1, (k,).
 
         Returns
         -------
         ndarray
-            ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members that do not tell, see `forces`.
+            ``N Vy Vz T My Mz``, (..., members, k, 6); NaN for members whose element has no internal forces.
         """
         return self._along_all("forces_at", self.forces, fractions, 6)
 
@@ -330,13 +334,13 @@ class Results(ABC):
         Parameters
         ----------
         fractions
-            Shares of the length from the start, 0 to 1, (k,).
+            Distances from the start as fractions of the length, 0 to 1, (k,).
 
         Returns
         -------
         ndarray
-            Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3); NaN for members
-            that do not tell, such as those of a section that is known by its properties only.
+            Least and greatest normal stress and greatest von Mises stress, (..., members, k, 3), force per area; NaN
+            for members without stresses, such as those whose section is given by its properties alone.
         """
         return self._along_all("stresses_at", self.stress, fractions, 3)
 
@@ -347,21 +351,21 @@ class Results(ABC):
 
     @abstractmethod
     def contact(self, joint: str) -> Contact:
-        """Where a joint with clearance is in contact, and how hard it is pressed."""
+        """Contact of a joint with clearance: its state, side, force and gap."""
 
     @abstractmethod
     def section_axes_at(self, fractions: ArrayLike) -> Array:
-        """Axes in which `forces_at` tells forces, as rows in global components, (..., members, k or 1, 3, 3)."""
+        """Axes to which `forces_at` refers, as rows in global components, (..., members, k or 1, 3, 3)."""
 
     def joint_global(self, joint: str, vectors: Array) -> Array:
-        """Turn vectors in a joint's axes into global ones.
+        """Transform vectors from a joint's axes to global axes.
 
         Parameters
         ----------
         joint
             Name of the joint.
         vectors
-            Vectors (..., 3), or pairs of these (..., 6).
+            Vectors (..., 3) in the joint's axes, or pairs of vectors (..., 6).
 
         Returns
         -------
@@ -373,11 +377,11 @@ class Results(ABC):
 
     @property
     def _stacked_results(self) -> HasStackedResults | None:
-        """What has the results of all nodes and members by stacks; None where they are taken one by one."""
+        """Results of all nodes and members as stacked arrays; None where they are computed one by one."""
         return None
 
     def _all_of(self, *kinds: str) -> list[Array]:
-        """Some of `AllResults`: by stacks where there are, else one by one."""
+        """The named fields of `AllResults`, from stacked arrays where there are, else one by one."""
         frame = self.frame
         one_by_one: dict[str, tuple[Iterable[str], Callable[[str], Array], int]] = {
             "displacements": (frame.nodes, self.displacement, 6),
@@ -387,7 +391,7 @@ class Results(ABC):
             "end_forces": (frame.members, self.end_forces, 12),
         }
         by_stacks = {"displacements", "end_forces"}.intersection(kinds)
-        # these begin with the displacements of all nodes, which few supports and joints do not ask for
+        # stacked arrays need the displacements of all nodes, which a few supports and joints do not
         stacks = self._stacked_results if by_stacks else None
         found = []
         for kind in kinds:
@@ -399,24 +403,24 @@ class Results(ABC):
         return found
 
     def _along_all(self, name: str, result: Callable[[str, Array], Array], fractions: ArrayLike, size: int) -> Array:
-        """A result along all members, by stacks under its name or else member by member, (..., members, k, size)."""
+        """A result along all members, from stacked arrays or else one by one, (..., members, k, size)."""
         at = checked_fractions(fractions)
         if (whole := self._stacked_results) is not None:
             return self._masked(getattr(whole, name)(at))
         return self._each(result, at, size)
 
     def _each(self, result: Callable[[str, Array], Array], at: Array, size: int) -> Array:
-        """A result along each member at the same shares of its length, (..., members, k, size)."""
+        """A result along each member at the same fractions (k,) of its length, (..., members, k, size)."""
         found = []
         for name in self.frame.members:
             try:
                 found.append(result(name, self.frame.length(name)[..., None] * at))
-            except FrameError:  # by name it says why
+            except FrameError:  # asking for the member alone raises it with the reason
                 found.append(np.full((len(at), size), np.nan))
         return self._stacked(found, len(at), size)
 
     def _stacked(self, arrays: Sequence[Array], *trailing: int) -> Array:
-        """Arrays (..., trailing) as one, (..., n, trailing)."""
+        """Broadcast n arrays (..., *trailing) over the batch and stack them, (..., n, *trailing)."""
         if not arrays:
             return np.zeros((*self.shape, 0, *trailing))
         full = [np.broadcast_to(array, (*self.shape, *trailing)) for array in arrays]
@@ -425,7 +429,7 @@ class Results(ABC):
     # -- names ------------------------------------------------------------------------------------------------------
 
     def _node(self, node: str) -> str:
-        """The name of a node in the description."""
+        """The name by which a node is described, from that name or an alias."""
         return self.frame._node(node)
 
     def _supported(self, node: str) -> str:
@@ -442,7 +446,7 @@ class Results(ABC):
         return found("joint", joint, self.frame.joints)
 
     def _with_clearance(self, joint: str, known: Sequence[str]) -> str:
-        """The name of a joint that is among those whose clearances are taken into account."""
+        """The name of a joint, which must be among those whose clearance is taken into account."""
         name = self._joint(joint)
         if name not in known:
             text = ", ".join(known) or "none, or they were left out"
@@ -451,7 +455,7 @@ class Results(ABC):
 
 
 def checked_fractions(given: ArrayLike) -> Array:
-    """Shares of a length, (k,), checked."""
+    """Fractions of a length as an array (k,), each checked to lie between 0 and 1."""
     what = "fractions of the members' lengths"
     at = finite(np.atleast_1d(given), what)
     if at.ndim != 1 or not at.size or at.min() < 0.0 or at.max() > 1.0:

@@ -1,8 +1,8 @@
 """Linear buckling: load factors at which the stiffness under the forces of the load becomes singular.
 
-These are the forces of the linear solution in members, joints and rigid links, on the shape at rest: what a frame moves
-before it buckles does not count. Bending and torsional moments count as axial forces do, so that frames also buckle
-sideways (see `linkframe.framework.results.geometric`).
+The forces in members, joints and rigid links are those of the linear solution, acting on the undeformed shape:
+displacements before buckling are neglected. Bending and torsional moments are included beside axial forces, so that
+lateral-torsional buckling is found as well (see `linkframe.framework.results.geometric`).
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ from .sparse_spectrum import SparsePencil
 from .spectrum import DENSE, inverse_pencil, stiffness_halves
 from .under_load import at_entry, geometric_stacks, geometric_stiffness
 
-# Roundings that make an axial force where there is none, and an eigenvalue for each unknown.
+# Eigenvalues below this many roundings, times the number of unknowns, come from axial forces that are zero but for
+# rounding.
 _ROUNDINGS = 16.0
 
 
@@ -34,12 +35,12 @@ _ROUNDINGS = 16.0
 class Buckling(Shapes):
     """Load factors and buckling shapes, the smallest positive factor first.
 
-    The size of `shapes` means nothing, and where a factor is inf so does the shape.
+    The size of `shapes` is arbitrary; where a factor is inf, the shape has no meaning either.
 
     Attributes
     ----------
     factors
-        By which all loads may grow before the frame buckles, (..., count); inf where there are no more.
+        Factors by which all loads are multiplied when the frame buckles, (..., count); inf where there are fewer.
 
     Examples
     --------
@@ -78,7 +79,7 @@ def buckling(frame: Description, count: int) -> Buckling:
         return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))
     large = plan.large and size > DENSE
     values, vectors = _sparse(solution, count) if large else _dense(solution, left)
-    # Axial forces that are zero come with rounding, and their factors would be rounding as well.
+    # Axial forces that should be zero are rounding, and so would be their factors.
     least = _ROUNDINGS * np.finfo(float).eps * size * np.abs(values[..., :1])
     order = np.argsort(-values, axis=-1, kind="stable")[..., :count]
     values = np.take_along_axis(values, order, axis=-1)
@@ -90,7 +91,7 @@ def buckling(frame: Description, count: int) -> Buckling:
 
 
 def _left_out(solution: Solution) -> NDArray[np.bool_]:
-    """Entries that have no factors, (...): what is absent, and mechanisms, which are refused where all others are."""
+    """Entries without buckling factors, (...): those left out and mechanisms; an error if no other entries remain."""
     left = among(solution.own_state, SolutionState.ABSENT)
     moving = ~among(solution.own_state, SolutionState.REGULAR, SolutionState.ABSENT)
     text = "" if not moving.any() else solution.mechanism(*np.argwhere(moving)[0].tolist())
@@ -98,7 +99,7 @@ def _left_out(solution: Solution) -> NDArray[np.bool_]:
 
 
 def _told(wrong: NDArray[np.bool_], present: NDArray[np.bool_], what: str) -> NDArray[np.bool_]:
-    """Entries at which the frame is `what`; a warning where others are not, else an error."""
+    """Warn of the entries `wrong`, at which the frame is `what`; an error if they are all that are `present`."""
     if wrong.any():
         if (wrong | ~present).all():
             raise FrameError(f"buckling: the frame is {what}")
@@ -109,8 +110,11 @@ def _told(wrong: NDArray[np.bool_], present: NDArray[np.bool_], what: str) -> ND
 
 
 def _dense(solution: Solution, left: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """All eigenvalues of what the load takes off by the stiffness, (..., n), and vectors (..., n, n); of what is `left`
-    out those of nothing in particular, and what springs push over is left out, too."""
+    """All eigenvalues of ``-Kg x = value K x``, the inverses of the factors, (..., n), and vectors (..., n, n).
+
+    Those of entries that are `left` out are arbitrary. Entries that the preload of springs makes unstable are added to
+    `left` in place.
+    """
     plan = solution.plan
     with np.errstate(invalid="ignore"):  # of mechanisms
         taken = -geometric_stiffness(plan, solution.bounds.whole())
@@ -124,7 +128,9 @@ def _dense(solution: Solution, left: NDArray[np.bool_]) -> tuple[Array, Array]:
 
 
 def _sparse(solution: Solution, count: int) -> tuple[Array, Array]:
-    """The greatest of these eigenvalues for each load case of one large frame, (..., count), and vectors."""
+    """The greatest eigenvalues as in `_dense`, for each load case of one large frame, (..., count), and the vectors
+    (..., n, count).
+    """
     assert isinstance(solution.solver, SparseSolver)
     solver, shape = solution.solver, solution.shape
     pencil = SparsePencil(solver)

@@ -28,28 +28,28 @@ from .spectrum import (
     surely_stiff,
 )
 
-# Scaled eigenvalues below this are those of rigid-body motions and mechanisms, unless deformations tell otherwise.
+# Scaled eigenvalues below this belong to rigid-body motions and mechanisms, unless the deformations show otherwise.
 _REGULAR = 1e-12
-# The shift that makes their stiffness regular is narrowed down to the first elastic mode in so many steps, each of
-# which finds squared frequencies down to this share of the shift.
+# A singular stiffness is shifted, K + shift M. The shift is lowered to the first elastic mode in this many steps.
 _NARROWINGS = 4
-# Restarts that are enough for that where the frame is large.
+# Number of restarts of the iteration in these steps, where the frame is large: a rough eigenvalue is enough.
 _CRUDE = 2
+# Squared frequencies below this fraction of the shift are zero.
 _NOISE = 1e-6
-# Roundings of the greatest eigenvalue of a large frame below which others are nothing else.
+# Eigenvalues of a large frame below this many roundings of the greatest are nothing but rounding.
 _LOST = 16
 
 
 @dataclass(frozen=True, eq=False)
 class Modes(Shapes):
-    """Natural modes of a frame, the slowest first; rigid-body and mechanism modes have frequency zero.
+    """Natural modes of a frame, the lowest frequency first; rigid-body modes and mechanisms have frequency zero.
 
     Their `shapes` have unit modal mass.
 
     Attributes
     ----------
     frequencies
-        Hz, (..., count).
+        Natural frequencies in Hz, (..., count).
 
     Examples
     --------
@@ -123,7 +123,9 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
 
 
 def _soft(plan: Plan, mass: Array, soft: NDArray[np.bool_], squared: Array, vectors: Array) -> tuple[Array, Array]:
-    """Modes whose stiffness is rounding beside that of others, by deformations, which have not lost it."""
+    """Compute anew the modes `soft`, whose stiffness is lost in the rounding of K, from the springs and deformations,
+    in which it is not lost.
+    """
     if not soft.any():
         return squared, vectors
     alone = np.asarray(soft.any(axis=-1))[..., None, None]
@@ -162,7 +164,7 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
 
 
 def _elastic(squared: Array, shift: Array) -> Array:
-    """Squared frequencies found at a shift: those of free motions are zero but for rounding."""
+    """Squared frequencies that were found with a shift, with zero in place of the rounding left at free motions."""
     return np.where(squared > _NOISE * shift, np.maximum(squared, 0.0), 0.0)
 
 
@@ -172,9 +174,9 @@ def _check(massive: bool) -> None:
 
 
 def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
-    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D.
+    """L of ``D (K + shift M) D = L L^T``, (..., n, n), and the diagonal of D, (..., n).
 
-    Entries without a shift take the way that is most precise for K alone, also beside entries that have one.
+    Entries with zero shift are factorised from the springs, which is most precise, whatever the shifts of others.
     """
     if not shift.any():
         return stiffness_halves(plan)
@@ -187,13 +189,13 @@ def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Ar
 
 
 def _shift(stiffness: Array, mass: Array, singular: NDArray[np.bool_]) -> Array:
-    """Zero where the stiffness is regular, else about the least squared frequency that is not zero."""
+    """Shift for each entry, (...): zero where K is regular, else about the least squared frequency above zero."""
     shape = np.broadcast_shapes(stiffness.shape[:-2], mass.shape[:-2])
     singular = np.broadcast_to(singular, shape)
     if not singular.any():
         return np.zeros(shape)
     stiff, heavy = (np.trace(matrix, axis1=-2, axis2=-1) for matrix in (stiffness, mass))
-    # Where nothing at all is stiff, or heavy, any shift will do.
+    # Without any stiffness, or any mass, any shift will do.
     some = (stiff > 0.0) & (heavy > 0.0)
     shift = np.where(some, stiff / np.where(some, heavy, 1.0), 1.0)
     shift = np.array(np.broadcast_to(shift, shape))

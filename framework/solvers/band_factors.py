@@ -1,6 +1,7 @@
-"""Cholesky factors of the entries of a batch within bands: LAPACK takes one after the other, machine code some abreast.
+"""Banded Cholesky factors of the entries of a batch: one after the other by LAPACK, or several at a time by machine
+code.
 
-Both round each step of an entry as if that were alone; from one to the other, roundings differ.
+With either, the result for an entry does not depend on the other entries; the two differ in rounding.
 """
 
 from __future__ import annotations
@@ -18,27 +19,27 @@ from ..program.machine_code import available, fused
 from ..program.machine_text import WIDTH
 from ..structure.topology import Index
 
-# Width of a band up to which LAPACK's calls outweigh its arithmetic, and columns of all entries from which on machine
-# code saves more than it takes to load it.
+# Largest width of a band at which the overhead of LAPACK's calls outweighs its arithmetic, and least number of columns
+# of all entries at which machine code saves more time than loading it takes.
 _NARROW, _MANY = 80, 2**13
-# Share of LAPACK's time that machine code takes for an entry.
+# Time that machine code takes for an entry, over that of LAPACK.
 _ABREAST = 0.45
 
 
 class Room:
-    """Memory for what is kept of a batch: it lies together, so that the memory of all else serves again.
+    """One piece of memory for the arrays of a batch that are kept, so that other memory can be reused.
 
     Parameters
     ----------
     numbers
-        How many there is room for; arrays beyond these lie anywhere.
+        Size in numbers; further arrays are allocated separately.
     """
 
     def __init__(self, numbers: int) -> None:
         self._left = np.zeros(numbers)
 
     def zeros(self, shape: tuple[int, ...]) -> Array:
-        """The next array, of zeros."""
+        """An array of zeros of a shape."""
         size = math.prod(shape)
         if size > len(self._left):
             return np.zeros(shape)
@@ -46,7 +47,7 @@ class Room:
         return taken.reshape(shape)
 
 
-# Makes an array of zeros of a shape.
+# A function that makes an array of zeros of a shape.
 Zeros = Callable[[tuple[int, ...]], Array]
 
 
@@ -55,7 +56,7 @@ class BandFactors(Protocol):
 
     @property
     def least(self) -> Array:
-        """Least number on the diagonal of L, or one, (m,); not above zero, or NaN, where there is no such factor."""
+        """Least diagonal entry of L, at most one, (m,); NaN or not above zero if a matrix is not positive definite."""
         ...
 
     def solve(self, entries: Index, loads: Array) -> None:
@@ -64,59 +65,59 @@ class BandFactors(Protocol):
 
 
 def side_by_side(entries: int, size: int, width: int) -> bool:
-    """Whether so many matrices, each of so many columns, are taken some at a time.
+    """Whether to factorise matrices several at a time, given their number, size and band width.
 
-    Lanes that are left over take as long as the others.
+    Unused lanes of the last group take as long as the others.
     """
     pays = _ABREAST * in_lanes(entries) <= entries
     return width <= _NARROW and entries * size >= _MANY and pays and available()
 
 
 def in_pairs(entries: int, size: int) -> bool:
-    """Whether residuals of so many solutions of so many unknowns are computed in pairs of double numbers.
+    """Whether to compute residuals in double-double arithmetic (pairs of doubles) instead of extended precision.
 
-    They are in extended precision else.
+    `entries` is the number of solutions, `size` that of their unknowns.
     """
     return entries >= WIDTH and entries * size >= _MANY and available() and fused()
 
 
 def in_lanes(entries: int) -> int:
-    """How many entries there are with the lanes that are left over."""
+    """Number of entries rounded up to whole groups of lanes."""
     return WIDTH * -(-entries // WIDTH)
 
 
 def _least(lanes: Array) -> Array:
-    """Least numbers (groups, WIDTH) of some (groups, n, WIDTH), or one; NaN where one is.
+    """Minimum over the middle axis of (groups, n, WIDTH), at most one, (groups, WIDTH); NaN where a number is NaN.
 
-    Halves are held against each other, as NumPy otherwise takes every few lanes by themselves.
+    Halves are compared with each other, which NumPy does faster than a reduction along that axis.
     """
     while (count := lanes.shape[1]) > WIDTH:
-        half = (count + 1) // 2  # of an odd number the middle one is held against itself
+        half = (count + 1) // 2  # of an odd number the middle one is compared with itself
         lanes = np.minimum(lanes[:, :half], lanes[:, count - half :])
     found: Array = lanes.min(axis=1, initial=1.0)
     return found
 
 
 class OneByOne:
-    """Factors by LAPACK.
+    """Factors of m matrices by LAPACK.
 
     Parameters
     ----------
     values
-        What is not zero on and below the diagonal, (entries of a matrix, m).
+        Nonzero entries on and below the diagonal, (entries of a matrix, m).
     position
-        Where this lies in a band, column by column.
+        Position of each entry in the band, which is stored column by column.
     size, width
-        Columns, and diagonals on and below the main one.
+        Number of columns, and of diagonals on and below the main one.
     zeros
-        Makes the array that the factors lie in.
+        Function that allocates the array of the factors.
     """
 
     def __init__(self, values: Array, position: Index, size: int, width: int, zeros: Zeros = np.zeros) -> None:
         self._shape = size, width
         self._bands = zeros((values.shape[1], size * width))
         self._bands[:, position] = values.T
-        # a view of each, made once: LAPACK takes no longer for a short band than to make one
+        # a view of each, made once: for a small band that takes as long as the factorisation
         self._each: list[Array] = list(self._bands.reshape(-1, size, width).transpose(0, 2, 1))
         factorise = scipy.linalg.lapack.dpbtrf
         self.failed = np.array([factorise(band, lower=1, overwrite_ab=1)[1] != 0 for band in self._each], dtype=bool)
@@ -147,7 +148,7 @@ class SideBySide:
         for group, whole in enumerate(self._bands.reshape(groups, -1, WIDTH)):
             some = values[:, group * WIDTH : (group + 1) * WIDTH]
             whole[position, : some.shape[1]] = some
-            whole[position, some.shape[1] :] = some[:, :1]  # lanes that are left over do what another one does
+            whole[position, some.shape[1] :] = some[:, :1]  # unused lanes repeat the first one
         band_code.factorise(self._bands)
 
     @property

@@ -1,4 +1,4 @@
-"""LAPACK's banded Cholesky factor, for frames that are long and thin: few operations more, each of them fast."""
+"""LAPACK's banded Cholesky factor, for long and thin frames: a few more operations than a sparse one, but fast ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class BandedFactor(Factor):
     matrix
         The matrix (n, n).
     order
-        Which unknown is eliminated first, second, ..., (n,); neighbours near each other.
+        Order of elimination of the unknowns, (n,), with neighbours near each other.
     """
 
     def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:
@@ -34,11 +34,11 @@ class BandedFactor(Factor):
         band = numbers.reshape(len(order), width).T
         self.factor: Array
         self.factor, info = scipy.linalg.lapack.dpbtrf(band, lower=1, overwrite_ab=1)
-        # a pivot that is not positive: whether rounding or a mechanism, LU tells
+        # a pivot is not positive: LU tells whether by rounding or because the frame is a mechanism
         self.instead: Factor | None = LUFactor(matrix) if info else None
 
     def _places(self) -> tuple[Index, Index, int]:
-        """Entries on and below the diagonal, where these go in the band, and how wide that is."""
+        """Indices of the entries on and below the diagonal, their positions in the band, and the width of the band."""
         place = np.empty_like(self.order)
         place[self.order] = np.arange(len(self.order))
         rows = place[rows_of(self.scaled)]
@@ -55,7 +55,7 @@ class BandedFactor(Factor):
 
     @property
     def surely_definite(self) -> bool:
-        """Whether pivots alone tell that it is not singular; what is left of a solution may be little all the same."""
+        """Whether pivots alone show that it is not singular; a solution may still have lost most of its digits."""
         if self.instead is not None:
             return False
         least = self.factor[0].min(keepdims=True, initial=1.0) ** 2

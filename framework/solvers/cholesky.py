@@ -1,4 +1,4 @@
-"""CHOLMOD's supernodal Cholesky factor, which cvxopt brings: the direct way where the extra ``fast`` is installed."""
+"""CHOLMOD's supernodal Cholesky factor, by cvxopt: the direct solver if the extra ``fast`` is installed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class CholeskyFactor(Factor):
     matrix
         The matrix (n, n).
     order
-        Which unknown is eliminated first, second, ..., (n,).
+        Order of elimination of the unknowns, (n,).
     """
 
     def __init__(self, matrix: scipy.sparse.csr_matrix, order: Index) -> None:

@@ -1,9 +1,9 @@
-"""What the equations of a batch are sums of: which number of a member, a spring or a load goes where.
+"""The equations of a batch as sums of terms: which numbers of members, springs and loads add up to which entry.
 
 The displacements of the nodes are ``u = T q + G s`` over the unknowns q and the right-hand-side parameters s, so that
-an entry of ``T^T K T`` is a sum of entries of the members' stiffness, each times two factors of T; what joins an
-unknown to a right-hand-side parameter is load. All of this is found once for the batch, and by arrays: the numbers
-follow entry by entry.
+an entry of ``T^T K T`` is a sum of entries of the members' stiffness, each times two factors of T; terms between an
+unknown and a right-hand-side parameter are loads. The terms are found once for the batch, by array operations; their
+values are computed for some entries at a time, see `evaluation`.
 """
 
 from __future__ import annotations
@@ -30,30 +30,31 @@ from .graph import Graph
 from .terms import MOST, Tables, TermPattern, term_pattern, term_weight
 
 Mask = NDArray[np.bool_]
-# Entries of the batch of which deformations are looked at together, times members.
+# Deformations are examined for this many batch entries times members at a time.
 _LOOKED = 2**15
-# Bytes of numbers up to which a second copy of them is made.
+# Numbers are copied into stacked arrays if they take up to this many bytes.
 _STACKED = 2**27
-# What the deformations of a member weigh.
+# Weight of a member's deformations in the cache.
 _NUMBERS = 72
 
 
 class Together:
-    """Numbers that vary over a batch, those of equal shape as one array, from which entries are taken at once.
+    """Numbers of a batch, those of equal shape stacked in one array, from which entries can be taken at once.
 
     Parameters
     ----------
     values
-        The numbers, each at its own batch shape.
+        The numbers, each of its own batch shape.
 
     Attributes
     ----------
     count
-        How many there are.
+        How many numbers there are.
     parts
-        Their places (k,) and an array (k, ...); each by itself where a second copy would take much room.
+        For each shape the places of its numbers, (k,), and the array (k, ...); not stacked where the copy would take
+        much memory.
     plain
-        The numbers (count,) where none of them varies; None else.
+        The numbers, (count,), if none of them varies; else None.
     """
 
     def __init__(self, values: Sequence[Value]) -> None:
@@ -77,24 +78,24 @@ class Together:
 
 @dataclass(eq=False)
 class EvaluatedBlock:
-    """Numbers that are evaluated together: the stiffness of a stack of members, the springs, or the loads.
+    """Numbers that are evaluated together: the stiffness of a group of n members, the joint springs, or the loads.
 
     Attributes
     ----------
     first
-        Number of its first among all.
+        Index of the first number of the block among the numbers of all blocks.
     count
-        How many there are.
+        How many numbers the block has.
     group
         The members; None for springs and loads.
     rows
-        Deformations (n, s, 12) by the displacements of the nodes, where they do not vary over the batch: number
-        ``n i + piece`` is then spring i of a piece. Where they do, None: number ``n (12 a + b) + piece`` is entry
-        (a, b) of its stiffness.
+        Deformations (n, s, 12) per unit displacement of the nodes, if they do not vary over the batch: number
+        ``n i + piece`` is then the stiffness of spring i of a piece. Else None: number ``n (12 a + b) + piece`` is
+        entry (a, b) of the stiffness of a piece.
     values
-        Springs or loads.
+        Spring stiffnesses or loads; empty for members.
     mask
-        Batch axes over which they vary.
+        Mask of the batch axes over which the numbers vary.
     """
 
     first: int
@@ -106,12 +107,12 @@ class EvaluatedBlock:
 
     @cached_property
     def together(self) -> Together:
-        """The values by batch shape."""
+        """The values, stacked by batch shape."""
         return Together(self.values)
 
 
 class Described(Protocol):
-    """What the equations are made of: a plan."""
+    """What `Coupling` needs of a plan."""
 
     @property
     def topology(self) -> Topology: ...
@@ -133,29 +134,29 @@ class Described(Protocol):
 
 
 class Coupling:
-    """The equations of a frame as sums.
+    """The equations of a frame as sums of terms.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     everywhere
-        Whether what is zero is so at all entries of the batch; else at the first, which does for an estimate.
+        Whether to look for nonzero numbers at all entries of the batch; False for the first alone, as an estimate.
 
     Attributes
     ----------
     blocks
-        What the terms are shares of.
+        Blocks of the numbers in the terms.
     pattern, factor
-        The terms, and what of each is the same for all entries, (terms,).
+        The terms, and the constant factor of each, (terms,).
     transformation
         T and G.
     factors
         Varying factors of T.
     mask
-        Batch axes over which the stiffness varies.
+        Mask of the batch axes over which the stiffness varies.
     exact
-        Whether what is zero is so at all entries of the batch.
+        Whether the terms are those of all entries, not only of the first.
     """
 
     def __init__(self, plan: Described, *, everywhere: bool = True) -> None:
@@ -192,12 +193,12 @@ class Coupling:
 
     @property
     def loaded(self) -> Mask:
-        """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
+        """Whether a load, an offset or a prescribed displacement acts on the component of each unknown, (n,)."""
         return self.pattern.loaded
 
     @cached_property
     def masks(self) -> Index:
-        """Batch axes over which what an unknown is coupled by varies, (n,)."""
+        """Mask of the batch axes over which the coupling of each unknown varies, (n,)."""
         terms, stiff = self.pattern, self.pattern.stiff
         by_block = np.zeros(len(terms.source), dtype=np.int64)
         for block in self.blocks[:-1]:
@@ -209,17 +210,17 @@ class Coupling:
             np.bitwise_or.at(out, places[stiff], masks[stiff])
         return out
 
-    # -- what they are sums of ----------------------------------------------------------------------------------------
+    # -- blocks and terms ---------------------------------------------------------------------------------------------
 
     def _of_members(self, group: Group, known: NDArray[np.float64] | None) -> None:
-        """Take up the numbers of members, of whose deformations some may be known."""
+        """Add the block of a group of members, whose deformations may be known."""
         count, rows = len(group.pieces), _deformed(group) if known is None else known
         if rows is None:
             self.exact = self.exact and self._everywhere
         self._block(count * (144 if rows is None else rows.shape[1]), group, rows, [])
 
     def _terms(self, plan: Described, loads: Index) -> tuple[TermPattern, NDArray[np.float64]]:
-        """The terms that are not zero, and what of each is the same for all entries."""
+        """The terms that are not zero, and their constant factors, (terms,)."""
         topology, rows = plan.topology, self.transformation
         blocks = self.blocks[: len(topology.groups)]
         known = [block.rows for block in blocks if block.rows is not None]
@@ -228,17 +229,17 @@ class Coupling:
         tables = Tables(rows.start, rows.column, rows.varying, self.size)
         pattern = term_pattern(tables, acting, [group.dofs for group in topology.groups], springs, loads)
         found = pattern.factors(known, rows.share)
-        used = found != 0.0  # products of what is all but zero may be so
+        used = found != 0.0  # products of tiny factors may underflow to zero
         return (pattern, found) if used.all() else (pattern.at(used), found[used])
 
     def _acting(self, block: EvaluatedBlock) -> Mask:
-        """Which displacements deform which springs of members, see `term_pattern`."""
+        """Mask of the displacements that deform each spring, see `term_pattern`."""
         assert block.group is not None
         acting: Mask = self._used(block.group)[..., None] if block.rows is None else block.rows != 0.0
         return acting
 
     def _used(self, group: Group) -> Mask:
-        """Entries of the stiffness of each piece that some spring makes somewhere in the batch, (n, 12, 12)."""
+        """Mask of the entries of each piece's stiffness that are not zero somewhere in the batch, (n, 12, 12)."""
         count, shape = len(group.pieces), group.stiffness_shape
         entries = int(np.prod(shape, dtype=np.int64))
         if not self._everywhere:
@@ -253,7 +254,7 @@ class Coupling:
         return found
 
     def _of_loads(self, forces: Forces) -> Index:
-        """Displacement that each load works on, and its number among the known, (loads, 2)."""
+        """Displacement on which each load acts, and its right-hand-side parameter, (loads, 2)."""
         given = [
             (dof, source, value)
             for dof, sources in forces.items()
@@ -273,16 +274,16 @@ class Coupling:
 
 
 class _Members(NamedTuple):
-    """Members between places that are kept.
+    """Deformations of members in the cache, for given positions of nodes.
 
     Attributes
     ----------
     key
-        What they follow from.
+        Key of the terms of the frame.
     rows
-        Deformations (n, s, 12) by group.
+        Deformations (n, s, 12) of each group.
     weight
-        What the terms of a frame of them weigh.
+        Weight of the terms of the frame.
     """
 
     key: tuple[object, ...]
@@ -291,7 +292,7 @@ class _Members(NamedTuple):
 
 
 def _members(plan: Described) -> _Members | None:
-    """The deformations of members by the displacements of the nodes, where these follow from their places alone."""
+    """Deformations of members that depend on the positions of nodes alone, from the cache; None where they do not."""
     links, topology = plan.graph.links, plan.topology
     if links.key is None or topology.geometry is None or len(topology.ends) > _LOOKED:
         return None
@@ -307,12 +308,12 @@ def _members(plan: Described) -> _Members | None:
 
 
 def _deformed(group: Group) -> NDArray[np.float64] | None:
-    """Deformations (n, s, 12) by the displacements of the nodes; None where they vary over the batch."""
+    """Deformations (n, s, 12) per unit displacement of the nodes; None where they vary over the batch."""
     if any(set(each.shape[1:-1]) - {1} for each in (group.chord, *(turn[..., 0] for turn in group.end_axes))):
         return None
     if group.springs is not None:
         return _along(group, group.springs[1])
-    if set(group.shape) - {1}:  # of one member it tells; at all entries all members would take much room
+    if set(group.shape) - {1}:  # one member shows whether they vary; all members at all entries take much memory
         one = group.part(slice(0, 1))
         if set(one.element.springs(one.length)[1].shape[1:-2]) - {1}:
             return None
@@ -322,7 +323,7 @@ def _deformed(group: Group) -> NDArray[np.float64] | None:
 
 
 def _along(group: Group, rows: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Deformations by displacements in local axes as those by displacements of the nodes; None where they vary."""
+    """Deformations (n, s, 12) in the nodes' axes, from `rows` in local axes; None where they vary over the batch."""
     if set(rows.shape[1:-2]) - {1}:
         return None
     start, end = (turn.reshape(-1, 1, 3, 3) for turn in group.end_axes)
@@ -344,7 +345,7 @@ def _seen(group: Group) -> Mask:
 
 
 def _anywhere(array: NDArray[np.float64], trailing: int) -> Mask:
-    """Whether numbers (n, ..., trailing) are not zero at some entry, (n, trailing)."""
+    """Whether numbers (n, ..., *trailing) are not zero at some batch entry, (n, *trailing)."""
     axes = tuple(range(1, array.ndim - trailing))
     found: Mask = (array != 0.0).any(axis=axes)
     return found

@@ -1,7 +1,7 @@
-"""Deformations of members and joints by the unknowns, the same at all entries of a batch, as sparse matrices.
+"""Deformations of members and joints per unit of the unknowns, as sparse matrices, if they are the same for a batch.
 
-They follow from where the nodes lie and how they are connected; of members whose numbers have no part in them they are
-kept for the next frame between the same places.
+They depend on positions and connections of the nodes. Where the elements' own numbers have no effect on them, they are
+cached for the next frame with the same nodes.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from .patterns import MANY, ProductPattern, filled, kept, pattern_by_rows, produ
 from .transformation import Transformation, expanded
 
 Mask = NDArray[np.bool_]
-# What an entry weighs in what is kept, those of some sets of unknowns included, and in the pattern of the stiffness.
+# Weight of an entry in the cache, including those for subsets of unknowns, and in the pattern of the stiffness; and the
+# number of subsets that are kept.
 _EACH, _PRODUCTS, _FEW = 16, 32, 4
-# Members from which on nothing is kept.
+# Frames with more members than this are not cached.
 _MOST = 2**12
 
 
 @dataclass(frozen=True)
 class _Pattern:
-    """Where the numbers of `Deformations` lie, which frames of one topology have in common.
+    """The sparsity patterns of `Deformations`, which frames of one topology share.
 
     Attributes
     ----------
     taken, shares
-        Numbers among the deformations by displacements, and among the shares of `Transformation`, whose products are
-        the terms.
+        For each term the index of its deformation per displacement, and of its factor in `Transformation.share`.
     acting
         Numbers of the springs that the unknowns deform.
     unknowns, parameters, back
-        Order of the terms in each matrix, and a matrix of its pattern.
+        For each matrix the order of the terms in it, and a matrix of its pattern.
     """
 
     taken: Index
@@ -57,14 +57,14 @@ class _Pattern:
 
 
 class _Table:
-    """Deformations of springs by unknowns and right-hand-side parameters, without the stiffness of the springs.
+    """Deformations of springs per unknown and right-hand-side parameter, without the stiffness of the springs.
 
     Attributes
     ----------
     acting, by_unknowns, by_parameters, back
-        Those of `Deformations`.
+        As of `Deformations`.
     lengths
-        Of the members, by group.
+        Lengths of the members of each group.
     """
 
     def __init__(self, pattern: _Pattern, data: Real, lengths: Sequence[Array] = ()) -> None:
@@ -78,27 +78,27 @@ class _Table:
 
     @cached_property
     def rounded(self) -> scipy.sparse.csr_matrix:
-        """Deformations by the unknowns in double precision."""
+        """Deformations per unknown in double precision, (springs, unknowns)."""
         return filled(self.by_unknowns, self.by_unknowns.data.astype(np.float64))
 
     @cached_property
     def row(self) -> Index:
-        """Spring of each number of `by_unknowns`."""
+        """Index of the spring of each entry of `by_unknowns`."""
         return np.repeat(np.arange(len(self.acting)), np.diff(self.by_unknowns.indptr))
 
     @cached_property
     def product(self) -> tuple[ProductPattern, scipy.sparse.csr_matrix] | None:
-        """Pattern of the stiffness, and what each spring adds to its numbers; None of many numbers."""
+        """Pattern of the stiffness, and the contribution of each spring to its entries; None if it is too large."""
         pattern = product_pattern(self.back, self.rounded)
         return None if pattern is None else (pattern, pattern.shares(self.back.data, self.rounded.data))
 
     @cached_property
     def split(self) -> Rows:
-        """Deformations by the unknowns in pairs of double numbers."""
+        """Deformations per unknown in double-double precision."""
         return Rows.of(self.by_unknowns)
 
     def restricted(self, where: Mask) -> tuple[_Table, Index]:
-        """Deformations by some of the unknowns, (n,), and by no right-hand-side parameters; and which springs act."""
+        """Deformations per unknown in `where` (n,), without right-hand-side parameters; and the springs that deform."""
         key = where.tobytes()
         found = self._some.get(key)
         if found is None:
@@ -127,28 +127,28 @@ class _Table:
 
 
 class Deformations:
-    """Deformations of all springs by the unknowns and the right-hand-side parameters, the same at all entries.
+    """Deformations of all springs per unit of the unknowns and right-hand-side parameters, constant over the batch.
 
-    Those of spring i of a group of n members are numbers ``n i + piece``, group by group; those of joints and supports
-    follow.
+    Spring i of a piece has the number ``n i + piece`` within its group of n members; the groups follow each other, and
+    the springs of joints come last.
 
     Parameters
     ----------
     plan
-        The compiled frame, see `are_described`.
+        The plan of the frame, see `are_described`.
     rows
-        What its displacements are made of.
+        Displacements of nodes and springs over the unknowns.
     place
-        Place of each unknown among those that are solved for, (n,); -1 where it is none of these.
+        Place of each unknown among those that are solved for, (n,); -1 for others.
 
     Attributes
     ----------
     acting
-        Numbers of the springs that these deform.
+        Numbers of the springs that these unknowns deform.
     by_unknowns, by_parameters
-        Their deformations by a unit of each.
+        Deformations of these springs per unknown and per right-hand-side parameter, (springs, unknowns or parameters).
     back
-        The first of these transposed, in double precision.
+        `by_unknowns` transposed, in double precision.
     """
 
     def __init__(self, plan: Plan | Unloaded, rows: Transformation, place: Index) -> None:
@@ -178,7 +178,7 @@ class Deformations:
     @cached_property
     def springs(self) -> Array:
         """Stiffness of these springs at the first entry of the batch, (springs,)."""
-        assert self._plan is not None  # of members alone, between places that others have, too
+        assert self._plan is not None  # a frame of members alone, whose deformations came from the cache
         stiffness, first = [], _first(self._plan)
         for group, length in zip(self._plan.topology.groups, self._table.lengths, strict=True):
             found = first.of_element(group).spring_stiffness(length)
@@ -192,11 +192,11 @@ class Deformations:
 
     @property
     def split(self) -> Rows:
-        """Deformations by the unknowns in pairs of double numbers."""
+        """Deformations per unknown in double-double precision."""
         return self._table.split
 
     def restricted(self, where: Mask) -> Deformations:
-        """Those by some of the unknowns, (n,), and by no right-hand-side parameters."""
+        """Deformations per unknown in `where`, a mask (n,), without right-hand-side parameters."""
         out = object.__new__(Deformations)
         table, acting = self._table.restricted(where)
         out._plan = None
@@ -205,9 +205,9 @@ class Deformations:
         return out
 
     def stiffness(self) -> scipy.sparse.csr_matrix | None:
-        """Stiffness (n, n) of a frame that does not vary, symmetric to the last bit; None where one spring is negative.
+        """Stiffness (n, n) of a constant frame, symmetric to the last bit; None if a spring stiffness is negative.
 
-        In double precision it serves for a factor, with which solutions are refined.
+        It is in double precision, for a factor with which solutions are refined.
         """
         if any_of(self.springs < 0.0):
             return None
@@ -220,7 +220,7 @@ class Deformations:
 
 
 def _weight(table: _Table) -> int:
-    """What it weighs with all that follows from it."""
+    """Weight of a table in the cache, with its cached properties."""
     entries = table.by_unknowns.nnz + table.by_parameters.nnz
     return _EACH * entries + min(_PRODUCTS * entries, MANY)
 
@@ -252,7 +252,7 @@ def _found(plan: Plan | Unloaded, rows: Transformation, place: Index) -> tuple[_
 def _pattern(
     used: Sequence[Mask], dofs: Sequence[Index], start: Index, column: Index, place: Index, counts: Index
 ) -> _Pattern:
-    """The pattern of deformations by the displacements `dofs` (n, 12) of members, `used` (n, springs, 12)."""
+    """The pattern, given masks `used` (n, springs, 12) of nonzero deformations and DOF numbers `dofs` (n, 12)."""
     known, displacements, joints = counts.tolist()
     springs, columns, numbers, first, before = [], [], [], 0, 0
     for mask, of in zip(used, dofs, strict=True):
@@ -268,7 +268,7 @@ def _pattern(
     )
     item, at = expanded(start, dof)
     spring = spring[item]
-    # known numbers that are not asked for, as for a stiffness, come behind those that are
+    # right-hand-side parameters that are not needed, as for a stiffness, come after those that are
     where = np.concatenate([place, len(place) + np.arange(known), [-1]])[np.minimum(column[at], len(place) + known)]
     given, own = where >= len(place), (where >= 0) & (where < len(place))
     acts = np.zeros(first + joints, dtype=bool)

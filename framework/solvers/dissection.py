@@ -1,7 +1,7 @@
-"""Geometric nested dissection: the order of elimination of a large frame, and what the factor will cost.
+"""Geometric nested dissection: the order of elimination of a large frame, and the cost of its factor.
 
-Space is halved along its longest side, over and over; of each cut the nodes that touch the other half are eliminated
-after both halves (George, SIAM J. Numer. Anal. 10, 1973, 345-363). All parts of a level are cut at once.
+Space is halved along its longest side repeatedly; at each cut the nodes that are coupled across it are eliminated after
+both halves (George, SIAM J. Numer. Anal. 10, 1973, 345-363). All parts of a level are cut at once.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..structure.topology import Index
 
-# Parts of so few nodes are not cut.
+# Parts of up to this many nodes are not divided.
 LEAF = 6
 
 
@@ -73,7 +73,7 @@ def bisected(points: Array, size: int) -> Index:
 
 
 def _halves(points: Array, part: Index, done: NDArray[np.bool_], leaf: int = LEAF) -> NDArray[np.int8]:
-    """1 and 2 for the two halves of each part, cut across its longest side; 0 in parts that are not cut."""
+    """1 and 2 for the two halves of each part, cut across its longest side; 0 in parts that are not divided, (n,)."""
     at = np.flatnonzero(~done)
     at = at[np.argsort(part[at], kind="stable")]
     starts = np.flatnonzero(np.diff(part[at], prepend=-1))
@@ -82,7 +82,7 @@ def _halves(points: Array, part: Index, done: NDArray[np.bool_], leaf: int = LEA
     x = points[at]
     longest = np.argmax(np.maximum.reduceat(x, starts) - np.minimum.reduceat(x, starts), axis=1)[which]
     rows = np.arange(len(at))
-    # The other coordinates decide between equal ones, so that the order of description does not.
+    # Ties are broken by the other coordinates, so that the result does not depend on the order of description.
     sort = np.lexsort((x[rows, longest - 2], x[rows, longest - 1], x[rows, longest], which))
     side = np.zeros(len(part), dtype=np.int8)
     side[at[sort]] = np.where(counts[which] <= leaf, 0, 1 + (2 * (rows - starts[which]) >= counts[which]))
@@ -90,7 +90,7 @@ def _halves(points: Array, part: Index, done: NDArray[np.bool_], leaf: int = LEA
 
 
 def _cost(part: Index, done: NDArray[np.bool_], now: NDArray[np.bool_], i: Index, j: Index) -> tuple[float, float]:
-    """Operations and factor entries of eliminating the nodes `now`, part by part, against what is eliminated later."""
+    """Operations, and entries of the factor, of eliminating the nodes `now`, part by part, coupled with later ones."""
     at = np.flatnonzero(now & ~done)
     names, eliminated = np.unique(part[at], return_counts=True)
     inside = ~done[i] & done[j]

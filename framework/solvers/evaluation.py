@@ -1,4 +1,4 @@
-"""The equations of a batch in numbers, for some of its entries at a time."""
+"""Evaluation of the equations of a batch, see `coupling`, for some of its entries at a time."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from .coupling import Coupling, EvaluatedBlock, Together
 from .patterns import filled, times
 from .terms import Ordered, SumPattern
 
-# No numbers of terms.
+# An empty array of indices.
 _NONE: Index = np.zeros(0, dtype=np.int64)
-# The first entry, which nobody may change.
+# Index of the first entry, read-only as it is shared.
 _FIRST: Index = np.zeros(1, dtype=np.int64)
 _FIRST.flags.writeable = False
 
 
 @dataclass(eq=False)
 class Picked:
-    """Some entries of a batch, as one axis (m,).
+    """A selection of m entries of a batch, along one axis.
 
     Attributes
     ----------
     shape
-        Of the batch.
+        Shape of the batch.
     index
-        Indices (m,) by batch axis.
+        For each batch axis the indices of the entries, (m,).
     """
 
     shape: Shape
     index: tuple[Index, ...]
-    # Numbers of springs that were evaluated, by the first of their block: of a member they are few.
+    # Spring stiffnesses that were evaluated, by the index of the first number of their block.
     _springs: dict[int, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def springs(self, block: EvaluatedBlock) -> Array:
-        """Stiffness of the springs of members whose deformations do not vary, (count, m or 1)."""
+        """Spring stiffnesses of a block of members whose deformations do not vary, (count, m or 1)."""
         if block.first not in self._springs:
             assert block.group is not None
             if block.group.spring_stiffness is None:
@@ -57,7 +57,7 @@ class Picked:
         return self._springs[block.first]
 
     def moved(self, zeros: Callable[[tuple[int, ...]], Array]) -> None:
-        """Put what was evaluated into arrays that `zeros` makes."""
+        """Move evaluated stiffnesses into arrays that `zeros` allocates."""
         for first, numbers in self._springs.items():
             place = zeros(numbers.shape)
             place[...] = numbers
@@ -65,7 +65,7 @@ class Picked:
 
     @classmethod
     def of(cls, shape: Shape, mask: int, numbers: Index) -> Picked:
-        """Entries by their numbers among those that vary over the axes of a mask, the others at their first index."""
+        """Entries given by flat numbers over the axes of a mask, at the first index along the other axes."""
         if len(shape) == 1:  # as most often
             return cls(shape, (numbers if mask else np.zeros_like(numbers),))
         sizes = [n if mask >> axis & 1 else 1 for axis, n in enumerate(shape)]
@@ -77,11 +77,11 @@ class Picked:
         return cls(shape, (_FIRST,) * max(1, len(shape)))
 
     def of_array(self, array: Array, trailing: int, leading: int = 0) -> Array:
-        """An array (leading..., batch..., trailing...) there, (leading..., m or 1, trailing...)."""
+        """An array (leading..., batch..., trailing...) at the entries, (leading..., m or 1, trailing...)."""
         return picked(array, self.index, trailing, leading)
 
     def of_values(self, values: Together) -> Array:
-        """Numbers, each at its own batch shape, there, (numbers, m)."""
+        """Numbers at the entries, (numbers, m)."""
         count = len(self.index[0]) if self.index else 1
         if values.plain is not None:
             return np.repeat(values.plain[:, None], count, axis=1)
@@ -91,7 +91,7 @@ class Picked:
         return out
 
     def of_element(self, group: Group) -> LineElement:
-        """What stands for the members of a group there."""
+        """The element of a group at the entries."""
         if not group.stacked and set(group.shape) <= {1}:
             return group.element
         ndim = len(self.shape)
@@ -106,7 +106,7 @@ class Picked:
         return group.element.cut(parameter)
 
     def of_group(self, group: Group) -> Group:
-        """The members of a group there."""
+        """A group of members at the entries."""
         start, end, body = (None if axes is None else self.of_array(axes, 2) for axes in (*group.axes, group.body))
         chord, counts = self.of_array(group.chord, 1, leading=1), group.counts.reshape(-1, 1)
         return replace(group, element=self.of_element(group), chord=chord, counts=counts, axes=(start, end), body=body)
@@ -114,16 +114,16 @@ class Picked:
 
 @dataclass(eq=False)
 class _Sum:
-    """Of one block, what goes to each target: at once where no factor varies, or term by term.
+    """The contribution of one block to the sums: as a matrix where no factor varies, or term by term.
 
     Attributes
     ----------
     whole
-        (targets, numbers of the block).
+        Matrix of terms without varying factors, (targets, numbers of the block).
     each
-        (targets, terms).
+        Matrix of terms with varying factors, (targets, terms).
     source, factors
-        Numbers of these terms in the block, and of their two varying factors; -1 for none.
+        For each term with varying factors, the index of its number in the block and of its two factors; -1 for none.
     """
 
     block: EvaluatedBlock
@@ -134,7 +134,7 @@ class _Sum:
 
     @classmethod
     def of(cls, coupling: Coupling, number: int, whole: Ordered | None, each: Ordered | None) -> _Sum:
-        """That of the block of a number, by the patterns of `SumPattern`."""
+        """The contribution of block `number`, by the patterns of `SumPattern`."""
         block, terms = coupling.blocks[number], coupling.pattern
         one, other = (None if p is None else filled(p.matrix, coupling.factor[p.order]) for p in (whole, each))
         if each is None:
@@ -144,14 +144,14 @@ class _Sum:
 
 
 class Sums:
-    """Numbers of the equations, each a sum of terms.
+    """Entries of the matrix or of the loads, each a sum of terms.
 
     Parameters
     ----------
     coupling
-        The equations.
+        The terms of the equations.
     pattern
-        Which of their terms add up to what.
+        Which terms add up to which target.
     """
 
     def __init__(self, coupling: Coupling, pattern: SumPattern) -> None:
@@ -162,12 +162,12 @@ class Sums:
 
     @property
     def varies(self) -> bool:
-        """Whether something varies over the batch."""
+        """Whether any of the sums varies over the batch."""
         return bool(self._varying)
 
     @cached_property
     def constant(self) -> Array:
-        """What does not vary over the batch, (targets,)."""
+        """The sums of the terms that do not vary over the batch, (targets,)."""
         out, picked = None, Picked.first(self.coupling.grid.shape)
         for part in self._fixed:
             assert part.whole is not None
@@ -176,7 +176,7 @@ class Sums:
 
     @cached_property
     def _factors(self) -> Together | None:
-        """What terms are multiplied by that varies; None where none are."""
+        """The varying factors of terms; None where there are none."""
         return Together(self.coupling.factors) if any(part.each is not None for part in self._varying) else None
 
     def at(self, picked: Picked) -> Array:
@@ -196,7 +196,7 @@ class Sums:
 
 
 def _more(sums: Array | None, terms: Array) -> Array:
-    """Sums with terms added in place; these themselves where there are none yet, as memory is slow to come by."""
+    """Sums with terms added in place; the terms themselves if there are no sums yet, which saves an allocation."""
     if sums is None:
         return terms
     sums += terms
@@ -204,7 +204,7 @@ def _more(sums: Array | None, terms: Array) -> Array:
 
 
 def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]:
-    """Terms with their varying factors, (terms, m)."""
+    """Terms times their varying factors, (terms, m)."""
     taken: Array = numbers[part.source]
     for each in part.factors:
         taken = taken * np.where((each >= 0)[:, None], factors[each], 1.0)

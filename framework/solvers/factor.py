@@ -1,4 +1,4 @@
-"""What every way of solving a large positive definite matrix shares: scaling, and the test for singularity."""
+"""The base class of factors of a large positive definite matrix: scaling, solving, and the test for singularity."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ..lazily import cached_property
 from .patterns import diagonal_of, filled, kept, rows_of
 from .rounding import SUSPECT, zero_eigenvalue
 
-# Inverse iterations that estimate the least eigenvalue; for a singular matrix the first tells.
+# Number of inverse iterations that estimate the least eigenvalue; the first already exposes a singular matrix.
 ITERATIONS = 4
-# The same where it is to be found whatever it is, from random vectors.
+# Number of inverse iterations that find the least eigenvalue from random vectors, whatever its size.
 _TO_THE_LEAST = 8
-# No more motions without resistance are sought, and eigenvalues near minus this.
+# Number of free motions that are looked for, and the negative of the shift near which their eigenvalues are sought.
 MOTIONS = 6
 _NEAR = 1e-9
-# Unknowns up to which Lanczos' method has no room, and all eigenvalues are found at once.
+# Up to this many unknowns, too few for Lanczos' method, all eigenvalues are computed.
 _FEW = 4 * MOTIONS
 
 
 class Factor(ABC):
-    """A symmetric positive semidefinite matrix, scaled to unit diagonal, ready to be solved with.
+    """A symmetric positive semidefinite matrix, scaled to unit diagonal, with a method to solve equations.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Factor(ABC):
     root
         The scale (n,): ``scaled = diag(root) matrix diag(root)``.
     precise
-        Whether solutions are exact to rounding as they come, so that nothing refines them.
+        Whether solutions are exact to rounding and need no refinement.
     """
 
     precise = False
@@ -50,14 +50,14 @@ class Factor(ABC):
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
 
     def soft(self, *, nearly: bool = False) -> tuple[Array, int]:
-        """Vectors (n, 2) that lead to the least eigenvalue of the scaled matrix, by so many inverse iterations.
+        """Start vectors (n, 2) for inverse iteration to the scaled matrix's least eigenvalue, and iterations needed.
 
-        Where it is to be known `nearly`, to a part of itself, they may be others that are found more quickly.
+        If it is to be known only `nearly`, to some percent, they may be others that are found more quickly.
         """
         return np.random.default_rng(0).standard_normal((len(self.root), 2)), _TO_THE_LEAST
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, to a few digits where that is quicker: enough to find the least eigenvalue."""
+        """As `unscaled`, but to a few digits if that is faster: enough to find the least eigenvalue."""
         return self.unscaled(load)
 
     @property
@@ -67,7 +67,7 @@ class Factor(ABC):
 
     @property
     def surely_definite(self) -> bool:
-        """Whether pivots alone tell that it is not singular; what is left of a solution may be little all the same."""
+        """Whether pivots alone show that it is not singular; a solution may still have lost most of its digits."""
         return False
 
     def solve(self, load: Array) -> Array:
@@ -76,7 +76,7 @@ class Factor(ABC):
         return np.full_like(load, np.nan) if found is None else self.root[:, None] * found
 
     def solve_to(self, load: Array, share: Array) -> Array:
-        """As `solve`; where that saves time only until a `share` (k,) of each load, scaled, is left unbalanced."""
+        """As `solve`, but if that saves time only until a `share` (k,) of each scaled load is left unbalanced."""
         return self.solve(load)
 
     @cached_property
@@ -95,12 +95,12 @@ class Factor(ABC):
         return bool(1.0 / growth <= zero)
 
     def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
-        """Vectors (n, motions) that the matrix sends to zero: Lanczos' method on the inverse of a shifted matrix.
+        """Null vectors of the matrix, (n, motions), by Lanczos' method on the inverse of a shifted matrix.
 
         Parameters
         ----------
         direct
-            Makes a factor of the shifted matrix.
+            Function that factorises the shifted matrix.
         """
         from scipy.sparse.linalg import LinearOperator, eigsh
 
@@ -117,7 +117,7 @@ class Factor(ABC):
 
 
 def probe(size: int) -> Array:
-    """A random vector of length one, (size,); nobody may change it."""
+    """A random vector of length one, (size,); it is shared and must not be changed."""
 
     def vector() -> Array:
         found = np.random.default_rng(0).standard_normal(size)
@@ -127,7 +127,7 @@ def probe(size: int) -> Array:
 
 
 class NoFactor(Factor):
-    """Of a matrix without unknowns, in which nothing can move."""
+    """Factor of a matrix without unknowns."""
 
     def unscaled(self, load: Array) -> Array | None:
         """The load (0, k) itself."""
@@ -135,10 +135,10 @@ class NoFactor(Factor):
 
     @property
     def definite(self) -> bool:
-        """Always."""
+        """True."""
         return True
 
     @property
     def singular(self) -> bool:
-        """Never."""
+        """False."""
         return False

@@ -1,4 +1,4 @@
-"""Motions of a large frame that nothing resists, and the factor of what is left when each is held in one place."""
+"""Free motions of a large frame, and the factor of its stiffness with one unknown constrained for each of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..batched.unloaded import Unloaded
 from ..structure.topology import Index
 from .factor import Factor
 
-# Times that more motions are sought where those that are known are held.
+# Largest number of searches for further motions, with the known ones constrained.
 _ROUNDS = 8
 
 Mask = NDArray[np.bool_]
@@ -28,11 +28,11 @@ class Freedom:
     Attributes
     ----------
     motions
-        Displacements of the unknowns (n, motions).
+        Values of the unknowns in each motion, (n, motions).
     constrained
-        Unknowns that hold them all, one for each, (n,).
+        Mask of unknowns, one for each motion, whose constraint prevents all motions, (n,).
     factor
-        Of the matrix without these; None where not all motions were found.
+        Factor of the matrix without these unknowns; None where not all motions were found.
     """
 
     motions: Array
@@ -43,16 +43,16 @@ class Freedom:
 def freedom(
     unsupported_motions: Array, factor: Callable[[Mask], Factor], direct: Callable[[Mask], Callable[..., Factor]]
 ) -> Freedom:
-    """All motions of some unknowns: those of unsupported parts, and what is found when they are held.
+    """All free motions of n unknowns: those of unsupported parts, and those found when they are constrained.
 
     Parameters
     ----------
     unsupported_motions
-        Rigid motions of parts that nothing supports (n, m).
+        Rigid motions of unsupported parts, (n, m).
     factor
-        Factor of the matrix of some of the unknowns (n,).
+        Function that factorises the matrix of the unknowns in a mask (n,).
     direct
-        What makes the factor of a shifted matrix of these.
+        Function that, for a mask (n,), returns the function to factorise a shifted matrix of these unknowns.
     """
     motions = unsupported_motions
     constrained = np.zeros(len(unsupported_motions), dtype=bool)
@@ -75,15 +75,14 @@ def freedom(
 
 
 def constrained_unknowns(motions: Array) -> Index:
-    """Unknowns (r,) that hold all of some motions (r, n), where these move most."""
+    """Numbers (r,) of unknowns whose constraint prevents all of r motions (r, n), where the motions are largest."""
     return np.asarray(scipy.linalg.qr(motions, mode="r", pivoting=True)[1][: len(motions)], dtype=np.int64)
 
 
 def unsupported_motions(plan: Unloaded) -> Array:
-    """Rigid motions (n, 6 parts) of the parts of a frame that nothing supports, from the topology alone.
+    """Rigid motions (n, 6 parts) of the unsupported parts of a frame, from the topology alone.
 
-    Ties between places apart resist rotations, as members may that stand on something outside the frame; so a part with
-    one is left to be tried.
+    Parts with a tie, or with a member on an elastic foundation, are left out: these may resist rigid motion.
     """
     topology, tree, graph = plan.topology, plan.tree, plan.graph
     links, label = graph.links, plan.connected_components
@@ -110,7 +109,7 @@ def unsupported_motions(plan: Unloaded) -> Array:
 
 
 def _rigid(plan: Unloaded, nodes: Index) -> Array:
-    """Displacements (nodes, 6, 6) in the axes of the nodes for a unit of each rigid motion about their centre."""
+    """Displacements (nodes, 6, 6) in the nodes' axes per unit of the six rigid motions about the nodes' centre."""
     points = plan.graph.points[nodes]
     arm = points - points.mean(axis=0)
     size = float(np.abs(arm).max(initial=0.0)) or 1.0

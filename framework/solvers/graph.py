@@ -1,4 +1,4 @@
-"""The graph of a large frame: nodes that carry unknowns, where they are, and which are coupled."""
+"""The graph of a frame: its nodes with unknowns, their positions and coupling, and orders of elimination."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from .dissection import Dissection, dissect
 from .patterns import connected, narrow
 from .transformation import Transformation
 
-# Orders of unknowns, and numbers of right-hand-side parameters, of which something is kept.
+# Number of orders of unknowns, and of transformations, that are kept.
 _FEW = 16
 
 
 class Links:
-    """Unknowns, and which nodes members, joints and ties couple, wherever the nodes lie.
+    """Unknowns, and the coupling of nodes by members, joints and ties, independent of the positions of nodes.
 
     Parameters
     ----------
     count
         Number of nodes.
     ends
-        Nodes that members join, (pieces, 2).
+        Node numbers of the ends of members, (pieces, 2).
     connections
-        What the displacements of nodes are made of.
+        Joints, ties and supports, and the rows of displacements.
     key
-        What all this follows from, where frames share it.
+        Key by which frames share this object in the cache; None where they do not.
 
     Attributes
     ----------
     free
-        Nodes whose six displacements are unknowns of their own, (nodes,).
+        Mask of the nodes whose six displacements are unknowns, (nodes,).
     unknown, unknowns
         Numbers of all unknowns, (n,), and as a list: displacements of free nodes, joint-relative coordinates of others.
     """
@@ -68,19 +68,19 @@ class Links:
 
     @cached_property
     def components(self) -> Index:
-        """By node the part of the frame that it is in; members, joints and ties connect, supports do not, (nodes,)."""
+        """Number of the connected part of the frame for each node, (nodes,); supports do not connect."""
         joined = [(edge.first, edge.second) for edge in self.connections.edges if edge.first != GROUND]
         first, second = np.concatenate([self.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
         return connected(first, second, self.count)
 
     @cached_property
     def count_of_components(self) -> int:
-        """How many these are."""
+        """Number of connected parts."""
         return int(self.components.max(initial=-1)) + 1
 
     @cached_property
     def unsupported(self) -> Index:
-        """Parts that neither a support holds nor a tie, which may resist rotations, is in; numbers of `components`."""
+        """Numbers of the parts that have neither a support nor a tie, which may resist rotations."""
         floats = np.ones(self.count_of_components, dtype=bool)
         for edge in self.connections.edges:
             if edge.kind == "tie" or GROUND in (edge.first, edge.second):
@@ -88,7 +88,7 @@ class Links:
         return np.flatnonzero(floats)
 
     def transformation(self, parameters: int) -> Transformation:
-        """What the displacements of nodes and springs are made of, of so many right-hand-side parameters."""
+        """Displacements of nodes and springs over the unknowns and so many right-hand-side parameters."""
         found = self._transformations.get(parameters)
         if found is None:
             dofs, (_, _, rows, springs) = 6 * self.count, self.connections
@@ -100,7 +100,7 @@ class Links:
 
     @cached_property
     def pairs(self) -> Index:
-        """Coupled pairs of nodes that carry unknowns, (m, 2), the lower first."""
+        """Coupled pairs of nodes with unknowns, (m, 2), the lower number first."""
         count, ends, (_, _, rows_of, springs) = self.count, self.ends, self.connections
         if not springs and not any(k >= 0 for six in rows_of.values() for row in six for k in row):
             both = ends[self.free[ends].all(axis=1)]
@@ -124,10 +124,10 @@ class Links:
 
     @cached_property
     def band(self) -> Index:
-        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other.
+        """Order of the nodes with unknowns, as indices among these, that keeps neighbours near each other.
 
-        Of the two directions it is that towards the supports, in which pivots stay large: what is eliminated first is
-        free to move with the rest.
+        Of the two directions it is the one towards the supports, in which pivots stay large: nodes that are eliminated
+        first can move with the rest.
         """
         carrying, pairs = self.local
         order = narrow(pairs[:, 0], pairs[:, 1], len(carrying))
@@ -137,7 +137,7 @@ class Links:
 
     @cached_property
     def supported(self) -> Index:
-        """Nodes that carry unknowns and are supported, or joined to such as are and carry none, (n,)."""
+        """Nodes with unknowns that are supported, or connected to supported nodes without unknowns, (m,)."""
         held, carries = np.zeros((2, self.count), dtype=bool)
         held[[edge.second for edge in self.connections.edges if edge.first == GROUND]] = True
         held[[edge.first for edge in self.connections.edges if edge.second == GROUND]] = True
@@ -151,23 +151,23 @@ class Links:
 
     @cached_property
     def width(self) -> int:
-        """Unknowns on one side of the diagonal in that order, six a node."""
+        """Half band width in the order `band`, in unknowns, with six of them at each node."""
         apart = np.abs(np.diff(_ranks(self.band)[self.local[1]], axis=1))
         return 6 * int(apart.max(initial=0)) + 6
 
     @cached_property
     def local(self) -> tuple[Index, Index]:
-        """Nodes that carry unknowns, and the coupled pairs as numbers among them."""
+        """Nodes with unknowns, and the coupled pairs as indices among these."""
         carrying = self.node[np.diff(self.node, prepend=-1) > 0]  # unknowns are in order
         return carrying, np.searchsorted(carrying, self.pairs)
 
     def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
-        """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
+        """Order of the unknowns in the mask `where`, as indices among these, that follows an order of nodes."""
         place = np.searchsorted(self.local[0], self.node[where])
         return np.argsort(_ranks(nodes)[place], kind="stable")
 
     def band_order(self, where: NDArray[np.bool_]) -> Index:
-        """That by `band`."""
+        """Order of the unknowns in the mask `where` that follows `band`."""
         key = where.tobytes()
         found = self._orders.get(key)
         if found is None:
@@ -195,12 +195,12 @@ class Graph:
 
     @property
     def transformation(self) -> Transformation:
-        """What the displacements of nodes and springs are made of, right-hand-side parameters not being told."""
+        """Displacements of nodes and springs over the unknowns, without right-hand-side parameters."""
         return self.links.transformation(0)
 
     @property
     def free(self) -> NDArray[np.bool_]:
-        """Nodes whose six displacements are unknowns of their own, (nodes,)."""
+        """Mask of the nodes whose six displacements are unknowns, (nodes,)."""
         return self.links.free
 
     @cached_property
@@ -210,49 +210,49 @@ class Graph:
 
     @property
     def entries(self) -> int:
-        """Entries of the stiffness, six by six for each node and each coupled pair."""
+        """Number of entries of the stiffness, with six by six for each node and twice for each coupled pair."""
         return 36 * (len(self.links.local[0]) + 2 * len(self.links.pairs))
 
     @property
     def coupled(self) -> int:
-        """Unknowns that share members or joints with one unknown, at most."""
+        """Largest number of unknowns with which one unknown is coupled, itself included."""
         return 6 * (1 + int(np.bincount(self.links.pairs.reshape(-1)).max(initial=0)))
 
     @cached_property
     def dissection(self) -> Dissection:
-        """Elimination order of the nodes that carry unknowns; `order` counts these only."""
+        """Nested dissection of the nodes with unknowns; its `order` are indices among these."""
         carrying, pairs = self.links.local
         return dissect(self.points[carrying], pairs)
 
     @property
     def band(self) -> Index:
-        """Order of the nodes that carry unknowns, as in `dissection`, that keeps neighbours near each other."""
+        """Order of the nodes with unknowns, as indices among these, that keeps neighbours near each other."""
         return self.links.band
 
     @property
     def width(self) -> int:
-        """Unknowns on one side of the diagonal in that order, six a node."""
+        """Half band width in the order `band`, in unknowns, with six of them at each node."""
         return self.links.width
 
     def order(self, nodes: Index, where: NDArray[np.bool_]) -> Index:
-        """Order of the unknowns `where`, as numbers among them, that follows an order of nodes."""
+        """Order of the unknowns in the mask `where`, as indices among these, that follows an order of nodes."""
         return self.links.band_order(where) if nodes is self.links.band else self.links.order(nodes, where)
 
 
 def _distinct(first: Index, second: Index, count: int) -> Index:
-    """Pairs of different nodes (m, 2) without repetition, the lower first."""
+    """Distinct pairs of different nodes, (m, 2), the lower number first."""
     low, high = np.minimum(first, second), np.maximum(first, second)
     found = np.unique((low * count + high)[low < high])
     return np.stack([found // max(count, 1), found % max(count, 1)], axis=1)
 
 
 def _ranks(order: Index) -> Index:
-    """Where each number stands in an order."""
+    """Position of each number in an order."""
     ranks = np.empty_like(order)
     ranks[order] = np.arange(len(order))
     return ranks
 
 
 def _nodes(rows: list[Row]) -> Index:
-    """Nodes that carry the unknowns of some rows."""
+    """Nodes whose unknowns occur in some rows."""
     return np.array(sorted({k // 6 for row in rows for k in unknowns(row)}), dtype=np.int64)

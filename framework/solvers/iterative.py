@@ -1,7 +1,7 @@
-"""Conjugate gradients for lattices whose factor would be too dear, with a coarse frame of rigid pieces.
+"""Conjugate gradients for lattices whose factor would be too costly.
 
-The preconditioner adds the answer of each node by itself (block Jacobi) and that of the frame cut into pieces that
-are rigid (Nicolaides, SIAM J. Numer. Anal. 24, 1987, 355-365, with the six rigid motions of each piece).
+The preconditioner is the sum of block Jacobi, by node, and of a coarse-grid correction in which the frame is divided
+into rigid pieces (Nicolaides, SIAM J. Numer. Anal. 24, 1987, 355-365, with the six rigid motions of each piece).
 """
 
 from __future__ import annotations
@@ -24,35 +24,44 @@ from .lu import LUFactor
 from .radau import least_ritz, stored
 from .rounding import SUSPECT, zero_eigenvalue
 
-# Nodes of a rigid piece.
+# Number of nodes of a rigid piece.
 PIECE = 100
-# Iterations after which a factor is the better way.
+# Number of iterations after which a factor is used instead.
 ITERATIONS = 4000
-# A random load whose residual comes down to this share has no part in a motion that nothing resists.
+# If the residual of a random load falls to this share, the frame has no free motion.
 _PROBE = 1e-5
-# Vectors that lead to the least eigenvalues, and steps.
+# Number of vectors, and of steps, of the iteration to the least eigenvalues.
 _BLOCK, _SOFT_STEPS = 4, 40
-# Share of a load that is left where a few digits do.
+# Share of the load at which the residual is small enough if a few digits suffice.
 _ROUGH = 1e-3
-# Share of its diagonal that is added to the coarse frame's stiffness, lest it be singular where the frame is.
+# Share of its diagonal that is added to the coarse stiffness, so that it is regular even if the frame is singular.
 _FLOOR = 1e-12
-# Share of the numbers in blocks that are not zero, above which a product by blocks is the quicker one.
+# If more than this share of the entries in blocks is not zero, a product by blocks is faster.
 _FILLED = 0.65
 _EPS = float(np.finfo(float).eps)
 
-# Steps that tell how much energy a load stores; of a lattice the norm then comes out two to three times too large,
-# with the least eigenvalue taken as a quarter.
+# Number of steps that bound the energy of a load's solution; for a lattice the norm is then two to three times too
+# large, if the least eigenvalue is assumed to be a quarter of the estimate.
 _STEPS = 8
 
 Operator = Callable[[Array], Array]
-# Lengths of steps along their directions, and how much of each direction the next one took along.
+# Coefficients alpha of the steps of conjugate gradients, and beta of their directions.
 Steps = tuple[list[float], list[float]]
 
 
 @dataclass(frozen=True)
 class Places:
-    """Where unknowns are: node (n,), component (n,), position of the node (n, 3), and whether it is the unknown's own
-    displacement in global axes that counts (n,), not one in a joint."""
+    """The nodes of n unknowns.
+
+    Attributes
+    ----------
+    node, component
+        Number of the node and index of the displacement component, (n,).
+    points
+        Positions of the nodes, (n, 3).
+    free
+        Whether the unknown is a displacement of the node in global axes, rather than one of a joint, (n,).
+    """
 
     node: Index
     component: Index
@@ -60,21 +69,21 @@ class Places:
     free: NDArray[np.bool_]
 
     def of(self, where: NDArray[np.bool_]) -> Places:
-        """Some of the unknowns."""
+        """The unknowns in a mask (n,)."""
         return Places(self.node[where], self.component[where], self.points[where], self.free[where])
 
 
 class Iterative(Factor):
-    """Solves by iteration to rounding; by a factor where that does not converge.
+    """Solver by conjugate gradients to rounding; by a factor where they do not converge.
 
     Parameters
     ----------
     matrix
         The matrix (n, n).
     places
-        Where its unknowns are.
+        The nodes of its unknowns.
     direct
-        Makes the factor that serves instead.
+        Function that factorises the matrix if need be.
     """
 
     def __init__(
@@ -93,7 +102,7 @@ class Iterative(Factor):
 
     @property
     def definite(self) -> bool:
-        """Whether all pivots are positive: a factor has the word."""
+        """Whether all pivots of a factor are positive."""
         return self._direct(self.matrix).definite
 
     def unscaled(self, load: Array) -> Array | None:
@@ -101,7 +110,7 @@ class Iterative(Factor):
         return self._found(load, np.zeros(load.shape[1]))
 
     def solve_to(self, load: Array, share: Array) -> Array:
-        """As `solve`, until a `share` (k,) of each load (n, k), scaled, is left unbalanced."""
+        """As `solve`, until a `share` (k,) of each scaled load (n, k) is left unbalanced."""
         found = self._found(self.root[:, None] * load, share)
         return np.full_like(load, np.nan) if found is None else self.root[:, None] * found
 
@@ -113,20 +122,20 @@ class Iterative(Factor):
                 return np.stack(found, axis=1)
             if self.singular and self.instead is None:
                 return None
-            if self.instead is None:  # a matrix that is regular, and a load that does not converge all the same
+            if self.instead is None:  # the matrix is regular, but the iteration does not converge
                 self._give_up()
         assert self.instead is not None
         return self.instead.unscaled(load)
 
     def energies(self, load: Array, margin: float) -> Array:
-        """Energy norm (k,) of the solutions for loads (n, k), at most.
+        """Upper bounds (k,) on the energy norm of the solutions for loads (n, k).
 
         Parameters
         ----------
         load
-            The loads.
+            The loads, (n, k).
         margin
-            By which the least eigenvalue may be below what the iterations met.
+            Factor by which the least eigenvalue may be below its estimate from the iterations.
         """
         if self.singular or self.instead is not None:
             return np.full(load.shape[1], np.inf)
@@ -138,9 +147,11 @@ class Iterative(Factor):
         return out
 
     def soft(self, *, nearly: bool = False) -> tuple[Array, int]:
-        """Vectors (n, 2) near those of the least eigenvalues, by preconditioned steps on a few random ones at once
-        (LOBPCG: Knyazev, SIAM J. Sci. Comput. 23, 2001, 517-541); where nearly will do, what the random load of
-        `singular` brings about."""
+        """Start vectors for inverse iteration, see `Factor.soft`: those of the least eigenvalues by LOBPCG.
+
+        (Knyazev, SIAM J. Sci. Comput. 23, 2001, 517-541.) If `nearly` suffices, the solution for the random load of
+        `singular` is returned.
+        """
         from scipy.sparse.linalg import LinearOperator, lobpcg
 
         size = len(self.root)
@@ -150,13 +161,13 @@ class Iterative(Factor):
             return super().soft()
         inverse = LinearOperator((size, size), matvec=self.precondition, matmat=self.precondition, dtype=float)
         start = np.random.default_rng(0).standard_normal((size, _BLOCK))
-        with warnings.catch_warnings():  # of not having come to rounding
+        with warnings.catch_warnings():  # that it has not converged to rounding
             warnings.simplefilter("ignore")
             _, vectors = lobpcg(self.scaled, start, M=inverse, largest=False, maxiter=_SOFT_STEPS, tol=_EPS)
         return (np.array(vectors[:, :2]), 2) if np.isfinite(vectors).all() else super().soft()
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, to a few digits."""
+        """As `unscaled`, but to a few digits."""
         found = [self._rough(column) for column in load.T] if self.instead is None else [None]
         columns = [column for column in found if column is not None]
         return np.stack(columns, axis=1) if len(columns) == len(found) else self.unscaled(load)
@@ -167,7 +178,7 @@ class Iterative(Factor):
 
     @cached_property
     def singular(self) -> bool:
-        """Whether a random load meets a motion that nothing resists; where none is found, a factor has the word."""
+        """Whether there is a free motion, as shown by a random load; if that does not converge, by a factor."""
         if self.instead is None:
             probe = np.random.default_rng(0).standard_normal(len(self.root))
             lengths: list[float] = []
@@ -184,7 +195,7 @@ class Iterative(Factor):
         return self.instead.singular
 
     def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
-        """Vectors (n, motions) that the matrix sends to zero."""
+        """Null vectors of the matrix, (n, motions)."""
         if self.instead is not None:
             return self.instead.motions(direct)
         found: Array = self.root[:, None] * self._motions
@@ -192,8 +203,11 @@ class Iterative(Factor):
 
     @cached_property
     def _motions(self) -> Array:
-        """Orthonormal vectors that the scaled matrix sends to zero: what of a random vector x does not come back when
-        ``A y = A x`` is solved, one after the other until it all does."""
+        """Orthonormal null vectors of the scaled matrix A, (n, motions).
+
+        They are the parts of random vectors x that are lost when ``A y = A x`` is solved, one after the other until
+        nothing is lost.
+        """
         rng, size = np.random.default_rng(1), len(self.root)
         known = np.zeros((size, 0))
         while known.shape[1] < MOTIONS:
@@ -228,11 +242,11 @@ class Iterative(Factor):
         return found if left <= max(64.0 * _EPS * (self.norm * _norm(found) + size), 2.0 * share * size) else None
 
     def _descend(self, load: Array, enough: Callable[[Array], float], steps: Steps | None = None) -> Array | None:
-        """Preconditioned conjugate gradients until the residual is `enough`, None where it does not become so.
+        """Preconditioned conjugate gradients until the residual is at most ``enough(x)``; None without convergence.
 
-        What `steps` are taken is added to these, see `least_ritz`.
+        The coefficients of the steps are appended to `steps`, see `least_ritz`.
         """
-        with np.errstate(all="ignore"):  # where nothing resists, steps may be of any size
+        with np.errstate(all="ignore"):  # of a singular matrix, steps may have any size
             return self._descended(load, enough, ([], []) if steps is None else steps)
 
     def _descended(self, load: Array, enough: Callable[[Array], float], steps: Steps) -> Array | None:
@@ -259,7 +273,7 @@ class Iterative(Factor):
 
 
 def _dot(a: Array, b: Array) -> float:
-    """Inner product; short of what BLAS would share among threads, which would wait for each other at each step."""
+    """Inner product without BLAS, whose threads would wait for each other at every step."""
     return float(np.einsum("i,i->", a, b))
 
 
@@ -268,9 +282,9 @@ def _norm(a: Array) -> float:
 
 
 def _in_blocks(scaled: scipy.sparse.csr_matrix, places: Places) -> Any:
-    """The matrix (n, n) in blocks of six by six, where all nodes have six unknowns: a product takes half the time.
+    """The matrix (n, n) in blocks of six by six if all nodes have six unknowns: a product then takes half the time.
 
-    Of members along the axes most of a block is zero, and entry by entry is the quicker way.
+    Where members lie along the axes, most of a block is zero, and the matrix is returned as it is.
     """
     nodes = len(places.component) // 6
     if not np.array_equal(places.component, np.tile(np.arange(6), nodes)):
@@ -296,7 +310,7 @@ def _preconditioner(scaled: scipy.sparse.csr_matrix, root: Array, places: Places
 
 
 def _node_inverses(scaled: scipy.sparse.csr_matrix, places: Places) -> scipy.sparse.csr_matrix:
-    """Inverse of each node's own matrix, (n, n)."""
+    """Block-diagonal matrix of the inverses of the nodes' diagonal blocks, (n, n)."""
     node, count = _compact(places.node)
     entries = scaled.tocoo()
     own = node[entries.row] == node[entries.col]
@@ -312,7 +326,7 @@ def _node_inverses(scaled: scipy.sparse.csr_matrix, places: Places) -> scipy.spa
 
 
 def _rigid_motions(places: Places) -> scipy.sparse.csr_matrix:
-    """Displacements (n, 6 pieces) for the six motions of each rigid piece about its centre."""
+    """Displacements (n, 6 pieces) per unit of the six motions of each rigid piece about its centre."""
     at = np.flatnonzero(places.free)
     if not len(at):
         return scipy.sparse.csr_matrix((len(places.node), 0))
@@ -336,6 +350,6 @@ def _rigid_motions(places: Places) -> scipy.sparse.csr_matrix:
 
 
 def _compact(numbers: Index) -> tuple[Index, int]:
-    """Numbers renamed 0, 1, ... and how many there are."""
+    """Numbers renamed 0, 1, ..., and how many different ones there are."""
     found, renamed = np.unique(numbers, return_inverse=True)
     return renamed.astype(np.int64), len(found)

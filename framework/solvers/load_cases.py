@@ -1,7 +1,7 @@
-"""Load cases that are sums of few: a unit of each number that varies is solved for, and what is constant together.
+"""Load cases that are combinations of a few: one solution for a unit of each varying load, and one for all constants.
 
-A large batch of loads is often one load, or a few, of many sizes. As the solution is linear in each, it is that for a
-unit of it, times its size.
+A large batch of loads often consists of one or a few loads of many sizes. As the solution is linear in each, it is the
+solution for a unit load times the size.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from ..description import Description
 from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
 
-# Shape and numbers of an array.
+# Shape and bytes of an array.
 _Content = tuple[Shape, bytes]
 
 
 class Loaded(Protocol):
-    """What tells how loads vary: a plan whose stiffness does not."""
+    """What is needed of a plan, whose stiffness is constant, to see how its loads vary."""
 
     frame: Description
     rhs_parameters: RightHandSideParameters
@@ -35,18 +35,18 @@ class Loaded(Protocol):
 
     @property
     def imposed(self) -> Sequence[Value]:
-        """The number one, and known displacements and offsets that vary."""
+        """The number one, and prescribed displacements and offsets that vary."""
         ...
 
 
 def varying(plan: Loaded) -> list[Value]:
-    """Numbers, the first of which is one, in which the solution is linear: none where they are not known to be few."""
+    """Numbers in which the solution is linear, the first being one; empty if member loads or geometry vary, too."""
     given = _given(plan)
     return [] if given is None else [*plan.imposed, *given.values()]
 
 
 def _given(plan: Loaded) -> dict[_Content, Value] | None:
-    """Loads at nodes that vary, by their content: often one number acts at many nodes; None where others vary, too."""
+    """Varying loads at nodes, each different array once; None if member loads, gravity or geometry vary, too."""
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
     along += [] if frame.weight is None else [frame.weight]
@@ -62,17 +62,16 @@ def _content(value: Value) -> _Content:
 
 
 def count(plan: Loaded) -> int:
-    """Right-hand sides that have to be solved for."""
+    """Number of right-hand sides to solve for."""
     cases = plan.grid.sizes[-1]
     units = len(varying(plan)) if cases > 1 else 0
     return min(units, cases) if units else cases
 
 
 def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, NDArray[np.float64]] | None:
-    """The frame, batch and right-hand-side parameters of a unit of each number that varies, and these numbers (units,
-    load cases).
+    """Frame, batch and right-hand-side parameters for unit loads along the last batch axis, and the sizes of the loads.
 
-    The units are along the last axis of the batch. None where there are no fewer of them than load cases.
+    The sizes are (units, load cases). None if there are not fewer units than load cases.
     """
     given = _given(plan) if plan.grid.sizes[-1] > 1 else None
     if given is None:
@@ -90,7 +89,7 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 
 
 def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content, Value]) -> Description:
-    """Loads of a frame: of what varies the `unit`, and of constants their number times the `first`."""
+    """A copy of the frame with each varying load replaced by its `unit`, and constants multiplied by `first`."""
     clone, ndim = copy.copy(frame), len(grid.shape)
     one = np.asarray(first)
 

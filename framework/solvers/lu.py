@@ -1,4 +1,4 @@
-"""SuperLU in symmetric mode, which scipy brings: the direct way of a plain install."""
+"""SciPy's SuperLU in symmetric mode: the direct solver of an installation without extras."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def symmetric_lu(matrix: scipy.sparse.csc_matrix) -> Any:
         return scipy.sparse.linalg.splu(
             matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-    except RuntimeError:  # SuperLU's word for it
+    except RuntimeError:  # SuperLU raises it for a zero pivot
         return None
 
 
 class LUFactor(Factor):
-    """Pivots from the diagonal, ordered for least fill of a symmetric pattern.
+    """LU factor with pivots from the diagonal, in an order for little fill of a symmetric pattern.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which way a frame is solved, and why."""
+"""The choice of the method by which a frame is solved, by its expected time."""
 
 from __future__ import annotations
 
@@ -19,23 +19,24 @@ from .load_cases import Loaded, count
 
 BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded", "sparse", "cholesky", "iterative")
 
-# Unknowns above which a frame that does not vary goes a sparse way; and up to which one that does is broadcast, members
-# in line condensed.
+# Above LARGE unknowns a frame of constant stiffness is solved by a sparse method; up to FEW, chains of members being
+# condensed, one of varying stiffness is solved by broadcasting.
 LARGE, FEW = 100, 48
-# The same of a frame without joints that stands still.
+# As FEW, for a frame without joints whose nodes do not move.
 _FEWEST = 24
-# Members times entries up to which extended precision does no harm.
+# Up to this many members times entries the time for extended precision does not matter.
 _MANY = 500
-# What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
-# the matrix; and iterations that a lattice needs. Only their ratios matter.
+# Measured on one machine: operations per second of a factorisation; below, seconds of an iteration for an entry of the
+# matrix, and the number of iterations for a lattice. Only the ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
-# Nodes along a frame from which on bands may take longer than broadcasting, which nothing refines, and how many times.
+# From this many nodes along a frame on, banded factors may take _PATIENCE times as long as broadcasting, which does not
+# refine its solutions.
 _SLENDER, _PATIENCE = 18.0, 3.0
-# Operations of a banded factor up to which it takes less time than to look for anything better.
+# A banded factor of up to this many operations takes less time than searching for a better method.
 _SMALL = 2e8
-# Width up to which what is better saves no more than it takes to look for it, and operations of a band that is light.
+# Up to this width of the band, and this many operations, a better method saves less than searching for it takes.
 _NARROW, _LIGHT = 300, 4e9
-# Entries up to which a band is held.
+# Largest number of entries of a band.
 _BAND = 4e8
 _ITERATION = 0.4e-9
 _ITERATIONS = 500
@@ -43,16 +44,16 @@ _ITERATIONS = 500
 
 @dataclass(frozen=True)
 class Method:
-    """How a frame is solved.
+    """The method by which a frame is solved.
 
     Attributes
     ----------
     name
         ``broadcast``, ``banded``, ``sparse``, ``cholesky`` or ``iterative``.
     reason
-        Why so, in words.
+        Method and reason of its choice in words.
     seconds
-        What it is expected to take, about; NaN where it was asked for.
+        Estimated time; NaN if the method was given by the user.
     """
 
     name: str
@@ -61,7 +62,7 @@ class Method:
 
 
 class Compiled(Loaded, Protocol):
-    """What the choice depends on: a plan."""
+    """What the choice of the method needs of a plan."""
 
     @property
     def constant(self) -> bool:
@@ -70,7 +71,7 @@ class Compiled(Loaded, Protocol):
 
     @property
     def unknowns(self) -> list[int]:
-        """All unknowns."""
+        """Numbers of all unknowns."""
         ...
 
     @property
@@ -85,12 +86,12 @@ class Compiled(Loaded, Protocol):
 
     @property
     def chains(self) -> list[tuple[list[int], list[int]]]:
-        """Nodes and pieces of members in line that are condensed to their ends."""
+        """Nodes and pieces of the chains of members that are condensed to their ends."""
         ...
 
     @property
     def rough_coupling(self) -> Coupling:
-        """What the equations are sums of, by the first entry of the batch."""
+        """The terms of the equations at the first entry of the batch."""
         ...
 
 
@@ -100,12 +101,12 @@ def available() -> bool:
 
 
 def checked(name: str | None) -> str | None:
-    """A method that is known and installed.
+    """The name of a method, checked to be known and installed.
 
     Raises
     ------
     FrameError
-        Where it is not.
+        If it is not.
     """
     if name is not None and name not in METHODS:
         raise FrameError(f"method {name!r} is unknown: use one of {', '.join(METHODS)}, or None to let the plan choose")
@@ -115,12 +116,12 @@ def checked(name: str | None) -> str | None:
 
 
 def choose(plan: Compiled, asked: str | None) -> Method:
-    """The way for a plan: the one asked for, or the one that promises to be fastest.
+    """The method for a plan: the one `asked` for, or the one with the least estimated time.
 
     Raises
     ------
     FrameError
-        Where a sparse way is asked for and the stiffness varies over the batch.
+        If a method for a single matrix is asked for and the stiffness varies over the batch.
     """
     if 0 in plan.frame.shape:
         return Method(BROADCAST, "broadcasting LDL^T, as the batch has no entries")
@@ -138,12 +139,12 @@ def choose(plan: Compiled, asked: str | None) -> Method:
 
 
 def _fastest_of_few(plan: Compiled, unknowns: int) -> Method:
-    """The way of a frame of few unknowns that does not vary over the batch."""
+    """The method for a frame with few unknowns whose stiffness is constant."""
     pieces = len(plan.topology.ends)
     why = f"as {unknowns} unknowns are no more than {LARGE}"
     shared = few(pieces - sum(len(inside) for _, inside in plan.chains))
     in_bands = one(pieces, unknowns, 1, 0.0)
-    # of a single entry the elimination is recorded, and done again in Python's numbers for the next of its topology
+    # for a single entry the elimination is recorded, and replayed for later frames of the topology, which is faster
     if plan.frame.shape and in_bands < shared and _refined_by_springs(plan):
         why = f"as its {pieces} members are few: about {in_bands:.2g} s, {shared:.2g} s by broadcasting"
         return Method(BANDED, f"banded Cholesky, {why}", in_bands)
@@ -151,10 +152,10 @@ def _fastest_of_few(plan: Compiled, unknowns: int) -> Method:
 
 
 def _refined_by_springs(plan: Compiled) -> bool:
-    """Whether what a matrix of the whole frame loses comes back by refinement that takes next to no time.
+    """Whether refinement by spring residuals, which takes next to no time, recovers the digits that a matrix loses.
 
-    This is so where nothing but members carries loads at nodes; what joints and ties lose, and what acts along members,
-    takes equilibrium in extended precision.
+    It does if the frame has only members, and loads at nodes alone; joints, ties and loads along members need residuals
+    of equilibrium in extended precision.
     """
     frame = plan.frame
     if frame.weight is not None or any(frame.member_loads.values()) or plan.topology.plain_positions is None:
@@ -163,12 +164,12 @@ def _refined_by_springs(plan: Compiled) -> bool:
 
 
 def _fastest_batch(plan: Compiled) -> Method:
-    """The way of a batch over which the stiffness varies."""
+    """The method for a batch over which the stiffness varies."""
     why = "as the stiffness varies over the batch"
     left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
-    # of few unknowns nothing else pays, but where members stand still and extended precision takes longer than the rest
+    # with few unknowns broadcasting is fastest, except for fixed members in extended precision, which takes long
     still = plan.topology.plain_positions is not None and not plan.frame.joints
     fine = still and extended(entries, pieces) and entries * pieces > _MANY
     if left <= (_FEWEST if still else FEW) and not fine:
@@ -188,7 +189,7 @@ def _fastest_batch(plan: Compiled) -> Method:
         key = "estimates", Same(graph.links), plan.grid.sizes, blocks, factors, tuple(condensed)
         apart, shared = coupling.pattern.known(key, estimates)
     text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
-    # The condition number of a slender frame grows with the fourth power of its length, and bands are refined.
+    # The condition number of a slender frame grows with the fourth power of its length; banded solutions are refined.
     patience = min(max(left / max(1, graph.width - 6) / _SLENDER, 1.0), _PATIENCE)
     if shared * patience <= apart:
         return Method(BROADCAST, f"broadcasting LDL^T, {text}", shared)
@@ -196,7 +197,7 @@ def _fastest_batch(plan: Compiled) -> Method:
 
 
 def _fastest(plan: Compiled, size: int) -> Method:
-    """The way of one large frame: a sparse one."""
+    """The method for one large frame."""
     graph, pieces, cases = plan.graph, len(plan.topology.ends), count(plan)
     in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
     if size * graph.width**2 <= (_LIGHT if graph.width <= _NARROW else _SMALL):

@@ -1,5 +1,7 @@
-"""Sums of element matrices by pairs of nodes: the pattern comes from node numbers, values are added component by
-component over many elements at once."""
+"""Assembly of element matrices into a sparse matrix of 6 x 6 blocks, by pairs of nodes.
+
+The pattern comes from node numbers; values are added component by component over many elements at once.
+"""
 
 from __future__ import annotations
 
@@ -15,30 +17,30 @@ from ..batch import Array
 from ..structure.topology import Index
 from .patterns import kept, without_zeros
 
-# Node numbers (n, k) of elements between k nodes, and what gives the symmetric matrices (m, ..., 6 k, 6 k) of a slice
-# of them.
+# Node numbers (n, k) of n elements between k nodes, and a function that returns the symmetric matrices
+# (m, ..., 6 k, 6 k) of a slice of them.
 Stack = tuple[Index, Callable[[slice], Array]]
 
-# Elements, and rows of blocks, at once: they stay in the cache.
+# Number of elements, and of rows of blocks, that are handled at once, so that they stay in the processor's cache.
 _CHUNK = 4096
-# Numbers that are added up together rather than component by component.
+# Up to this size arrays are added as a whole rather than component by component.
 _TOGETHER = 2**14
 
 
 def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
-    """Sum over the DOFs of some nodes of element matrices, without what is exactly zero.
+    """Sum of element matrices over the DOFs of some nodes, without entries that are exactly zero.
 
     Parameters
     ----------
     stacks
         Node numbers and matrices of one batch entry each; ``stack.__getitem__`` gives those of an array.
     kept
-        Whether the DOFs of a node are wanted, (nodes,); what couples to the others is left out.
+        Mask of the nodes to keep, (nodes,); coupling with others is left out.
 
     Returns
     -------
     scipy.sparse.csr_matrix
-        (6 nodes wanted, 6 nodes wanted), column numbers in order.
+        Sum, (6 nodes kept, 6 nodes kept), with sorted column indices.
     """
     number = np.where(kept, np.cumsum(kept) - 1, -1)
     couples = [number[nodes[:, [p, q]]] for nodes, _ in stacks for p, q in _sides(nodes) if p < q]
@@ -54,14 +56,17 @@ def summed(stacks: Sequence[Stack], kept: NDArray[np.bool_]) -> scipy.sparse.csr
 
 
 def _sides(nodes: Index) -> list[tuple[int, int]]:
-    """Pairs of an element's nodes, by their places in it."""
+    """Pairs of an element's nodes, by their indices in it."""
     k = nodes.shape[1]
     return [(p, q) for p in range(k) for q in range(p, k)]
 
 
 class _Blocks:
-    """Blocks of a symmetric matrix, six by six: those of `count` nodes, then those of the pairs that `ends` (n, 2)
-    join, the lower node first; a negative node is none."""
+    """The 6 x 6 blocks of a symmetric matrix, (6, 6, blocks).
+
+    The diagonal blocks of `count` nodes come first, then those of the node pairs in `ends` (n, 2), the lower node
+    first; pairs with a negative number are ignored.
+    """
 
     def __init__(self, count: int, ends: Index) -> None:
         low, high = ends.min(axis=1), ends.max(axis=1)
@@ -71,7 +76,7 @@ class _Blocks:
         self.total: NDArray[Any] = np.zeros((6, 6, count + len(self.pairs)))
 
     def add(self, first: Index, second: Index, values: Array) -> None:
-        """Add `values` (6, 6, n) that couple nodes to themselves or to others."""
+        """Add blocks `values` (6, 6, n) between the nodes `first` and `second`, (n,) each."""
         wanted = (first >= 0) & (second >= 0)
         if not wanted.all():
             first, second, values = first[wanted], second[wanted], values[..., wanted]
@@ -93,7 +98,7 @@ class _Blocks:
             self.total[r, c, start:stop] += np.bincount(place - start, values[r, c], count)
 
     def matrix(self) -> scipy.sparse.csr_matrix:
-        """Both triangles."""
+        """The whole symmetric matrix, with both triangles."""
         if self.count <= _CHUNK:
             places, pattern = kept("blocks", (self.pairs, np.array(self.count)), self._places)
             return without_zeros(pattern, self.total.reshape(-1)[places])
@@ -103,7 +108,7 @@ class _Blocks:
         return scipy.sparse.csr_matrix(scipy.sparse.vstack(parts, format="csr"))
 
     def _places(self) -> tuple[Index, scipy.sparse.csr_matrix]:
-        """Which number of `total` each entry is, row by row, and a matrix of the pattern."""
+        """Index into `total` of each entry, row by row, and a matrix of the pattern."""
         if not self.count:
             return np.zeros(0, dtype=np.int64), scipy.sparse.csr_matrix((0, 0))
         numbered = copy.copy(self)
@@ -113,7 +118,7 @@ class _Blocks:
         return found.data - 1, found
 
     def _pattern(self) -> scipy.sparse.csr_matrix:
-        """Blocks by their numbers from 1 on, row by row."""
+        """Matrix of the block numbers, from 1 on, row by row."""
         low, high = np.divmod(self.pairs, max(self.count, 1))
         own = np.arange(self.count)
         # In this order the columns of a row come sorted.
@@ -122,7 +127,7 @@ class _Blocks:
         return scipy.sparse.csr_matrix((np.arange(1, len(rows) + 1), (rows, columns)), shape=shape)
 
     def _rows(self, pattern: scipy.sparse.csr_matrix, ends: NDArray[np.int32]) -> scipy.sparse.csr_matrix:
-        """Some rows of blocks."""
+        """Some rows of blocks as a sparse matrix."""
         which = slice(ends[0], ends[-1])
         source = pattern.data[which] - 1 - len(self.pairs)
         below = source < 0

@@ -1,6 +1,6 @@
-"""What follows from which unknowns are coupled alone, kept by its content: frames of one topology share it.
+"""Operations on sparse matrices whose patterns are cached by content, so that frames of one topology share them.
 
-Of small and middle-sized frames to find this again takes longer than the numbers; of large ones it is found each time.
+For small and middle-sized frames finding a pattern takes longer than the arithmetic; for large ones it is not cached.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from ..cache import PATTERNS
 Index = NDArray[np.int64]
 Found = TypeVar("Found")
 
-# Numbers from which on what follows from them is not kept.
+# Largest weight of a result that is cached.
 MANY = 2**17
-# Things that follow from the pattern of a matrix, and some numbers each, that are found again by it.
+# Number of results that are kept with a matrix itself.
 _FEW = 16
-# What a product of two entries of a matrix weighs.
+# Weight of a product of two matrix entries.
 _PRODUCT = 3
 
 
 def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], weight: int = 0) -> Found:
-    """What follows from some numbers, made where it is not known yet; nobody may change it.
+    """A result that depends on some arrays alone, from the cache or computed; it is shared and must not be changed.
 
     Parameters
     ----------
     what
-        Name of what it is.
+        Name of the kind of result.
     numbers
-        All that it depends on.
+        All arrays on which it depends.
     make
-        Makes it.
+        Function that computes it.
     weight
-        What it weighs beyond these.
+        Weight of the result in the cache, besides that of the arrays.
     """
     weight += sum(each.size for each in numbers)
     if weight > MANY:
@@ -51,13 +51,13 @@ def kept(what: str, numbers: Sequence[NDArray[Any]], make: Callable[[], Found], 
 def kept_of(
     what: str, matrix: scipy.sparse.csr_matrix, numbers: Sequence[NDArray[Any]], make: Callable[[], Found]
 ) -> Found:
-    """What follows from the pattern of a matrix and some numbers: `kept`, and found again by the pattern itself."""
+    """A result that depends on the pattern of a matrix and some arrays: as by `kept`, and stored with the matrix."""
     known: dict[tuple[object, ...], Found] | None = getattr(matrix, "known", None)
     if known is None:
         return kept(what, (matrix.indptr, matrix.indices, *numbers), make)
     key = (what, *(each.tobytes() for each in numbers))
     found = known.get(key)
-    if found is None:  # two threads may both make it, which does no harm
+    if found is None:  # two threads may both compute it, which does no harm
         found = kept(what, (matrix.indptr, matrix.indices, *numbers), make)
         if len(known) >= _FEW:
             known.clear()
@@ -66,12 +66,12 @@ def kept_of(
 
 
 def rows_of(matrix: scipy.sparse.csr_matrix) -> Index:
-    """Row of each entry of a matrix."""
+    """Row of each stored entry of a matrix."""
     return kept_of("rows", matrix, (), lambda: np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)))
 
 
 def diagonal_of(matrix: scipy.sparse.csr_matrix) -> NDArray[Any]:
-    """The diagonal (n,) of a matrix (n, n) in which no entry stands twice."""
+    """The diagonal (n,) of a matrix (n, n) without duplicate entries."""
     places = kept_of("diagonal", matrix, (), lambda: np.flatnonzero(rows_of(matrix) == matrix.indices))
     if len(places) == matrix.shape[0]:
         return matrix.data[places]
@@ -81,7 +81,7 @@ def diagonal_of(matrix: scipy.sparse.csr_matrix) -> NDArray[Any]:
 
 
 def connected(first: Index, second: Index, count: int) -> Index:
-    """Connected component of each of `count` places, of which pairs are joined, (count,)."""
+    """Connected component of each of `count` vertices, given edges from `first` to `second`, (count,)."""
 
     def label() -> Index:
         return _label(adjacency(first, second, count))
@@ -90,19 +90,22 @@ def connected(first: Index, second: Index, count: int) -> Index:
 
 
 def connected_by(matrix: scipy.sparse.csr_matrix) -> Index:
-    """Connected component of each row of a symmetric matrix without zeros, (n,)."""
+    """Connected component of each row of a symmetric matrix without stored zeros, (n,)."""
     return kept_of("connected by", matrix, (), lambda: _label(matrix))
 
 
 def labelled(label: Index, wanted: Index) -> NDArray[np.bool_]:
-    """Whether each place has one of the `wanted` labels, (n,)."""
+    """Whether each vertex has one of the `wanted` labels, (n,)."""
     asked = np.zeros(int(label.max(initial=-1)) + 1, dtype=bool)
     asked[wanted] = True
     return asked[label]
 
 
 def narrow(first: Index, second: Index, count: int) -> Index:
-    """Order of `count` places, of which pairs are joined, that keeps neighbours near each other, (count,)."""
+    """Order of `count` vertices with edges from `first` to `second` that keeps neighbours near each other, (count,).
+
+    It is the reverse Cuthill-McKee order.
+    """
 
     def order() -> Index:
         joined = adjacency(np.concatenate([first, second]), np.concatenate([second, first]), count)
@@ -112,19 +115,19 @@ def narrow(first: Index, second: Index, count: int) -> Index:
 
 
 def adjacency(first: Index, second: Index, count: int) -> scipy.sparse.csr_matrix:
-    """A matrix (count, count) with entries at the pairs of places, each of which may stand there several times."""
+    """A matrix (count, count) with ones at the pairs (first, second), which may occur several times."""
     order = np.argsort(second, kind="stable")
     return _by_rows(np.ones(len(order)), first[order], second[order], (count, count))
 
 
 def pattern_by_rows(row: Index, column: Index, shape: tuple[int, int]) -> tuple[Index, scipy.sparse.csr_matrix]:
-    """Order of entries row by row, each row's as they come, and a matrix of their pattern."""
+    """Order that sorts entries by row, stable within rows, and a matrix of their pattern."""
     order = np.argsort(row, kind="stable")
     return order, _sorted(np.ones(len(order)), row[order], column[order], shape)
 
 
 def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
-    """The rows and columns of a matrix (n, n) `where` (n,) that is true."""
+    """The rows and columns of a matrix (n, n) in the mask `where` (n,)."""
 
     def pattern() -> tuple[Index, scipy.sparse.csr_matrix]:
         row = rows_of(matrix)
@@ -138,8 +141,7 @@ def part(matrix: scipy.sparse.csr_matrix, where: NDArray[np.bool_]) -> scipy.spa
 
 
 class ProductPattern:
-    """Which products of the numbers of two matrices add up to which number of ``A D B``, D diagonal; sums follow the
-    rows of A.
+    """The pattern of ``A D B``, with D diagonal, and which products of entries add up to each of its entries.
 
     Parameters
     ----------
@@ -159,17 +161,17 @@ class ProductPattern:
         self._whole = _sorted(np.ones(len(places)), *np.divmod(places, shape[1]), shape)
 
     def shares(self, first: NDArray[Any], second: NDArray[Any]) -> scipy.sparse.csr_matrix:
-        """What each number of D adds to each of the product, by the numbers of A and B."""
+        """Matrix from the diagonal of D to the entries of the product, given the entries of A and B."""
         return filled(self._sums, first[self._one] * second[self._other])
 
     def of(self, shares: scipy.sparse.csr_matrix, diagonal: NDArray[Any]) -> scipy.sparse.csr_matrix:
-        """The product by its `shares` and the numbers of D, without what is exactly zero."""
+        """The product, given its `shares` and the diagonal of D, without entries that are exactly zero."""
         data = times(shares, diagonal)
         return filled(self._whole, data) if all_of(data) else without_zeros(self._whole, data)
 
 
 def product_pattern(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_matrix) -> ProductPattern | None:
-    """The pattern of ``A B``; None where it takes more room than a product takes time."""
+    """The pattern of ``A D B``; None where storing it would not pay."""
     weight = _PRODUCT * int(np.diff(second.indptr)[first.indices].sum())
     if weight > MANY:
         return None
@@ -178,7 +180,7 @@ def product_pattern(first: scipy.sparse.csr_matrix, second: scipy.sparse.csr_mat
 
 
 def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
-    """A matrix of the pattern of another one, of which what is exactly zero is left out."""
+    """A matrix with the pattern of another one and new entries, without those that are exactly zero."""
     used = data != 0.0
 
     def fewer() -> tuple[Index, scipy.sparse.csr_matrix]:
@@ -191,22 +193,22 @@ def without_zeros(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy
 
 
 def filled(pattern: scipy.sparse.csr_matrix, data: NDArray[Any]) -> scipy.sparse.csr_matrix:
-    """A matrix of the pattern of another one, whose numbers of places it shares."""
+    """A matrix with the pattern of another one, whose index arrays it shares, and new entries."""
     out = scipy.sparse.csr_matrix.__new__(scipy.sparse.csr_matrix)
     vars(out).update(vars(pattern), data=data)
     return out
 
 
 def times(matrix: scipy.sparse.csr_matrix, values: NDArray[Any]) -> NDArray[Any]:
-    """``matrix @ values`` of numbers (n,) or (n, m) of the matrix's own kind.
+    """``matrix @ values`` for values (n,) or (n, m) of the matrix's own dtype.
 
-    SciPy takes longer to tell what it is given than to multiply small matrices; what it calls then is no public name.
+    SciPy's checks take longer than the product of small matrices, so its private kernels are called where they exist.
     """
     kernels = getattr(scipy.sparse, "_sparsetools", None)
     if kernels is None:
         return np.asarray(matrix @ values)
     (rows, columns), pattern = matrix.shape, (matrix.indptr, matrix.indices, matrix.data)
-    if len(values) != columns:  # the kernels would read beyond
+    if len(values) != columns:  # the kernels would read beyond the array
         raise ValueError(f"values have the shape {values.shape}: give ({columns},) or ({columns}, m)")
     out = np.zeros((rows, *values.shape[1:]), values.dtype)
     if values.size == columns:
@@ -226,10 +228,10 @@ def _by_rows(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, in
 
 
 def _sorted(data: NDArray[Any], row: Index, column: Index, shape: tuple[int, int]) -> scipy.sparse.csr_matrix:
-    """A matrix by its entries, row by row."""
+    """A matrix from entries that are sorted by row."""
     start = np.zeros(shape[0] + 1, dtype=np.int32)
     np.cumsum(np.bincount(row, minlength=shape[0]), out=start[1:])
     out = scipy.sparse.csr_matrix((data, column.astype(np.int32), start), shape=shape)
-    # those that are `filled` from it share what is found of its pattern, see `kept_of`
+    # matrices that are `filled` from it share these results, see `kept_of`
     vars(out).update(known={})
     return out

@@ -1,10 +1,11 @@
-"""What steps of preconditioned conjugate gradients tell of the inverse of a matrix, beside the solution.
+"""Bounds on the energy ``f . K^-1 f`` by conjugate gradients and the Gauss-Radau quadrature rule.
 
-With K the matrix, C its preconditioner and a load f, they are Lanczos' method on C K. The eigenvalues of their
-tridiagonal matrix (Ritz values) lie among those of C K, and the least comes down to the least of these. With a number
-below that, Gauss-Radau's rule with a node there bounds ``f . K^-1 f`` from above after any number of steps; without a
-step it says ``f . C f`` over that number. (Golub & Meurant, *Matrices, Moments and Quadrature with Applications*, 2010,
-ch. 6 and 12; the recurrence is that of Meurant & Tichy, Numer. Algorithms 62, 2013, 163-191.)
+Preconditioned conjugate gradients, with the matrix K, preconditioner C and load f, are Lanczos' method on C K. The
+eigenvalues of its tridiagonal matrix (Ritz values) lie within the range of those of C K, and the least converges to the
+least of these. Given a lower bound on that, the Gauss-Radau rule with a node there bounds ``f . K^-1 f`` from above
+after any number of steps; without a step the bound is ``f . C f`` over that number. (Golub & Meurant, *Matrices,
+Moments and Quadrature with Applications*, 2010, ch. 6 and 12; the recurrence is that of Meurant & Tichy, Numer.
+Algorithms 62, 2013, 163-191.)
 """
 
 from __future__ import annotations
@@ -26,9 +27,9 @@ def least_ritz(lengths: Sequence[float], growths: Sequence[float]) -> float:
     Parameters
     ----------
     lengths
-        Of the steps along their directions, (k,).
+        Step lengths alpha of conjugate gradients, (k,).
     growths
-        What of each direction but the last the next one took along, (k - 1,).
+        Coefficients beta of their directions, (k - 1,).
     """
     inverse, share = 1.0 / np.array(lengths), np.array(growths)
     diagonal = inverse.copy()
@@ -39,7 +40,7 @@ def least_ritz(lengths: Sequence[float], growths: Sequence[float]) -> float:
 
 
 def stored(load: Array, acting: Any, precondition: Operator, least: float, steps: int) -> float:
-    """What ``load . K^-1 load`` is not above.
+    """Upper bound on ``load . K^-1 load``.
 
     Parameters
     ----------
@@ -48,17 +49,17 @@ def stored(load: Array, acting: Any, precondition: Operator, least: float, steps
     acting
         The matrix K (n, n).
     precondition
-        Multiplies by C.
+        Function that multiplies by the preconditioner C.
     least
-        What no eigenvalue of C K is below.
+        Lower bound on the eigenvalues of C K.
     steps
-        Steps of conjugate gradients at most; the bound comes down with each.
+        Largest number of steps of conjugate gradients, each of which lowers the bound.
 
     Returns
     -------
     float
-        The bound; inf where `least` is not above zero, or the steps show that it, or the preconditioner, is not what it
-        should be.
+        The bound; inf if `least` is not positive, or the steps show that it is no lower bound, or that the
+        preconditioner is not positive definite.
     """
     if not least > 0.0:
         return np.inf

@@ -1,4 +1,4 @@
-"""Values that are refined, with more digits than those of double precision."""
+"""Values of unknowns with more digits than double precision, as iterative refinement updates them."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from ..batch import Array
 from ..error_bounds.kinematic_edge import Real, extended
 from ..program.pair_code import DoubleDouble, added
 
-# Columns below which they are looked at one by one.
+# With fewer columns than this, maxima are computed by row of the transpose, which is faster.
 _NARROW = 16
 
 
 class Refined(Protocol):
-    """Values (size, m) with more digits than those of double precision."""
+    """Values (size, m) with more digits than double precision, and their residual."""
 
     def left(self) -> Array:
-        """Scaled loads (size, m) that they leave of their equations."""
+        """Scaled residuals: loads (size, m) that the values leave unbalanced."""
         ...
 
     def add(self, change: Array) -> Array:
-        """Add scaled changes (size, m); the greatest size of these in each column, NaN where one is, (m,)."""
+        """Add scaled changes (size, m); the greatest magnitude of these in each column, (m,), NaN where one is NaN."""
         ...
 
     @property
     def rounded(self) -> Array:
-        """In double precision."""
+        """The values in double precision, (size, m)."""
         ...
 
 
@@ -38,11 +38,11 @@ class InLong:
     Parameters
     ----------
     left
-        Unbalanced loads (size, m) of values (size, m).
+        Function that returns the residuals (size, m) of values (size, m).
     values
-        The values, (size, m).
+        The initial values, (size, m).
     root
-        Their scale, (size, m); None for one.
+        Scale of the unknowns, (size, m); None for one.
     """
 
     def __init__(self, left: Callable[[Real], Array], values: Array, root: Array | None = None) -> None:
@@ -65,12 +65,12 @@ class InLong:
 
 
 class InPairs:
-    """The same in pairs of double numbers, by machine code; loads that they leave come with their scale."""
+    """Values in double-double precision (pairs of doubles), by machine code; `left` returns scaled residuals."""
 
     def __init__(self, left: Callable[[DoubleDouble, Array], Array], values: Array, root: Array | None = None) -> None:
         self._left, self._values = left, DoubleDouble(values, np.zeros(values.shape))
         self._root = np.ones(values.shape) if root is None else root
-        self._own = False  # what was given stays
+        self._own = False  # the given array must not be overwritten
 
     def left(self) -> Array:
         """Scaled loads (size, m) that they leave."""
@@ -89,7 +89,7 @@ class InPairs:
 
 
 def greatest(values: Array) -> Array:
-    """Greatest size of each column of numbers (size, m), (m,)."""
+    """Greatest magnitude in each column of numbers (size, m), (m,)."""
     found: Array
     if values.shape[1] < _NARROW:
         found = np.abs(values.T, order="C").max(axis=1, initial=0.0)

@@ -1,8 +1,8 @@
-"""Iterative refinement: a solution in double precision made as good as its equations in extended precision.
+"""Iterative refinement of a solution in double precision, with residuals in extended precision.
 
-A factor of a matrix of condition number kappa leaves a relative error of about eps kappa, and a step with the residual
-of the springs' equations, in which rigid motion costs nothing, multiplies that error by eps kappa once more (Higham,
-Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, ch. 12).
+With a factor of a matrix of condition number kappa, a solution has a relative error of about eps kappa; a step with the
+residual by springs, in which rigid motion costs no energy, multiplies the error by eps kappa once more (Higham,
+*Accuracy and Stability of Numerical Algorithms*, 2nd ed., 2002, ch. 12).
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from .band_factors import in_pairs
 from .refined_values import InLong, InPairs, Refined, greatest
 from .spring_residual import SpringResidual
 
-# Unknowns up to which a solution is refined: it adds some tenths of a second then, and the ill-conditioned are there,
-# links finely meshed.
+# Up to this many unknowns solutions are refined, which takes some tenths of a second; ill-conditioned frames, such as
+# finely divided links, are of that size.
 REFINED = 20_000
-# Numbers of a solution handled at a time.
+# Size of the part of a solution that is refined at a time.
 _ROOM = 2**20
-# Relative error that is left, and steps at most: near to singular each takes a tenth of the error or less.
+# Relative error to reach, and largest number of steps: close to singular each step removes little of the error.
 _FINE, _STEPS = 1e-15, 12
 
 
 def refined_by_springs(residual: SpringResidual, values: Array, solve: Callable[[Array], Array]) -> tuple[Array, bool]:
-    """A solution after as many steps of refinement as leave nothing but rounding.
+    """A solution refined until only rounding is left.
 
     Parameters
     ----------
     residual
-        What it leaves of its equations.
+        Residual of the equations.
     values
-        The values of the unknowns (n, load cases).
+        The values of the unknowns, (n, load cases).
     solve
-        Gives the solution (n, k) for loads (n, k), from a factor in double precision.
+        Function that returns the solution (n, k) for loads (n, k), by a factor in double precision.
 
     Returns
     -------
     tuple
-        The better values (n, load cases), and whether steps came to an end, so that hardly an error is left.
+        The refined values, (n, load cases), and whether the steps converged.
     """
     pairs = in_pairs(values.shape[1], len(values)) and not residual.summed_finely
     step = max(1, _ROOM // max(1, len(values)))
@@ -69,7 +69,7 @@ def _refined(
         if not (all_of(finite) and all_of(going)):
             change[~(finite & going)] = 0.0
         moved = found.add(change)
-        # a step multiplies the error by what it was of the step before, the first by what it was of the solution
+        # the error shrinks in each step by the ratio of this change to the one before, or to the solution at first
         going &= moved**2 > _FINE * sizes * before
         before = moved
         if not any_of(going):
@@ -87,14 +87,14 @@ def refined(statics: Statics, unknowns: Index, values: Array, solve: Callable[[A
     unknowns
         Numbers of the unknowns (n,).
     values
-        Their values (n, load cases).
+        Values of the unknowns, (n, load cases).
     solve
-        Gives the solution (n, k) for loads (n, k), from a factor in double precision.
+        Function that returns the solution (n, k) for loads (n, k), by a factor in double precision.
 
     Returns
     -------
     ndarray
-        The better values (n, load cases).
+        The refined values, (n, load cases).
     """
     shape, keys = statics.plan.frame.shape, unknowns.tolist()
     axis = int(np.argmax(shape)) if shape else 0

@@ -1,4 +1,4 @@
-"""What rounding leaves of an eigenvalue that is zero."""
+"""Thresholds below which an eigenvalue or a pivot is zero but for rounding."""
 
 from __future__ import annotations
 
@@ -7,24 +7,24 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-# Roundings, for the square root of its size, below which an eigenvalue of a matrix with unit diagonal is zero.
+# An eigenvalue of a matrix of n rows with unit diagonal is zero below this many eps times the square root of n.
 _ROUNDINGS = 8.0
 _EPS = float(np.finfo(np.float64).eps)
-# A random vector that inverse iteration makes grow by this share of what it would for a zero eigenvalue is suspect:
-# it may have missed the eigenvector by as much.
+# If inverse iteration makes a random vector grow by this share of the growth for a zero eigenvalue, the matrix may be
+# singular: the vector may have that small a part in the eigenvector.
 SUSPECT = 1e-6
 
 
 def zero_eigenvalue(size: int) -> float:
-    """What counts as zero among the eigenvalues of a matrix with unit diagonal."""
+    """Threshold below which an eigenvalue of a matrix with unit diagonal counts as zero."""
     return _ROUNDINGS * math.sqrt(size) * _EPS
 
 
 def surely_positive(least: NDArray[np.float64], size: int) -> NDArray[np.bool_]:
-    """Whether the least pivots of matrices with unit diagonal are so large that no eigenvalue can be zero.
+    """Whether the `least` pivots of matrices with unit diagonal are so large that no eigenvalue can be zero.
 
-    A motion of length one that costs no energy leaves a pivot of nothing but rounding over the square of what the last
-    unknown that moves does so; where a link of n nodes turns, that is 1 / n^3.
+    A free motion of length one leaves a pivot of at most rounding over the square of its last component; for a rotating
+    link of n nodes that square is 1 / n^3.
     """
     sure: NDArray[np.bool_] = least > zero_eigenvalue(size) * max(1.0 / SUSPECT, (size / 6.0) ** 3)
     return sure

@@ -1,4 +1,4 @@
-"""Solver of one large frame: its matrix assembled by node blocks, and factorised or iterated as the plan says."""
+"""The solver for one large frame of constant stiffness: a single matrix, factorised or iterated as the plan chose."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ from .refinement import REFINED, refined, refined_by_springs
 from .spring_residual import SpringResidual, by_springs
 from .stiffness import SparseStiffness
 
-# Unknowns up to which what has large pivots is not soft, either: the softest is a chain.
+# Up to this many unknowns large pivots also exclude a loss of digits: the softest frame is a chain.
 _LONG = 2**10
 
 
 class SparseSolver:
-    """One matrix, any number of load cases.
+    """Solver for one matrix and any number of load cases.
 
     Parameters
     ----------
     plan
-        The compiled frame; no stiffness in it varies over the batch.
+        The plan of the frame, whose stiffness is constant over the batch.
     matrix
-        Its matrix with what factors there are; a new one where None.
+        Its matrix with the factors known so far; a new one where None.
     """
 
     def __init__(self, plan: Plan, matrix: SparseStiffness | None = None) -> None:
         self.plan = plan
         self.matrix = SparseStiffness(plan.unloaded, plan.method.name) if matrix is None else matrix
         self.unknown: Index = self.matrix.unknown
-        # Unknowns that count as loaded beyond those that are, (n,).
+        # Mask of the unknowns that count as loaded, (n,); None for those that loads reach.
         self._reached: NDArray[np.bool_] | None = None
-        self._statics: list[Statics] = []  # of all parts, once it is asked for
+        self._statics: list[Statics] = []  # shared by all parts, filled when first needed
 
     @property
     def matrices(self) -> Matrices:
@@ -58,27 +58,27 @@ class SparseSolver:
 
     @property
     def statics(self) -> Statics:
-        """The frame in extended precision, once for all its parts."""
+        """The equilibrium equations in extended precision, shared by all parts of the frame."""
         if not self._statics:
             self._statics.append(Statics(self.plan))
         return self._statics[0]
 
     @property
     def reason(self) -> str:
-        """Which way the matrix is solved, and why."""
+        """Method by which the matrix is solved, and why, in words."""
         factors = list(self.matrix.factors.values())
         gave_up = any(isinstance(factor, Iterative) and factor.instead is not None for factor in factors)
         return self.plan.method.reason + ("; it did not converge, so a factor served instead" if gave_up else "")
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns."""
+        """Values of rows over the unknowns, each of a shape that broadcasts to the batch."""
         if self.units is not None:
-            # A row is found for each unit, and then only for all load cases.
+            # Rows are evaluated for the unit loads, and then combined for all load cases.
             solver, sizes = self.units
             units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
             return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
         shape = self.plan.frame.shape
-        # as most are: a displacement of a node that is an unknown
+        # most rows are a single unknown
         alone = [len(row) == 1 and next(iter(row)) >= 0 for row in rows]
         each = [pair for row, own in zip(rows, alone, strict=True) if own for pair in row.items()]
         keys, factors = np.array([key for key, _ in each], np.int64), np.array([float(factor) for _, factor in each])
@@ -97,29 +97,29 @@ class SparseSolver:
         return found
 
     def nodal(self, unknowns: Array) -> Array:
-        """Displacements of all nodes in their axes, (load cases, nodes, 6), from the unknowns (n, load cases)."""
+        """Displacements of all nodes in their own axes, (load cases, nodes, 6), from the unknowns (n, load cases)."""
         found = self.matrices.substitution @ unknowns + self._shifts()
         return np.moveaxis(found.reshape(-1, 6, self._cases), -1, 0)
 
     def reaching(self, unknowns: Iterable[int]) -> SparseSolver:
-        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        """The solver in which the components of these unknowns count as loaded, too; itself where they do already."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
         return self._with(self.excited | labelled(self.matrix.label, self.matrix.label[asked]))
 
     def part(self, node: int) -> SparseSolver:
-        """The same where loads count on that part of the frame alone which a node is in."""
+        """The solver in which only the part of the frame that contains a node counts as loaded."""
         connected_components = self.plan.connected_components
         return self._with(self.excited & (connected_components[self.unknown // 6] == connected_components[node]))
 
     @cached_property
     def parts(self) -> int:
-        """Number of parts of the frame that loads reach; supports do not connect."""
+        """Number of loaded parts of the frame; parts that share only supports are not connected."""
         if self.plan.graph.links.count_of_components < 2:
             return int(any_of(self.excited))
         return len(np.unique(self.plan.connected_components[self.unknown[self.excited] // 6]))
 
     def _with(self, excited: NDArray[np.bool_]) -> SparseSolver:
-        """The same with other unknowns counting as loaded, (n,); itself where these do."""
+        """The solver with another mask of loaded unknowns, (n,); itself where it is the same."""
         if np.array_equal(excited, self.excited):
             return self
         clone = SparseSolver(self.plan, self.matrix)
@@ -132,7 +132,7 @@ class SparseSolver:
         return clone
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
-        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
+        """Whether the loaded (`excited`) components, or the others, are singular, (...) of the batch shape."""
         return np.full(self.plan.frame.shape, self._singular(excited=excited))
 
     def _singular(self, *, excited: bool) -> bool:
@@ -147,7 +147,7 @@ class SparseSolver:
 
     @cached_property
     def surely_regular(self) -> bool:
-        """Whether pivots tell that what the loads reach is determined, so that nothing is to be looked at again."""
+        """Whether pivots show that the loaded components are regular, so that no further test is needed."""
         where = self.excited
         if self._unsupported(where) or not any_of(where):
             return False
@@ -155,16 +155,16 @@ class SparseSolver:
 
     @property
     def _solver(self) -> SparseSolver:
-        """What solves for the loads, or for a unit of each."""
+        """The solver for the loads, or the one for unit loads where there is one."""
         return self if self.units is None else self.units[0]
 
     def _unsupported(self, where: NDArray[np.bool_]) -> bool:
-        """Whether among the unknowns `where` (n,) there are some of a part that nothing supports."""
+        """Whether the unknowns in the mask `where` (n,) include some of an unsupported part."""
         motions = self.matrix.unsupported_motions
         return motions.size > 0 and any_of(motions[where])
 
     def unsupported_motions(self, where: NDArray[np.bool_]) -> Array:
-        """Rigid motions (n, m) of those parts among the unknowns `where` that nothing supports."""
+        """Rigid motions (n, m) of the unsupported parts among the n unknowns in the mask `where`."""
         motions = self.matrix.unsupported_motions
         if not motions.size:
             return np.zeros((np.count_nonzero(where), 0))
@@ -173,7 +173,7 @@ class SparseSolver:
 
     @cached_property
     def unknowns(self) -> Array:
-        """Displacements in joint-relative coordinates, (n, load cases)."""
+        """Values of the unknowns, (n, load cases)."""
         if self.units is not None:
             solver, sizes = self.units
             return solver.unknowns @ sizes
@@ -186,10 +186,10 @@ class SparseSolver:
 
     @cached_property
     def _surely_regular(self) -> Array | None:
-        """The unknowns that the loads reach where pivots tell that these are determined; None where others have to.
+        """Values of the loaded unknowns if pivots show that their matrix is regular; else None.
 
-        Where it is singular to double precision all the same, as long chains are, forces are summed in extended
-        precision; if steps of refinement come to an end there are digits left.
+        If it is singular in double precision nevertheless, as for long chains, forces are summed in extended precision;
+        the values have enough digits if the steps of refinement converge.
         """
         where = self.excited
         factor = self.matrix.direct_factor(where, self.plan.times)
@@ -207,7 +207,7 @@ class SparseSolver:
 
     @property
     def _fine_residual(self) -> SpringResidual | None:
-        """That of `spring_residual` with forces in extended precision, however large the frame."""
+        """`spring_residual` with forces summed in extended precision, however large the frame."""
         deformations = self.matrix.telling_deformations(self.excited)
         if deformations is None or self.matrix.unloaded.graph.transformation.imposed:
             return None
@@ -215,7 +215,7 @@ class SparseSolver:
         return None if found is None else found.finely()
 
     def _solved(self, where: NDArray[np.bool_]) -> Array:
-        """Values (n, load cases) of the unknowns `where`."""
+        """Values (n, load cases) of the n unknowns in the mask `where`."""
         factor = self._factor(where)
         with timed(self.plan.times, "solution"):
             values = factor.solve(self.load[where])
@@ -228,7 +228,7 @@ class SparseSolver:
 
     @cached_property
     def spring_residual(self) -> SpringResidual | None:
-        """What the unknowns that the loads reach leave of their equations; None where that takes equilibrium."""
+        """Residual of the loaded unknowns by springs; None where it needs the equilibrium of whole members."""
         deformations = self.matrix.deformations_of(self.excited)
         if deformations is None:
             return None
@@ -238,19 +238,19 @@ class SparseSolver:
 
     @cached_property
     def stiffness(self) -> scipy.sparse.csr_matrix:
-        """T^T K T and the springs, (n, n)."""
+        """``T^T K T`` of the members, plus the joint springs, (n, n)."""
         with timed(self.plan.times, "assembly"):
             return self.matrices.stiffness
 
     @property
     def mass(self) -> scipy.sparse.csr_matrix:
-        """T^T M T of members and point masses, (n, n)."""
+        """``T^T M T`` of members and point masses, (n, n)."""
         return self.matrices.mass
 
     def motions(self) -> Array:
-        """Displacements of the unknowns that cost no energy, (n, motions): no more than a few are sought.
+        """Free motions as values of the unknowns, (n, motions); only a few are searched for.
 
-        Where parts are unsupported only theirs, as these are known at once.
+        If parts are unsupported, only their rigid motions are returned, which need no search.
         """
         if self.matrix.unsupported_motions.size:
             return self.matrix.unsupported_motions
@@ -264,7 +264,7 @@ class SparseSolver:
 
     @cached_property
     def freedom(self) -> Freedom:
-        """Free motions of what the loads reach."""
+        """Free motions of the loaded components."""
         return self._freedom(self.excited)
 
     # -- loads ------------------------------------------------------------------------------------------------------
@@ -288,13 +288,13 @@ class SparseSolver:
 
     @cached_property
     def units(self) -> tuple[SparseSolver, Array] | None:
-        """What solves for a unit of each load that varies, and their sizes (units, load cases), where that is less."""
+        """Solver for unit loads, and the sizes of the loads (units, load cases); None if that is no less work."""
         found = by_units(self.plan)
         if found is None:
             return None
         frame, grid, rhs_parameters, sizes = found
         solver = SparseSolver(self.plan.under(frame, grid, rhs_parameters), self.matrix)
-        solver._reached, solver.units = self._reached, None  # which are as many as its load cases
+        solver._reached, solver.units = self._reached, None  # its load cases are the units themselves
         return solver, sizes
 
     def _nodal_load(self) -> Array:
@@ -319,7 +319,7 @@ class SparseSolver:
         return out
 
     def _shifts(self) -> Array:
-        """g of ``u = T q + g``, (DOFs, load cases)."""
+        """The vectors g of ``u = T q + g``, (DOFs, load cases)."""
         out = np.zeros((self._size, self._cases))
         for node, six in self.plan.tree.rows.items():
             if any(six):
@@ -350,12 +350,12 @@ class SparseSolver:
 
     @property
     def factor(self) -> Factor:
-        """Factor of the stiffness of what the loads reach."""
+        """Factor of the stiffness of the loaded unknowns."""
         return self._factor(self.excited)
 
     @cached_property
     def excited(self) -> NDArray[np.bool_]:
-        """Unknowns that the loads reach, (n,)."""
+        """Mask of the unknowns in components that loads reach, (n,)."""
         if self._reached is not None:
             return self._reached
         label = self.matrix.label
@@ -377,7 +377,7 @@ class SparseSolver:
         return np.concatenate([self.unknowns, np.stack(rhs_parameters)])
 
     def _known(self, rows: Sequence[Row]) -> Array:
-        """The known part of rows, (rows, load cases)."""
+        """The part of rows in right-hand-side parameters, (rows, load cases)."""
         out = np.zeros((len(rows), self._cases))
         values = self.plan.rhs_parameters.values
         for r, row in enumerate(rows):
@@ -387,6 +387,6 @@ class SparseSolver:
         return out
 
     def _flat(self, stack: Array) -> Array:
-        """(n, ..., m) with its batch as one axis, (n, load cases, m)."""
+        """An array (n, ..., m) with its batch axes flattened, (n, load cases, m)."""
         n, m = stack.shape[0], stack.shape[-1]
         return np.broadcast_to(stack, (n, *self.plan.frame.shape, m)).reshape(n, self._cases, m)

@@ -1,8 +1,8 @@
-"""What solutions leave of their equations by deformations of members and joints that do not vary over the batch.
+"""Residuals of the equations, computed from deformations of members and joints that are constant over the batch.
 
-They are one sparse matrix in extended precision, so that a rigid motion costs nothing; the forces that they call for
-may then be summed in double precision, as hardly anything is lost in them: `SpringResidual.finely` is for what is near
-to singular.
+The deformations are one sparse matrix in extended precision, so that a rigid motion costs no energy. The forces of the
+springs can then be summed in double precision with little loss; close to singular, `SpringResidual.finely` sums them in
+extended precision.
 """
 
 from __future__ import annotations
@@ -20,23 +20,21 @@ from .transformation import Transformation
 
 
 def are_described(plan: Plan | Unloaded, rows: Transformation) -> bool:
-    """Whether deformations by the unknowns are described without rounding on the way, and factors do not vary."""
+    """Whether deformations per unknown are free of rounding: no bodies, rigid links, screws or varying factors."""
     frame = plan.frame
     plain = not frame.bodies and not any(tie.rigid for tie in frame.ties) and not rows.factors
     return plain and not any(np.any(link.element.pitch) for link in frame.joints.values())
 
 
 def by_springs(plan: Plan, deformations: Deformations, load: Array) -> SpringResidual | None:
-    """The residual of one matrix, of which the load (n, load cases) on what deforms is all that acts.
-
-    None where known displacements act as well, or what is linear in a load along members.
+    """The residual of a single matrix under loads; None if gravity, member loads or free strains act.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     deformations
-        Deformations by the unknowns that are solved for.
+        Deformations per unknown, for the n unknowns that are solved for.
     load
         Loads on these unknowns, (n, load cases).
     """
@@ -48,19 +46,19 @@ def by_springs(plan: Plan, deformations: Deformations, load: Array) -> SpringRes
 
 
 class SpringResidual:
-    """Unbalanced loads by deformations that do not vary.
+    """Residuals of m matrices with k load cases each, by deformations that are the same for all.
 
     Parameters
     ----------
     deformations
         The deformations.
     stiffness
-        Of the springs, (springs, m).
+        Stiffness of the springs, (springs, m).
     forces
-        Loads without what known displacements call for, (size, m k).
+        Loads on the unknowns, without those by prescribed displacements, (size, m k).
     rhs_parameters
-        Known displacements: the numbers (right-hand-side parameters, m k); None where there are none, or a unit of a
-        load is solved for.
+        Values of the right-hand-side parameters, (parameters, m k), by which prescribed displacements deform springs;
+        None where there are none, or unit loads are solved for.
     """
 
     def __init__(
@@ -73,30 +71,30 @@ class SpringResidual:
             self.given = deformations.by_parameters @ extended(rhs_parameters)
 
     def of(self, cases: slice) -> SpringResidual:
-        """That of some load cases of one matrix without known displacements."""
+        """The residual of some load cases of a single matrix, without prescribed displacements."""
         return self.under(self.forces[:, cases])
 
     def under(self, forces: Array) -> SpringResidual:
-        """That of one matrix under other forces (size, k) and no known displacements."""
+        """The residual of a single matrix under other forces (size, k), without prescribed displacements."""
         out = SpringResidual(self.deformations, self.stiffness, forces)
         out.summed_finely = self.summed_finely
         return out
 
     def finely(self) -> SpringResidual:
-        """The same with forces summed in extended precision."""
+        """A copy that sums spring forces in extended precision."""
         out = self.under(self.forces)
         out.given, out.summed_finely = self.given, True
         return out
 
     def left_by_pairs(self, values: DoubleDouble, root: Array) -> Array:
-        """The same of pairs of double numbers, by machine code, times a scale (size, m k)."""
+        """Residual of values in double-double precision, times a scale `root`, (size, m k), by machine code."""
         given = None if isinstance(self.given, float) else DoubleDouble.of(self.given)
         cases = self.forces.shape[1] // max(1, self.stiffness.shape[1])
         stiffness = self.stiffness if cases == 1 else np.repeat(self.stiffness, cases, axis=1)
         return unbalanced(self.deformations.split, given, stiffness, self.forces, values, root)
 
     def left(self, values: Real) -> Array:
-        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        """Residual, the unbalanced loads (size, m k), of values (size, m k) of the unknowns."""
         (springs, count), cases = self.stiffness.shape, values.shape[1]
         deformed = times(self.deformations.by_unknowns, values)
         tensions: Real = deformed if isinstance(self.given, float) else deformed + self.given

@@ -1,8 +1,8 @@
-"""Solver of batches of middle-sized frames: each entry a banded matrix of one pattern, assembled many at a time.
+"""The solver for batches of middle-sized frames: one banded matrix for each entry, all of the same pattern.
 
-What is found once for the batch is which number goes where, and the order of elimination. Where loads vary over more
-than the stiffness does, a unit of each right-hand-side parameter is solved for, as far as these are fewer than the
-entries that share a factor. Each load case is refined as often as it takes until nothing but rounding is left.
+Pattern and order of elimination are found once for the batch; many matrices are assembled at a time. Where loads vary
+over more axes than the stiffness, unit right-hand-side parameters are solved for, if these are fewer than the entries
+that share a factor. Each load case is refined until only rounding is left.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ from .terms import SumPattern
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
-# Bytes that are assembled, factorised and refined at a time; results and factors that are kept.
+# Bytes that are assembled and factorised (_ROOM) or refined (_REFINED) at a time; results (_KEEP), and factors or small
+# results (_HOLD), of up to so many bytes are kept.
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
 
 
 def _deformations(plan: Plan, place: Index) -> Deformations | None:
-    """Deformations by the unknowns in their place; None where they vary over the batch."""
+    """Deformations per unknown, these at their `place` in the order; None where they vary over the batch."""
     coupling = plan.coupling
     constant = all(block.rows is not None for block in coupling.blocks if block.group is not None)
     rows = coupling.transformation
@@ -47,22 +48,23 @@ def _deformations(plan: Plan, place: Index) -> Deformations | None:
 
 
 def deformed(plan: Plan, place: Index) -> tuple[scipy.sparse.csr_matrix, Index] | None:
-    """The same as a matrix (springs, unknowns), with the numbers of the springs."""
+    """The deformations as a matrix (springs, unknowns), and the numbers of the springs; None where they vary."""
     found = _deformations(plan, place)
     return None if found is None else (found.by_unknowns, found.acting)
 
 
 class StackedSolver:
-    """Any number of matrices of one pattern, each with its load cases.
+    """Solver for any number of matrices of one pattern, each with its load cases.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     factors
-        Factors that were kept, to which its own are added: by what varies, which unknowns, and the first matrix.
+        Factors of earlier solutions, to which new ones are added, by mask of the stiffness, set of unknowns, and number
+        of the first matrix.
     loaded
-        Unknowns that count as loaded, (n,); those that loads reach where None.
+        Mask of the unknowns that count as loaded, (n,); None for those that loads reach.
     """
 
     def __init__(
@@ -75,34 +77,34 @@ class StackedSolver:
         self._factors = factors
 
     def reaching(self, unknowns: Iterable[int]) -> StackedSolver:
-        """The same where what these unknowns are coupled with counts as loaded, too; itself where it is."""
+        """The solver in which the components of these unknowns count as loaded, too; itself where they do already."""
         asked = np.searchsorted(self.unknown, np.array(list(unknowns), dtype=np.int64))
         label = self.coupling.label
         return self._with(self.loaded | np.isin(label, label[asked]))
 
     def part(self, node: int) -> StackedSolver:
-        """The same where loads count on that part of the frame alone which a node is in."""
+        """The solver in which only the part of the frame that contains a node counts as loaded."""
         connected_components = self.plan.connected_components
         return self._with(self.loaded & (connected_components[self.unknown // 6] == connected_components[node]))
 
     @cached_property
     def parts(self) -> int:
-        """Number of parts of the frame that loads reach; supports do not connect."""
+        """Number of loaded parts of the frame; parts that share only supports are not connected."""
         if self.plan.graph.links.count_of_components < 2:
             return int(any_of(self.loaded))
         return len(np.unique(self.plan.connected_components[self.unknown[self.loaded] // 6]))
 
     def _with(self, loaded: Mask) -> StackedSolver:
-        """The same with other unknowns counting as loaded, (n,); itself where these do."""
+        """The solver with another mask of loaded unknowns, (n,); itself where it is the same."""
         return self if np.array_equal(loaded, self.loaded) else StackedSolver(self.plan, self._factors, loaded)
 
     @property
     def reason(self) -> str:
-        """How the batch is solved, and why."""
+        """Method by which the batch is solved, and why, in words."""
         return self.plan.method.reason
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Value of each of `rows` over the unknowns."""
+        """Values of rows over the unknowns, each of a shape that broadcasts to the batch."""
         rhs_parameters = self.plan.rhs_parameters.values
         keys = np.array(sorted({key for row in rows for key in row if key >= 0}), dtype=np.int64)
         places = np.searchsorted(self.unknown, keys)
@@ -123,20 +125,20 @@ class StackedSolver:
         return [total(row) for row in rows]
 
     def singular(self, *, excited: bool) -> Mask:
-        """Whether the components that loads reach, or the others, are singular, (...) of the batch shape."""
+        """Whether the loaded (`excited`) components, or the others, are singular, (...) of the batch shape."""
         found = self._solved.singular if excited else self._unloaded
         spread, shape = self._spread(found), self.plan.frame.shape
         return spread if spread.shape == shape else np.broadcast_to(spread, shape)
 
     def suspects(self) -> Mask:
-        """Entries of which pivots alone tell that few digits of what loads move are left, (...) of the batch shape."""
+        """Entries that may have lost their digits, here those that are singular, (...) of the batch shape."""
         return self.singular(excited=True)
 
     # -- the batch as two axes ----------------------------------------------------------------------------------------
 
     @cached_property
     def _axes(self) -> tuple[list[int], list[int]]:
-        """Axes over which the stiffness varies, and the others."""
+        """Batch axes over which the stiffness varies, and the others."""
         axes = range(len(self.plan.frame.shape))
         varies = [axis for axis in axes if self.coupling.mask >> axis & 1]
         return varies, [axis for axis in axes if axis not in varies]
@@ -148,34 +150,34 @@ class StackedSolver:
 
     @cached_property
     def cases(self) -> int:
-        """Load cases for each of them."""
+        """Number of load cases of each matrix."""
         return self.plan.grid.sizes[-1] // max(1, self.count)
 
     @cached_property
     def by_units(self) -> bool:
-        """Whether a unit of each right-hand-side parameter is solved for, rather than each load case."""
+        """Whether to solve for unit right-hand-side parameters rather than for each load case."""
         loads = self.coupling.blocks[-1].mask
         few = len(self.sources) < self.cases
         return few and not loads & ~self.coupling.mask and not self.coupling.imposed
 
     @cached_property
     def sources(self) -> Index:
-        """Known numbers that act on what is solved."""
+        """Numbers of the right-hand-side parameters that act on the loaded unknowns."""
         return self.coupling.pattern.sources(self.loaded)
 
     @property
     def columns(self) -> int:
-        """Right-hand sides of each matrix."""
+        """Number of right-hand sides of each matrix."""
         return len(self.sources) if self.by_units else self.cases
 
     def slices(self, numbers: int) -> Iterator[Index]:
-        """Right-hand sides, some at a time, of so many `numbers` each."""
+        """Indices of right-hand sides, some at a time, by memory; each has so many `numbers`."""
         step = max(1, _ROOM // max(1, numbers))
         for start in range(0, self.columns, step):
             yield np.arange(start, min(start + step, self.columns))
 
     def _spread(self, found: NDArray[_Kind]) -> NDArray[_Kind]:
-        """An array (matrices,) or (matrices, load cases) with the axes of the batch."""
+        """An array (matrices,) or (matrices, load cases) reshaped to the axes of the batch."""
         shape, (varies, others) = self.plan.frame.shape, self._axes
         if found.ndim == 1:
             return found.reshape([n if axis in varies else 1 for axis, n in enumerate(shape)])
@@ -185,7 +187,7 @@ class StackedSolver:
         return np.moveaxis(split, range(len(shape)), varies + others)
 
     def entries(self, matrices: Index, columns: Index) -> Picked:
-        """Batch entries of some matrices and load cases, these last; of the matrices alone where units are solved."""
+        """Batch entries of matrices and load cases, the latter running fastest; of matrices alone if `by_units`."""
         shape, (varies, others) = self.plan.frame.shape, self._axes
         if self.by_units or self.cases == 1:
             return Picked.of(shape, self.coupling.mask, matrices)
@@ -197,7 +199,7 @@ class StackedSolver:
     # -- solution -----------------------------------------------------------------------------------------------------
 
     def _value(self, found: Array) -> Value:
-        """An unknown (matrices, right-hand sides), of as few batch axes as it varies over."""
+        """The value of an unknown, from its solutions (matrices, right-hand sides)."""
         if not self.by_units:
             return np.ascontiguousarray(self._spread(found))
         rhs_parameters = self.plan.rhs_parameters.values
@@ -207,15 +209,15 @@ class StackedSolver:
     @cached_property
     def _solved(self) -> _Solved:
         with np.errstate(all="ignore"):
-            # of a twin: what holds each other is freed by the collector alone, and late
-            self.columns  # noqa: B018  # which is then the twin's as well
+            # with a copy of this solver: a reference cycle would be freed late, by the garbage collector alone
+            self.columns  # noqa: B018  # cached, so that the copy has it as well
             twin = object.__new__(type(self))
             vars(twin).update(vars(self))
             return _Solved(twin)
 
     @cached_property
     def _unloaded(self) -> Mask:
-        """Whether what no load reaches is singular, (matrices,)."""
+        """Whether the unloaded components are singular, (matrices,)."""
         out = np.zeros(self.count, dtype=bool)
         if self.loaded.all():
             return out
@@ -227,13 +229,13 @@ class StackedSolver:
         return out
 
     def bands(self, where: Mask) -> Bands:
-        """The matrix of some unknowns."""
+        """The banded matrices of the unknowns in a mask (n,)."""
         graph = self.plan.graph
         with timed(self.plan.times, "elimination order"):
             return Bands(self.coupling, where, graph.order(graph.band, where), partial(deformed, self.plan))
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
-        """Numbers of matrices, and their factors, some at a time; none where there are no unknowns."""
+        """Numbers of matrices, and their factors, some at a time; nothing if there are no unknowns."""
         if not bands.size:
             return
         turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
@@ -259,17 +261,17 @@ class StackedSolver:
 
 
 class _Solved:
-    """What the loads reach, solved.
+    """Solutions of the loaded unknowns.
 
     Parameters
     ----------
     solver
-        The batch.
+        The solver of the batch.
 
     Attributes
     ----------
     singular
-        Whether it is singular, (matrices,).
+        Whether a matrix is singular, (matrices,).
     """
 
     def __init__(self, solver: StackedSolver) -> None:
@@ -277,7 +279,8 @@ class _Solved:
         self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
         self.singular = np.zeros(solver.count, dtype=bool)
-        # Unknowns that are kept, (rows, matrices, right-hand sides), and where each of the order is among them, or -1.
+        # Solutions that are kept, (unknowns kept, matrices, right-hand sides), and the index of each unknown among
+        # them, in the order of elimination, or -1.
         self._found = np.zeros((0, solver.count, solver.columns))
         self._at = np.full(self.bands.size, -1)
         self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
@@ -288,17 +291,17 @@ class _Solved:
                 self._examine(matrices, factor)
 
     def of(self, places: Index) -> list[Array]:
-        """Some unknowns, (matrices, right-hand sides) each."""
+        """Solutions of some unknowns, (matrices, right-hand sides) each."""
         rows = self.bands.place[places]
         if any_of(self._at[rows] < 0):
-            # Asked a second time, all are kept for later while they take no more than so many bytes.
+            # From the second request on, the solutions of all unknowns are kept if they take few enough bytes.
             again = len(self._found) and self._bytes_in_all < _KEEP
             wanted = np.concatenate([rows, np.flatnonzero(self._at >= 0)])
             self._run(np.arange(self.bands.size) if again else np.unique(wanted))
         return [self._found[at] for at in self._at[rows].tolist()]
 
     def _run(self, rows: Index) -> None:
-        """Solve, and keep some of the unknowns."""
+        """Solve, and keep the solutions of some of the unknowns."""
         solver = self.solver
         out: Array = np.empty((len(rows), solver.count, solver.columns))
         for matrices, factor in solver.factors(self.bands):
@@ -306,7 +309,7 @@ class _Solved:
             for columns in solver.slices(self.bands.size * len(matrices)):
                 part = slice(matrices[0], matrices[-1] + 1), slice(columns[0], columns[-1] + 1)
                 values = self._part(matrices, columns, factor)
-                if values.shape == out.shape:  # nothing is left out
+                if values.shape == out.shape:  # it is the whole result
                     out = values
                 else:
                     out[:, *part] = values if len(rows) == len(values) else values[rows]
@@ -318,7 +321,7 @@ class _Solved:
             self.singular[matrices] = factor.singular
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
-        """Values (size, m, right-hand sides) of some matrices for some of their right-hand sides."""
+        """Solutions (size, m, right-hand sides) of m matrices for some of their right-hand sides."""
         with timed(self.plan.times, "solution"):
             right = self._right(matrices, columns, self._entries(matrices, columns, factor))
             values = right * factor.root[..., None]
@@ -327,7 +330,7 @@ class _Solved:
             singular = self.singular[matrices]
             if any_of(singular):
                 values[:, singular] = np.nan
-        # pivots tell what is singular and not what is soft: a step of refinement does
+        # pivots show which matrices are singular, but not which have lost digits: refinement does
         hard = np.flatnonzero(~(singular | factor.precise))
         if len(hard) and len(columns):
             with timed(self.plan.times, "refinement"):
@@ -337,12 +340,12 @@ class _Solved:
     # -- loads --------------------------------------------------------------------------------------------------------
 
     def _entries(self, matrices: Index, columns: Index, factor: StackedFactor) -> Picked:
-        """Their batch entries: those of their factor where each has one load case, which are evaluated already."""
+        """Batch entries of matrices and columns; those of the factor if they are the same, being evaluated already."""
         alike = len(matrices) == factor.count and (self.solver.by_units or self.solver.cases == 1)
         return factor.picked if alike else self.solver.entries(matrices, columns)
 
     def _right(self, matrices: Index, columns: Index, picked: Picked, *, imposed: bool = True) -> Array:
-        """Loads (size, m, right-hand sides) in the order of elimination; what `imposed` displacements call for too."""
+        """Loads (size, m, right-hand sides) in the order of elimination, by `imposed` displacements as well."""
         solver, size = self.solver, self.bands.size
         sums = self._loads if imposed else self._forces
         found = (sums.at(picked) if sums.varies else sums.constant).reshape(len(solver.sources), size, -1)
@@ -355,23 +358,23 @@ class _Solved:
 
     @cached_property
     def _acting(self) -> Together:
-        """The right-hand-side parameters that act on what is solved."""
+        """Values of the right-hand-side parameters that act on the loaded unknowns."""
         values = self.plan.rhs_parameters.values
         return Together([values[source] for source in self.solver.sources.tolist()])
 
     @cached_property
     def _given(self) -> Together:
-        """All right-hand-side parameters."""
+        """Values of all right-hand-side parameters."""
         return Together(self.plan.rhs_parameters.values)
 
     @cached_property
     def _loads(self) -> Sums:
-        """Loads for a unit of each right-hand-side parameter, (right-hand-side parameters, size)."""
+        """Loads per unit of each right-hand-side parameter, (parameters times size)."""
         return self._by_parameters(imposed=True)
 
     @cached_property
     def _forces(self) -> Sums:
-        """The same without what known displacements call for."""
+        """Loads per unit of each right-hand-side parameter, without those by prescribed displacements."""
         return self._by_parameters(imposed=False)
 
     def _by_parameters(self, *, imposed: bool) -> Sums:
@@ -390,7 +393,7 @@ class _Solved:
     def _refine(
         self, matrices: Index, columns: Index, hard: Index, factor: StackedFactor, right: Array, values: Array
     ) -> None:
-        """Better `values` (size, m, right-hand sides) of the `hard` ones."""
+        """Refine in place the `values` (size, m, right-hand sides) of the matrices with indices `hard`."""
         cases = 1 if self.solver.by_units else len(columns)
         step = max(1, _REFINED // (cases * self._bytes))
         for start in range(0, len(hard), step):
@@ -415,7 +418,7 @@ class _Solved:
 
     @property
     def _bytes(self) -> int:
-        """What refinement of an entry takes."""
+        """Bytes that the refinement of one entry needs."""
         if self._deformations is None:
             return StaticsResidual.bytes(self.plan)
         return 32 * (len(self._deformations.acting) + self.bands.size)
@@ -423,7 +426,7 @@ class _Solved:
     def _residual(
         self, matrices: Index, columns: Index, right: Array, factor: StackedFactor, entries: Index
     ) -> Residual:
-        """Of some `entries` of a factor, by their numbers as matrices of the batch."""
+        """The residual of some `entries` of a factor, which are the given `matrices` of the batch."""
         solver, deformations = self.solver, self._deformations
         if deformations is None:
             picked, units = solver.entries(matrices, columns), right if solver.by_units else None

@@ -1,4 +1,4 @@
-"""Banded Cholesky factors of many matrices of one pattern, on numbers assembled together."""
+"""Banded Cholesky factors of many matrices of one pattern, with tests for singular ones."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from .tensions import TensionFactor, affordable
 from .terms import SumPattern, TermPattern
 
 Mask = NDArray[np.bool_]
-# Share of the growth by a zero eigenvalue from which on that of a vector that was solved for before is suspect.
+# After the first inverse iteration, a growth above this share of that for a zero eigenvalue needs another iteration.
 _SURE = 1e-3
-# Numbers that are scaled at a time.
+# Size of the arrays that are scaled at a time.
 _AT_ONCE = 2**15
 _EPS = float(np.finfo(np.float64).eps)
-# Deformations of springs by unknowns in a given place, (springs, unknowns), and the numbers of these springs; None
-# where they vary over the batch.
+# A function of the places of the unknowns that returns the deformations per unknown, (springs, unknowns), and the
+# numbers of the springs; None where they vary over the batch.
 Deformed = Callable[[Index], "tuple[scipy.sparse.csr_matrix, Index] | None"]
 
 
 class BandPattern:
-    """Where the numbers of some unknowns lie in a band, see `Bands`."""
+    """Positions of matrix entries in a band, for some unknowns in some order, see `Bands`."""
 
     def __init__(self, terms: TermPattern, where: Mask, order: Index) -> None:
         self.place = np.full(terms.size, -1, dtype=np.int64)
@@ -52,30 +52,31 @@ class BandPattern:
 
 
 class Bands:
-    """The matrix of some unknowns in a band, for any entries of a batch.
+    """Banded matrices of some unknowns, for any entries of a batch.
 
     Parameters
     ----------
     coupling
-        The equations.
+        The terms of the equations.
     where
-        Which of the unknowns, (n,).
+        Mask of the unknowns, (n,).
     order
-        Which of these is eliminated first, second, ..., (size,); what is not coupled is taken apart, so that the band
-        is that of a plane alone where planes are not coupled.
+        Order of elimination, as indices among these, (size,). It is regrouped by connected components, so that the band
+        is that of a single bending plane where planes are not coupled.
     deformed
-        Tells the deformations by which what is singular to double precision is judged; the stiffness alone where None.
+        Function that returns the deformations by which matrices that are singular in double precision are examined;
+        None to judge by the stiffness alone.
 
     Attributes
     ----------
     place
-        Place of each unknown in the order, (n,); -1 where it is none of these.
+        Place of each unknown in the final order, (n,); -1 for unknowns not in `where`.
     width
         Number of diagonals on and below the main one.
     side_by_side
-        Whether factors are made some at a time.
+        Whether several matrices are factorised at a time.
     in_pairs
-        Whether residuals are computed in pairs of double numbers.
+        Whether residuals are computed in double-double precision.
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
@@ -92,18 +93,18 @@ class Bands:
 
     @cached_property
     def deformations(self) -> tuple[scipy.sparse.csr_matrix, Index] | None:
-        """Deformations by the unknowns in their order, and the numbers of the springs; None where nothing asks them."""
+        """Deformations per unknown, in their order, and the numbers of the springs; None if not available."""
         if self._deformed is None or not affordable(self.size, self.width):
             return None
         return self._deformed(self.place)
 
     def room(self, entries: int) -> Room:
-        """Memory for the factors at so many entries and what they keep."""
+        """Memory for the factors of so many entries, with scales and spring stiffnesses."""
         springs = sum(block.count for block in self.sums.coupling.blocks if block.rows is not None)
         return Room(in_lanes(entries) * ((self.size + self.width) * self.width + self.size + springs))
 
     def factorised(self, picked: Picked, room: Room | None = None) -> StackedFactor:
-        """The factors at some entries, and what they keep, in a `room` or wherever there is memory."""
+        """The factors at some entries, stored in `room` if there is one."""
         zeros = np.zeros if room is None else room.zeros
         values = self.sums.at(picked)
         if room is not None:
@@ -122,32 +123,32 @@ class Bands:
 
 
 class StackedFactor:
-    """L L^T of m matrices within a band, scaled to unit diagonal.
+    """Banded factors ``L L^T`` of m matrices, scaled to unit diagonal.
 
     Parameters
     ----------
     bands
-        Their pattern.
+        The pattern of the matrices.
     picked
-        The entries of the batch.
+        The m entries of the batch.
     values
-        Their scaled entries (entries, m).
+        Entries of the scaled matrices, (entries, m).
     root
-        The scale (size, m).
+        The scale, (size, m).
     zeros
-        Makes the array that the factors lie in.
+        Function that allocates the array of the factors.
 
     Attributes
     ----------
     count
-        How many there are, m.
+        Number of matrices, m.
     """
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array, zeros: Zeros = np.zeros) -> None:
         self.bands, self.picked, self.root, self.count = bands, picked, root, root.shape[1]
         kind = SideBySide if bands.side_by_side else OneByOne
         self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width, zeros)
-        # a pivot that is not positive: whether rounding or a mechanism, LU tells
+        # a pivot is not positive: LU tells whether by rounding or because the frame is a mechanism
         self._pivot = self._factors.least
         failed = np.flatnonzero(~(self._pivot > 0.0)).tolist()
         self.instead: dict[int, Factor] = {entry: LUFactor(self._sparse(values[:, entry])) for entry in failed}
@@ -158,7 +159,7 @@ class StackedFactor:
         return scipy.sparse.csr_matrix(lower + lower.T - scipy.sparse.diags(lower.diagonal()))
 
     def solve(self, entries: Index, loads: Array) -> None:
-        """Solve in place with some of the scaled matrices for loads (size, m, k); NaN where a pivot is zero."""
+        """Solve in place with the scaled matrices of m `entries` for loads (size, m, k); NaN where a pivot is zero."""
         others = np.flatnonzero(np.isin(entries, list(self.instead))).tolist() if self.instead else []
         found = [(other, self._otherwise(int(entries[other]), loads[:, other])) for other in others]
         self._factors.solve(entries, loads)
@@ -166,14 +167,14 @@ class StackedFactor:
             loads[:, other] = values
 
     def _otherwise(self, entry: int, load: Array) -> Array | float:
-        """Solution for loads (size, k) by LU."""
+        """Solution for loads (size, k) by the factor that replaces the band; NaN where a pivot is zero."""
         factor = self.instead[entry]
         found = factor.unscaled(factor.root[:, None] * load)
         return np.nan if found is None else factor.root[:, None] * found
 
     @cached_property
     def growth(self) -> Array:
-        """One over the least eigenvalue, about, (m,): by pivots where these are so large that it cannot be zero."""
+        """Estimated inverse of the least eigenvalue, (m,); by pivots alone where these exclude a zero eigenvalue."""
         size = self.bands.size
         least = self._pivot**2
         growth: Array = np.sqrt(size) / least
@@ -191,13 +192,13 @@ class StackedFactor:
 
     @property
     def rough(self) -> Array:
-        """Relative error that rounding leaves of a solution, about, (m,)."""
+        """Estimated relative rounding error of a solution, (m,)."""
         return _EPS * self.growth
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
         blocks, count = [block for block in self.bands.sums.coupling.blocks[:-1] if block.count], self.count
-        if len(blocks) == 1 and len(entries) == count:  # as they were evaluated
+        if len(blocks) == 1 and len(entries) == count:  # all entries, as they were evaluated
             found = numbers_of(blocks[0], self.picked)
             found = found if blocks[0].count == len(springs) else found[springs - blocks[0].first]
             return found if found.shape[1] == count else np.repeat(found, count, axis=1)
@@ -209,7 +210,7 @@ class StackedFactor:
         return out
 
     def probed(self, entries: Index) -> Array:
-        """One over the least eigenvalue at some entries, by inverse iteration where that may be zero, (entries,)."""
+        """Inverse of the least eigenvalue at some entries, (entries,), by inverse iteration."""
         out = np.ones(len(entries))
         vector, zero = probe(self.bands.size), zero_eigenvalue(self.bands.size)
         for k, entry in enumerate(entries.tolist() if self.bands.size else ()):
@@ -218,27 +219,27 @@ class StackedFactor:
         return out
 
     def _confirmed(self, entry: int, growth: float) -> float:
-        """One over the least eigenvalue of what is singular to double precision, by tensions where these tell more."""
+        """Inverse of the least eigenvalue of a matrix that is singular in double precision; by tensions if possible."""
         if not self.precise[entry] and (better := self._by_tensions(entry)) is not None:
             self.instead[entry] = better
         if self.precise[entry]:
             return np.inf if self.instead[entry].singular else 1.0
         if entry not in self.instead:
             return growth
-        # LU without pivots of its own choice may hide that nothing but rounding is left
+        # LU with pivots from the diagonal may hide that only rounding is left
         values = np.linalg.eigvalsh(self.instead[entry].scaled.toarray())
         return float(1.0 / max(np.abs(values).min(), np.finfo(float).tiny))
 
     @property
     def precise(self) -> Mask:
-        """Entries of which solutions are exact to rounding as they come, (m,)."""
+        """Whether solutions are exact to rounding without refinement, (m,)."""
         out = np.zeros(self.count, dtype=bool)
         for entry, factor in self.instead.items():
             out[entry] = factor.precise
         return out
 
     def _by_tensions(self, entry: int) -> Factor | None:
-        """What tells more than the scaled stiffness of an entry; None where deformations do not."""
+        """A factor by tensions, more precise than the scaled stiffness of an entry; None where it is not available."""
         if self.bands.deformations is None:
             return None
         deformations, acting = self.bands.deformations
@@ -250,7 +251,10 @@ class StackedFactor:
         return TensionFactor(scipy.sparse.csr_matrix(rough.T @ scipy.sparse.diags(springs) @ rough), scaled, springs)
 
     def _least(self, entry: int, vector: Array) -> float:
-        """One over the least eigenvalue, about: a random vector may miss it by `SUSPECT`, what it leads to hardly."""
+        """Estimated inverse of the least eigenvalue by inverse iteration.
+
+        A random vector may have a part of only `SUSPECT` in the eigenvector; later iterates have more.
+        """
         growth, zero = 1.0, zero_eigenvalue(len(vector))
         for enough in (SUSPECT, *(_SURE,) * (ITERATIONS - 1)):
             vector = vector / growth

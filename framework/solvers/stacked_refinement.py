@@ -1,6 +1,6 @@
-"""Refinement of the entries of a batch: what solutions leave of their equations in extended precision, solved again.
+"""Iterative refinement of the solutions of a batch, with residuals in extended precision.
 
-Whatever is asked of a load case, how often it is refined depends on it alone.
+The number of steps for a load case depends on that load case alone, so that results do not depend on the batch.
 """
 
 from __future__ import annotations
@@ -25,45 +25,44 @@ from .spring_residual import SpringResidual
 from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
-# Relative error that is left of a solution; steps at most.
+# Relative error to reach; largest number of steps.
 _FINE, _STEPS = 1e-15, 5
-# Share of the solution that the last step of refinement may change: else of the matrix nothing but rounding is left in
-# some direction.
+# If the last step changes the solution by more than this share, the matrix is singular to rounding.
 _LOST = 1e-6
-# What the estimated error is taken to be larger.
+# Safety factor on the estimated error.
 _SAFE = 8.0
-# Bytes of a member in extended precision.
+# Bytes that a member needs in extended precision.
 _MEMBER = 3000
 
 
 class Residual(Protocol):
-    """Unbalanced loads of some entries."""
+    """Residuals of some entries."""
 
     def refined(self, values: Array, root: Array) -> Refined:
-        """The values (size, m k) of the unknowns, whose scale is `root` (size, m k), ready to be refined."""
+        """Values (size, m k) of the unknowns, with their scale `root` (size, m k), as an object that can be refined."""
         ...
 
 
 def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Array) -> Mask:
-    """Refine solutions until nothing but rounding is left of their error.
+    """Refine solutions in place until only rounding is left of their error.
 
-    A step multiplies the error by what the step before was of the solution, or of the step before it.
+    A step multiplies the error by the ratio of the last change to the one before, or to the solution at first.
 
     Parameters
     ----------
     residual
-        What they leave of their equations.
+        Residuals of the equations.
     factor
-        Factors of their matrices.
+        Factors of the matrices.
     entries
-        Numbers of these, (m,).
+        Numbers of the matrices in the factor, (m,).
     values
-        Solutions (size, m, k), which are replaced.
+        Solutions (size, m, k), which are overwritten.
 
     Returns
     -------
     ndarray
-        Whether steps do not end, so that of the matrix nothing but rounding is left in some direction, (m, k).
+        Whether the steps do not converge, so that the matrix is singular to rounding, (m, k).
     """
     size, count, cases = values.shape
     root = factor.root if count == factor.count else factor.root[:, entries]
@@ -93,8 +92,8 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
 
 
 def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> None:
-    """Solve for scaled loads (size, m, k) in place, as far as these are `going` (m, k); zero where they are not."""
-    if all_of(going) or (factor.bands.side_by_side and going.shape[1] == 1):  # where one more takes no longer
+    """Solve in place for scaled loads (size, m, k) that are still `going`, a mask (m, k); the others become zero."""
+    if all_of(going) or (factor.bands.side_by_side and going.shape[1] == 1):  # where further ones cost nothing
         factor.solve(entries, loads)
         if not all_of(going):
             np.copyto(loads, 0.0, where=~going)
@@ -111,14 +110,14 @@ def _solve(factor: StackedFactor, entries: Index, loads: Array, going: Mask) -> 
 
 
 class BySprings:
-    """Residual of entries by deformations that they have in common.
+    """Residuals of entries with the same deformations.
 
     Parameters
     ----------
     residual
-        Loads that values leave.
+        The residual by springs.
     in_pairs
-        Whether to refine in pairs of double numbers, by machine code.
+        Whether to refine in double-double precision, by machine code.
     """
 
     def __init__(self, residual: SpringResidual, *, in_pairs: bool) -> None:
@@ -132,18 +131,18 @@ class BySprings:
 
 
 class StaticsResidual:
-    """Residual of entries of which each has its own geometry.
+    """Residuals of entries with geometries of their own, by equilibrium in extended precision.
 
     Parameters
     ----------
     plan, kinematics
-        The compiled frame, and its kinematics at the whole batch.
+        The plan of the frame, and its kinematics for the whole batch.
     picked
         The entries, (m k,).
     names
         Numbers of the unknowns, in the order of their values.
     units
-        Loads (size, m, k) where units of the right-hand-side parameters are solved for; None where all that acts is.
+        Loads (size, m, k) where unit right-hand-side parameters are solved for; None for the actual loads.
     """
 
     def __init__(
@@ -157,7 +156,7 @@ class StaticsResidual:
         return InLong(self.left, values, root)
 
     def left(self, values: Real) -> Array:
-        """Unbalanced load (size, m k) of the values (size, m k) of the unknowns."""
+        """Residual, the unbalanced loads (size, m k), of values (size, m k) of the unknowns."""
         each = np.ascontiguousarray(values.T)
         if self.units is not None:
             size, count, cases = self.units.shape
@@ -170,7 +169,7 @@ class StaticsResidual:
 
     @staticmethod
     def bytes(plan: Plan) -> int:
-        """What an entry takes."""
+        """Bytes that one entry needs."""
         return _MEMBER * max(1, len(plan.topology.ends))
 
 

@@ -1,4 +1,4 @@
-"""The matrix of one large frame with its factors, which all load cases share."""
+"""The stiffness matrix of one large frame, with its factors, shared by all load cases."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from .tensions import TensionFactor, affordable
 
 
 class SparseStiffness:
-    """The stiffness of a frame that does not vary over the batch, factorised where that is asked for.
+    """The stiffness of a frame, constant over the batch, and its factors, computed when first needed.
 
     Parameters
     ----------
     unloaded
-        The frame.
+        The frame without its loads.
     method
-        Name of the way in which it is factorised.
+        Name of the method, see `linkframe.framework.solvers.method`.
     """
 
     def __init__(self, unloaded: Unloaded, method: str) -> None:
@@ -51,7 +51,7 @@ class SparseStiffness:
 
     @cached_property
     def deformations(self) -> Deformations | None:
-        """Deformations by the unknowns; None where nothing is refined by them, or rounding is on the way to them."""
+        """Deformations per unknown, for refinement; None where there is none, or they would contain rounding."""
         rows = self.unloaded.graph.transformation
         if self.method == ITERATIVE or len(self.unknown) > REFINED or rows.imposed:
             return None
@@ -61,9 +61,9 @@ class SparseStiffness:
 
     @cached_property
     def assembled(self) -> scipy.sparse.csr_matrix:
-        """The stiffness that is factorised, (n, n): by the deformations, where these are needed in any case.
+        """The stiffness that is factorised, (n, n): from the deformations, if these are needed in any case.
 
-        Elements of one's own are asked for the matrix that they give.
+        If there are user-defined elements, it is assembled from their stiffness matrices.
         """
         found = None
         own = any(isinstance(group.element, Examined) for group in self.unloaded.topology.groups)
@@ -72,7 +72,7 @@ class SparseStiffness:
         return self.matrices.stiffness if found is None else found
 
     def deformations_of(self, where: NDArray[np.bool_]) -> Deformations | None:
-        """Deformations by some of the unknowns, (n,)."""
+        """Deformations per unknown in the mask `where` (n,)."""
         if self.deformations is None or all_of(where):
             return self.deformations
         key = where.tobytes()
@@ -81,7 +81,7 @@ class SparseStiffness:
         return self._some[key]
 
     def telling_deformations(self, where: NDArray[np.bool_]) -> Deformations | None:
-        """Those by which what is singular to double precision is judged, of large frames too; None of wide ones."""
+        """Deformations by which a matrix that is singular in double precision is examined; None if too costly."""
         rows, graph = self.unloaded.graph.transformation, self.unloaded.graph
         if not (affordable(int(where.sum()), graph.width) and are_described(self.unloaded, rows)):
             return None
@@ -100,18 +100,18 @@ class SparseStiffness:
 
     @cached_property
     def unsupported_motions(self) -> Array:
-        """Rigid motions (n, m) of parts that nothing supports."""
+        """Rigid motions of unsupported parts, as values of the unknowns, (n, m)."""
         return unsupported_motions(self.unloaded)
 
     def factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
-        """Factor of the stiffness of the unknowns `where` (n,): by tensions where it is singular to double precision.
+        """Factor of the stiffness of some unknowns; by tensions if it is singular in double precision.
 
         Parameters
         ----------
         where
-            True for those.
+            Mask of the unknowns, (n,).
         times
-            Where to note the time that it takes.
+            Dict to which the time is added, by kind of work.
         """
         found, key = self.direct_factor(where, times), where.tobytes()
         if key not in self._better:
@@ -121,14 +121,14 @@ class SparseStiffness:
         return self._better[key]
 
     def direct_factor(self, where: NDArray[np.bool_], times: dict[str, float]) -> Factor:
-        """Factor of the stiffness itself of the unknowns `where` (n,), made where there is none yet.
+        """Factor of the stiffness matrix itself of some unknowns, computed once.
 
         Parameters
         ----------
         where
-            True for those.
+            Mask of the unknowns, (n,).
         times
-            Where to note the time that it takes.
+            Dict to which the time is added, by kind of work.
         """
         key = where.tobytes()
         if key not in self.factors:
@@ -139,7 +139,7 @@ class SparseStiffness:
         return self.factors[key]
 
     def direct(self, where: NDArray[np.bool_]) -> Callable[[scipy.sparse.csr_matrix], Factor]:
-        """What factorises a matrix of the unknowns `where` (n,), of the pattern of the stiffness."""
+        """Function that factorises a matrix of the unknowns in a mask (n,), of the pattern of the stiffness."""
         return partial(_direct, self.method, self.unloaded.graph, self.label, where)
 
     def _matrix(self, where: NDArray[np.bool_]) -> scipy.sparse.csr_matrix:
@@ -152,7 +152,7 @@ class SparseStiffness:
         return direct(matrix) if self.method != ITERATIVE else self._iterated(matrix, where, direct)
 
     def _by_tensions(self, where: NDArray[np.bool_]) -> Factor | None:
-        """What tells more than the stiffness where that is singular to double precision; None where it takes long."""
+        """Factor by tensions, for a stiffness that is singular in double precision; None if it costs too much."""
         deformations, graph = self.telling_deformations(where), self.unloaded.graph
         if deformations is None or (deformations.springs < 0.0).any():
             return None
@@ -169,10 +169,10 @@ class SparseStiffness:
 
 
 def _direct(name: str, graph: Graph, label: Index, where: NDArray[np.bool_], matrix: scipy.sparse.csr_matrix) -> Factor:
-    """Factor of the matrix of the unknowns `where`, of which those of one `label` (n,) are coupled."""
+    """Factor of the matrix of the unknowns in the mask `where`; `label` (n,) are their connected components."""
     if name == BANDED:
         order = graph.order(graph.band, where)
-        # what is not coupled is taken apart: of a plane frame the band is half as wide
+        # unknowns are grouped by component, which makes the band of a plane frame half as wide
         return BandedFactor(matrix, order[np.argsort(label[where][order], kind="stable")])
     if name == CHOLESKY or (name == ITERATIVE and available()):
         return CholeskyFactor(matrix, graph.order(graph.dissection.order, where))

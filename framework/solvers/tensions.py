@@ -1,10 +1,10 @@
-"""Displacements solved for together with the tensions of springs, for what is singular to double precision alone.
+"""Simultaneous solution for displacements and spring tensions, for a stiffness that is singular in double precision.
 
-The stiffness ``S = A^T A``, with A the weighted deformations, squares what these know: its condition number is that of
-A squared. ``[[-a, A], [A^T, b]]`` has about that of A itself, for ``s = A z`` and ``A^T s = f`` (Björck, Numerical
-Methods for Least Squares Problems, 1996, sec. 2.5.3), so that its factor in double precision, refined in extended
-precision, tells a frame that is soft from a mechanism: no tensions are in equilibrium with loads that do work on a free
-motion, whatever they are.
+The stiffness is ``S = A^T A``, with A the weighted deformations, so that its condition number is the square of that of
+A. The augmented matrix ``[[-a, A], [A^T, b]]``, for ``s = A z`` and ``A^T s = f``, has about the condition number of A
+(Björck, *Numerical Methods for Least Squares Problems*, 1996, sec. 2.5.3). Its factor in double precision, refined in
+extended precision, therefore distinguishes a soft frame from a mechanism: if loads do work on a free motion, no
+tensions s are in equilibrium with them.
 """
 
 from __future__ import annotations
@@ -21,41 +21,43 @@ from ..structure.topology import Index
 from .factor import MOTIONS, Factor
 from .patterns import connected_by, filled, rows_of
 
-# Singular values of A, with columns of length one, that are those of a mechanism: coordinates in double precision may
-# make as much of one.
+# Singular values of A, its columns of length one, below this are those of a mechanism: rounding of coordinates in
+# double precision may cause as much.
 _LEAST = 1e-12
-# a above, and a b, which is added to the eigenvalues of the stiffness: both below what is to be told.
+# The numbers a, and a times b, which is added to the eigenvalues of the stiffness: both are below what matters.
 _SOFT, _SHIFT = 1e-11, 1e-25
-# Steps of refinement at most, and the relative error that they leave; steps to tell what is singular.
+# Largest number of steps of refinement, and the relative error to reach; number of steps in the test for singularity.
 _STEPS, _FINE, _TELLING = 24, 1e-16, 8
-# Share of a random load out of equilibrium that is surely work on a free motion, by the root of the unknowns.
+# If more than this share of a random load, over the square root of the number of unknowns, stays out of equilibrium,
+# the load does work on a free motion.
 _UNBALANCED = 1e-3
-# Random loads: that both are all but orthogonal to a free motion does not happen. Rounds to the softest motions.
+# Number of random loads, of which both being almost orthogonal to a free motion is practically impossible; number of
+# iterations to the softest motions.
 _LOADS, _ROUNDS = 2, 4
-# Unknowns times the square of their band up to which the factor, which needs pivots, takes less than a second or so.
+# Up to this product of unknowns and squared band width, the factor, which needs pivoting, takes less than a second.
 _MOST = 1e8
-# Width of a band up to which LAPACK takes less time than a factor in an order of its own.
+# Up to this band width LAPACK's banded factor is faster than SuperLU.
 _NARROW = 100
 
 
 def affordable(unknowns: int, width: int) -> bool:
-    """Whether a frame of so many unknowns within a band is narrow enough."""
+    """Whether a factor by tensions is affordable for so many unknowns and such a band width."""
     return unknowns * float(width) ** 2 <= _MOST
 
 
 class TensionFactor(Factor):
-    """Factor of a stiffness by the deformations that it is made of.
+    """Factor of a stiffness by its deformations and spring stiffnesses.
 
     Parameters
     ----------
     matrix
         The stiffness (n, n).
     deformations
-        Deformations of the springs by its unknowns (springs, n), in extended precision.
+        Deformations of the springs per unknown, (springs, n), in extended precision.
     springs
-        Their stiffness, (springs,), not negative.
+        Stiffness of the springs, (springs,), not negative.
     order
-        The unknowns in an order in which those that are coupled are near each other, (n,); as they are where None.
+        Order of the unknowns in which coupled ones are near each other, (n,); None to keep them in place.
     """
 
     precise = True
@@ -74,7 +76,7 @@ class TensionFactor(Factor):
         self._factor = _factor(self._deformed, np.arange(len(self.root)) if order is None else order)
 
     def _step(self, compatibility: Array, load: Array) -> tuple[Array, Array]:
-        """Tensions and displacements for what these two equations lack."""
+        """Corrections of tensions and displacements for the residuals of the two equations."""
         right = np.concatenate([_SOFT * compatibility, load]).astype(np.float64)
         found = self._factor.solve(right)
         return found[: len(compatibility)], found[len(compatibility) :] / _SOFT
@@ -88,7 +90,7 @@ class TensionFactor(Factor):
             more, change = self._step(tensions - self._deformed @ found, load - self._back @ tensions)
             tensions, found = tensions + more, found + change
             moved = np.abs(change).max(axis=0, initial=0.0)
-            # each step multiplies the error by what the last one was of that before
+            # the error shrinks in each step by the ratio of this change to the one before
             if not (moved**2 > _FINE * np.abs(found).max(axis=0, initial=0.0) * before).any():
                 break
             before = moved
@@ -99,20 +101,17 @@ class TensionFactor(Factor):
         return self._solved(load, _STEPS)[0].astype(np.float64)
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, to a few digits."""
+        """As `unscaled`, but to a few digits."""
         return self._step(np.zeros((self._deformed.shape[0], load.shape[1])), load)[1]
 
     @property
     def definite(self) -> bool:
-        """Whether it is not singular: no spring is negative."""
+        """Whether it is not singular, which suffices as no spring stiffness is negative."""
         return not self.singular
 
     @cached_property
     def singular(self) -> bool:
-        """Whether some load is in equilibrium with no tensions, or with such as only rounding tells from none.
-
-        Asked of each connected component, so that none hides another.
-        """
+        """Whether some load cannot be balanced by tensions, to rounding; tested for each connected component."""
         label = connected_by(self.scaled)
         load = _of_length_one(np.random.default_rng(0).standard_normal((len(self.root), _LOADS)), label)
         share = (_UNBALANCED / np.sqrt(np.bincount(label)))[label, None]
@@ -126,7 +125,7 @@ class TensionFactor(Factor):
         return bool((softness * _LEAST**2 >= 1.0).any())
 
     def motions(self, direct: Callable[[scipy.sparse.csr_matrix], Factor]) -> Array:
-        """Vectors (n, motions) that the matrix sends to zero, by inverse iteration on some at once."""
+        """Null vectors of the matrix, (n, motions), by inverse iteration on several vectors at once."""
         size = len(self.root)
         vectors = np.random.default_rng(0).standard_normal((size, min(size, MOTIONS)))
         for _ in range(_ROUNDS):
@@ -142,7 +141,7 @@ class TensionFactor(Factor):
 
 
 def _factor(deformations: scipy.sparse.csr_matrix, order: Index) -> _InBand | scipy.sparse.linalg.SuperLU:
-    """Factor of ``[[-a, A], [A^T, b]]`` with A the deformations (springs, n), and unknowns in that order, (n,)."""
+    """Factor of ``[[-a, A], [A^T, b]]``, A being the weighted deformations (springs, n), unknowns in `order`."""
     count, size = deformations.shape
     place = _amid(deformations, order)
     spring, unknown = rows_of(deformations), count + deformations.indices
@@ -157,7 +156,7 @@ def _factor(deformations: scipy.sparse.csr_matrix, order: Index) -> _InBand | sc
 
 
 def _amid(deformations: scipy.sparse.csr_matrix, order: Index) -> Index:
-    """Where springs, and behind them unknowns, stand where each spring is amid the unknowns that it joins."""
+    """Places of springs and unknowns in an order in which each spring is amid the unknowns that deform it."""
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     joined, starts = place[deformations.indices], deformations.indptr[:-1]
@@ -166,21 +165,21 @@ def _amid(deformations: scipy.sparse.csr_matrix, order: Index) -> Index:
 
 
 class _InBand:
-    """LAPACK's factor, with pivots, of a matrix within a band.
+    """LAPACK's LU factor, with pivoting, of a banded matrix.
 
     Parameters
     ----------
     data, row, column
-        Its entries, of each place one.
+        Entries of the matrix, without duplicates.
     place
-        Where each row and column goes in the band, (n,).
+        Place of each row and column in the band, (n,).
     width
-        Diagonals of this on either side of the main one.
+        Number of diagonals on either side of the main one.
     """
 
     def __init__(self, data: Array, row: Index, column: Index, place: Index, width: int) -> None:
         self._place, self._order, self._width = place, np.argsort(place), width
-        height = 3 * width + 1  # pivots fill as many more above
+        height = 3 * width + 1  # pivoting fills `width` more diagonals above
         numbers = np.zeros(len(place) * height)
         numbers[height * place[column] + 2 * width + place[row] - place[column]] = data
         band = numbers.reshape(len(place), height).T
@@ -194,13 +193,13 @@ class _InBand:
 
 
 def _lengths(vectors: Array, label: Index) -> Array:
-    """Length of the part of each of some vectors (n, k) that is in the component of each place, (n, k)."""
+    """For each row, the length of the part of each vector (n, k) in that row's connected component, (n, k)."""
     squares = np.stack([np.bincount(label, np.asarray(column**2, np.float64)) for column in vectors.T], axis=1)
     lengths: Array = np.sqrt(squares)[label]
     return lengths
 
 
 def _of_length_one(vectors: Array, label: Index) -> Array:
-    """Vectors (n, k) of which the part in each component is of length one."""
+    """Vectors (n, k), normalised within each connected component."""
     lengths = _lengths(vectors, label)
     return vectors / np.where(lengths > 0.0, lengths, 1.0)

@@ -1,4 +1,4 @@
-"""Terms of the equations of a batch: which they are, which frames of one topology have in common, and their numbers."""
+"""The pattern of the terms in the equations of a batch, see `coupling`, shared by frames of one topology."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from .patterns import connected, labelled, pattern_by_rows
 
 Mask = NDArray[np.bool_]
 Found = TypeVar("Found")
-# What a number that acts on a member weighs, with what follows from it, at most; weight from which on nothing is kept.
+# Weight in the cache of a term of a member, with the results derived from it; and the largest weight that is cached.
 _EACH, MOST = 16, 2**21
-# Things that follow from the terms of one frame that are kept with them.
+# Number of results that are kept with the terms.
 _KINDS = 12
 _TWELVE = np.triu_indices(12)
 
 
 @dataclass(frozen=True)
 class Tables:
-    """What the displacements of nodes and springs are made of, see `Transformation`, without their shares.
+    """The pattern of a `Transformation`, without its factors.
 
     Attributes
     ----------
     start, column, varying
-        Those of the transformation.
+        As of the transformation.
     size
         Number of unknowns.
     """
@@ -44,24 +44,27 @@ class Tables:
 
 @dataclass(frozen=True, eq=False)
 class TermPattern:
-    """Terms of the equations, one an item, without their factors; nobody may change them.
+    """All terms of the equations, without their values; shared between frames, so it must not be changed.
+
+    A term is the product of a number of an `EvaluatedBlock`, two deformations, two factors of T (or G) and a constant.
 
     Attributes
     ----------
     source
-        Number that it is a share of.
+        Index of the number among those of all blocks, (terms,).
     first, second
-        Numbers of `Coupling.factors` by which it is multiplied as well; -1 for none.
+        Indices of the varying factors in `Coupling.factors`, (terms,); -1 for none.
     low, high
-        Unknowns that it couples, by their places; of a load `high` is the number of unknowns plus that of the known.
+        Places of the two unknowns that the term couples, (terms,). For a load, `high` is the number of unknowns plus
+        that of the right-hand-side parameter.
     own
-        Two numbers (2, terms) among the deformations whose product it is a share by; 0 for one.
+        Indices of the two deformations, (2, terms), those of all groups being numbered from 1; 0 for the factor one.
     shares
-        Two shares of `Transformation` by which it is multiplied, (2, terms).
+        Indices of the two factors in `Transformation.share`, (2, terms).
     times
-        What else it is multiplied by.
+        Constant factors, (terms,).
     blocks
-        Where the numbers of each block begin, and at last where they end.
+        Index at which the numbers of each block begin, and at last where they end.
     size
         Number of unknowns.
     """
@@ -79,7 +82,7 @@ class TermPattern:
     _known: dict[tuple[object, ...], Any] = field(default_factory=dict, init=False, repr=False)
 
     def factors(self, deformations: Sequence[NDArray[np.float64]], share: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What of each term is the same for all entries, by deformations of members that do not vary, and shares."""
+        """Constant factor of each term, (terms,), from constant deformations of members and the factors of T."""
         numbers = np.concatenate([np.ones(1), *(each.reshape(-1) for each in deformations)])
         found: NDArray[np.float64] = numbers[self.own[0]] * numbers[self.own[1]]
         found *= share[self.shares[0]]
@@ -88,23 +91,23 @@ class TermPattern:
         return found
 
     def at(self, chosen: Mask) -> TermPattern:
-        """Some of the terms."""
+        """The terms in a mask."""
         names = ("source", "first", "second", "low", "high", "own", "shares", "times")
         return replace(self, **{name: getattr(self, name)[..., chosen] for name in names})
 
     def known(self, key: tuple[object, ...], make: Callable[[], Found]) -> Found:
-        """What follows from the terms and the content of a key, made where it is not known yet."""
+        """A result that depends on the terms and a key alone, kept here or computed by `make`."""
         found: Found | None = self._known.get(key)
-        if found is None:  # two threads may both make it, which does no harm
+        if found is None:  # two threads may both compute it, which does no harm
             found = make()
-            if len(self._known) >= _KINDS:  # such as of many sets of loaded unknowns
+            if len(self._known) >= _KINDS:  # as with many sets of loaded unknowns
                 self._known.clear()
             self._known[key] = found
         return found
 
     @cached_property
     def stiff(self) -> Mask:
-        """Terms of the stiffness; the others are loads."""
+        """Mask of the terms of the stiffness, (terms,); the others are loads."""
         return self.high < self.size
 
     @cached_property
@@ -114,16 +117,16 @@ class TermPattern:
 
     @cached_property
     def loaded(self) -> Mask:
-        """Unknowns in components that a load, an offset or a prescribed displacement reaches, (n,)."""
+        """Whether a load, an offset or a prescribed displacement acts on the component of each unknown, (n,)."""
         return labelled(self.label, self.label[self.low[~self.stiff]])
 
     @cached_property
     def loaded_sizes(self) -> Index:
-        """Unknowns of each loaded component, by its label; 0 of the others."""
+        """Number of unknowns of each loaded component, by its label; 0 for the others."""
         return np.bincount(self.label[self.loaded])
 
     def sources(self, loaded: Mask) -> Index:
-        """Known numbers that act on what is `loaded`, (n,)."""
+        """Numbers of the right-hand-side parameters that act on the unknowns in the mask `loaded` (n,)."""
 
         def found() -> Index:
             acting = ~self.stiff & loaded[self.low]
@@ -133,7 +136,7 @@ class TermPattern:
 
 
 class Ordered(NamedTuple):
-    """Some terms, their order row by row, and a matrix of their pattern."""
+    """Indices of some terms, the same in the order of a matrix's entries, and a matrix of that pattern."""
 
     places: Index
     order: Index
@@ -141,24 +144,24 @@ class Ordered(NamedTuple):
 
 
 class SumPattern:
-    """Which terms add up to what.
+    """Which terms add up to which targets, such as the entries of a band.
 
     Parameters
     ----------
     pattern
         All terms.
     chosen
-        Places of those that matter here.
+        Indices of the terms to sum.
     target
-        What each of them goes to.
+        Number of the target of each of these terms.
     count
         Number of targets.
 
     Attributes
     ----------
     parts
-        By block, of those that there is something of: its number; the terms that no factor varies of, with a matrix
-        (targets, numbers of the block) of their pattern; and the others, with one (targets, terms).
+        For each block with terms: its number; the terms without varying factors, with a matrix (targets, numbers of the
+        block) of their pattern; and the others, with a matrix (targets, terms).
     """
 
     def __init__(self, pattern: TermPattern, chosen: Index, target: Index, count: int) -> None:
@@ -183,27 +186,27 @@ def _ordered(chosen: Index, some: Index, target: Index, column: Index, shape: tu
     return Ordered(chosen[some], chosen[some][order], matrix)
 
 
-# -- which there are --------------------------------------------------------------------------------------------------
+# -- finding the terms ------------------------------------------------------------------------------------------------
 
 
 def term_pattern(
     tables: Tables, acting: Sequence[Mask], dofs: Sequence[Index], edges: tuple[int, int], loads: Index
 ) -> TermPattern:
-    """The terms of a frame, kept by what they depend on.
+    """The terms of a frame, from the cache or computed.
 
     Parameters
     ----------
     tables
-        What displacements are made of.
+        Pattern of the displacements over the unknowns.
     acting
-        For each stack of members, which displacements deform which springs, (n, s, 12), or, where deformations vary
-        over the batch, which entries of its stiffness are not zero, (n, 12, 12, 1).
+        For each group of n members a mask of the displacements that deform each spring, (n, s, 12); or, where
+        deformations vary over the batch, of the entries of the stiffness that are not zero, (n, 12, 12, 1).
     dofs
-        Numbers of the displacements of its members, (n, 12).
+        DOF numbers of the members of each group, (n, 12).
     edges
-        Number of the first row of a spring of a joint or support, and how many there are.
+        Number of the first row of a joint spring, and how many joint springs there are.
     loads
-        Displacement that a load works on, and its number among the known, (loads, 2).
+        Displacement on which each load acts, and its right-hand-side parameter, (loads, 2).
     """
 
     def make() -> TermPattern:
@@ -221,12 +224,12 @@ def term_pattern(
 
 
 def term_weight(acting: Mask) -> int:
-    """What the terms of a stack of members weigh."""
+    """Weight in the cache of the terms of a group of members."""
     return _EACH * _pairs_of(acting)
 
 
 def _pairs_of(acting: Mask) -> int:
-    """Terms of a stack of members, about: as if all its springs were deformed by equally many displacements."""
+    """Approximate number of terms of a group: as if all springs were deformed by equally many displacements."""
     count = int(np.count_nonzero(acting))
     if acting.ndim == 4:
         return count
@@ -271,9 +274,9 @@ def _found(
 def _expanded(
     tables: Tables, source: Index, one: Index, other: Index, own: Index, sign: float
 ) -> tuple[NDArray[Any], ...]:
-    """Terms of numbers that join two rows of T, (i, j) standing for (j, i) as well: what a `TermPattern` has of them.
+    """Fields of a `TermPattern` for n numbers that couple two rows of T, (i, j) representing (j, i) as well.
 
-    `own` are the numbers (2, n) of the deformations that each is a share by.
+    `own` are the indices (2, n) of the deformations that multiply each number.
     """
     start, column = tables.start, tables.column
     each = start[other + 1] - start[other]
@@ -293,7 +296,7 @@ def _expanded(
 
 
 def _pairs(acting: Mask) -> tuple[Index, Index, Index, Index]:
-    """Which piece and spring, and which two displacements, the lower first, deform it: of its own entries each pair."""
+    """For each spring, all pairs of displacements that deform it: piece, spring, and the two, the lower first."""
     piece, spring, one = np.nonzero(acting)
     place = np.arange(len(one))
     starts = np.diff(acting.shape[1] * piece + spring, prepend=-1) > 0

@@ -1,4 +1,4 @@
-"""What the displacements of nodes and springs are made of, as arrays: ``u = T q + G s`` row by row."""
+"""The displacements of nodes and springs over the unknowns, ``u = T q + G s``, as arrays of sparse rows."""
 
 from __future__ import annotations
 
@@ -12,17 +12,16 @@ from ..structure.topology import Index
 
 
 class Transformation:
-    """Rows of T and G side by side; springs follow the displacements, and the right-hand-side parameters these, as rows
-    of their own.
+    """Rows of T and G side by side: those of the displacements, then of the springs, then of the parameters themselves.
 
     Parameters
     ----------
     dofs
-        Number of displacements.
+        Number of displacements of nodes.
     nodes
-        Of nodes on edges, what their displacements are made of, six rows each.
+        By number of a node on edges, the six rows of its displacements.
     springs
-        What the displacements of the springs are made of.
+        Rows of the displacements of the joint springs.
     unknown
         Numbers of the unknowns.
     parameters
@@ -31,13 +30,13 @@ class Transformation:
     Attributes
     ----------
     start
-        Where each row starts, and at last where they end, (rows + 1,).
+        Index at which each row starts, and at last where they end, (rows + 1,).
     column
-        Places of the unknowns; of a right-hand-side parameter the number of unknowns plus its own.
+        Place of the unknown of each entry; for right-hand-side parameter s the number of unknowns plus s.
     share
-        Factors, 1 where they vary over the batch.
+        Constant factor of each entry, 1 where the factor varies over the batch.
     varying
-        Numbers of `factors` by which a share is multiplied as well; -1 for none.
+        Index in `factors` of the varying factor of each entry; -1 for none.
     factors
         Factors that vary over the batch.
     size, known
@@ -66,7 +65,7 @@ class Transformation:
         self.varying: Index = np.concatenate([np.full(len(own), -1), numbers, np.full(parameters, -1)])[order]
 
     def _combined(self, rows: list[tuple[int, Row]], unknown: Index) -> tuple[Index, Index, NDArray[np.float64], Index]:
-        """Row, column, factor and number of the varying factor of all that combinations are made of."""
+        """Row, column, constant factor and index of the varying factor of all entries of some rows."""
         at, columns, shares, numbers = [], [], [], []
         for row, combination in rows:
             for key, value in combination.items():
@@ -85,7 +84,7 @@ class Transformation:
 
 
 def expanded(start: Index, rows: Index) -> tuple[Index, Index]:
-    """All that some rows are made of: which of `rows` it belongs to, and its place in `column` and `share`.
+    """The entries of some rows: for each the index of its row in `rows`, and its index in `column` and `share`.
 
     `start` is that of `Transformation`.
     """

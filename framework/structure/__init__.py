@@ -1,1 +1,1 @@
-"""A description made into numbers: stacks of members, joint-relative coordinates, matrices."""
+"""From a description to equations: numbering, stacks of members, joint-relative coordinates, stiffness and loads."""

@@ -18,7 +18,7 @@ from .parts import Grid, Matrix, RightHandSideParameters, Row, Value, add, enter
 from .topology import Group, Index, Topology
 from .varying import Varying
 
-# Batch entries whose loads on members are computed together.
+# Loads on members are computed for this many batch entries at a time.
 _SLICE = 2**13
 
 
@@ -29,9 +29,9 @@ def stiffness_entries(
     varying: Varying,
     known: Mapping[Group, NDArray[Any]] = MappingProxyType({}),
 ) -> Matrix:
-    """Parts of the stiffness of members by pair of DOF numbers, those in chains condensed to their ends.
+    """Parts of the stiffness of members by pair of DOF numbers, chains being condensed to their ends.
 
-    Of the `varying` ones only the place. The stiffness of some may be `known`.
+    Entries of `varying` members are left empty. The stiffness of some groups may be `known`, (n, ..., 12, 12).
     """
     matrix: Matrix = {}
     for entry in varying.entries:
@@ -65,8 +65,10 @@ def _stacks(
 
 
 def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -> Forces:
-    """By DOF and right-hand-side parameter: parts of the load for a unit of it; loads on members as equivalent nodal
-    loads."""
+    """By DOF and right-hand-side parameter: parts of the load per unit of the parameter.
+
+    Loads on members are included as equivalent nodal loads.
+    """
     forces: Forces = {}
     grid = rhs_parameters.grid
 
@@ -93,7 +95,7 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
 
 
 def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
-    """Weight of masses and loads on members, by DOF, in the nodes' axes; some of them may be zero."""
+    """DOF and value of the weights of masses and of equivalent nodal loads, in the nodes' axes; values may be zero."""
     frame = topology.frame
     if frame.weight is None and not frame.member_loads and not topology.strained:
         return
@@ -104,7 +106,7 @@ def member_and_mass_loads(topology: Topology, grid: Grid) -> Iterator[tuple[int,
 
 
 def _member_shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
-    """Loads on members by DOF, gathered slice by slice of the batch: on the way they take many times the memory."""
+    """Equivalent nodal loads by DOF, computed slice by slice of the batch, to keep intermediate arrays small."""
     if math.prod(topology.loaded_shape) <= _SLICE:
         yield from _shares(topology, grid)
         return
@@ -135,7 +137,7 @@ def _shares(topology: Topology, grid: Grid) -> Iterator[tuple[int, Value]]:
 
 
 def _in_node(topology: Topology, node: int, vector: Array) -> Array:
-    """A global vector (..., 6) in the axes of a node."""
+    """A global force and moment (..., 6) in the axes of a node."""
     axes = topology.axes(node)
     aligned_vector = aligned(vector, len(topology.frame.shape), 1)
     return aligned_vector if axes is None else rotated(np.swapaxes(axes, -1, -2), aligned_vector)
@@ -178,7 +180,7 @@ def offset_weights(topology: Topology) -> Iterator[tuple[int, Array, Array]]:
 
 
 def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
-    """Equivalent end forces of the loads on members: group, positions in it (n,), local stack (n, ..., 12)."""
+    """Equivalent end forces of loads on members: group, positions in it (n,), and forces in local axes (n, ..., 12)."""
     frame = topology.frame
     for group in topology.groups:
         everywhere = np.arange(len(group.pieces))

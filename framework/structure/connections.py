@@ -1,4 +1,4 @@
-"""Joints, ties and supports as what displacements are made of; of frames on supports alone, by what these hold."""
+"""The connections of a frame by joints, ties and supports, cached for frames that have supports alone."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ TreeEdge: TypeAlias = Branch[Edge, int]
 
 
 class Connections(NamedTuple):
-    """What a joint tree is made of, and no number of the batch where supports hold nodes at zero and that is all.
+    """The parts of a joint tree; free of numbers of the batch if the frame has only supports at zero.
 
     Attributes
     ----------
     edges
         Joints, rigid links, ties and supports.
     branches
-        Those of the tree, parents before children.
+        Edges of the tree, parents before children.
     rows
-        For each node on an edge: six rows over the unknowns and the right-hand-side parameters.
+        For each node on an edge: the rows of its six displacements over unknowns and right-hand-side parameters.
     springs
-        Rows of the springs.
+        Rows of the joint springs.
     """
 
     edges: list[Edge]
@@ -35,7 +35,7 @@ class Connections(NamedTuple):
 
 
 def of_supports(topology: Topology) -> tuple[object, ...] | None:
-    """What the connections of a frame follow from that has members and supports at zero alone; None of other frames.
+    """Key of the connections of a frame that has only members and supports at zero; None for other frames.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Ideal components of edges that close a loop: dependent unknowns, eliminated exactly and without penalty."""
+"""Constraints by ideal joints that close a loop: exact elimination of dependent unknowns, without penalty stiffness."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["Constraint", "Contradiction", "Elimination", "eliminate"]
 
 
 class Contradiction(FrameError):
-    """What is imposed on loops of ideal joints fits no motion at some `entries`, (...)."""
+    """Imposed displacements in loops of ideal joints contradict each other at some `entries`, a mask (...)."""
 
     def __init__(self, text: str, entries: NDArray[np.bool_]) -> None:
         super().__init__(text)
@@ -28,25 +28,26 @@ class Contradiction(FrameError):
 
 @dataclass
 class Elimination:
-    """Dependent unknowns as combinations of the free ones.
+    """Dependent unknowns as linear combinations of the free ones.
 
-    Where a loop determines other unknowns at some batch entries than at others, `rows` has all of them, each over the
-    unknowns that are left; one that is left may have a row, too, as it stands for another where it is determined.
+    Where a loop makes other unknowns dependent at some batch entries than at others, `rows` holds all of them, over the
+    remaining unknowns. A remaining unknown may have a row, too: where it is dependent, it represents another unknown
+    that is free there.
 
     Attributes
     ----------
     rows
-        By unknown that is dependent at some entry: its row over the free unknowns and the right-hand-side parameters.
+        For each unknown that is dependent at some entry: its row over free unknowns and right-hand-side parameters.
     sources
-        By the same: the combination of the given constraints that determines it.
+        For each of these unknowns: the combination of the given constraints that determines it.
     given
         The constraints.
     idle
-        By unknown that is left, one at entries at which it stands for nothing, as the loop determines more there, and
-        zero at the others.
+        For each remaining unknown: one at entries at which it represents no displacement, because the loop has fewer
+        free unknowns there, and zero at the others.
     self_stresses
-        By number of a constraint that follows from others: the combination of them that is zero, forces that need no
-        load; zero at entries at which it follows from none.
+        By number of a redundant constraint: the combination of constraints that vanishes, which is a state of
+        self-stress; zero at entries at which the constraint is not redundant.
     """
 
     rows: dict[int, Row] = field(default_factory=dict)
@@ -57,12 +58,12 @@ class Elimination:
 
     @property
     def count(self) -> int:
-        """Number of unknowns that all entries have less."""
+        """Number of unknowns that are eliminated at all entries."""
         kept = {key for row in self.rows.values() for key in row}
         return len(self.rows.keys() - kept)
 
     def substituted(self, row: Row) -> Row:
-        """`row` over the free unknowns only."""
+        """`row` with dependent unknowns replaced by free ones."""
         if not any(key in self.rows for key in row):
             return row
         new: Row = {}
@@ -74,7 +75,7 @@ class Elimination:
 def eliminate(
     rhs_parameters: RightHandSideParameters, given: list[Constraint], absent: NDArray[np.bool_] | None
 ) -> Elimination:
-    """Solve constraints for unknowns, by one choice of these for all batch entries where one suits all.
+    """Solve constraints for dependent unknowns, the same for all batch entries where possible.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def eliminate(
 
 
 def _gap(rhs_parameters: RightHandSideParameters, row: Row) -> Array:
-    """What is imposed on a constraint beyond what follows from the others, (...); zero where that is rounding."""
+    """Contradiction of a redundant constraint, (...): its imposed value less that by the others; zero if rounding."""
     known = [np.asarray(product(value, rhs_parameters.values[-1 - key])) for key, value in row.items() if key < 0]
     if not known:
         return np.zeros(())

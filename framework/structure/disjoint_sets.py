@@ -1,4 +1,4 @@
-"""Sets of things that are joined two by two."""
+"""Disjoint sets (union-find), each known by its least member."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ Thing = TypeVar("Thing", int, str)
 
 
 class DisjointSets(Generic[Thing]):
-    """Sets, each known by the least of its members (Tarjan, J. ACM 22 (1975) 215-225); what was not joined is alone."""
+    """Disjoint sets, each known by its least member (Tarjan, J. ACM 22 (1975) 215-225).
+
+    A member that was never joined is a set of its own.
+    """
 
     def __init__(self) -> None:
         self._above: dict[Thing, Thing] = {}
 
     def find(self, member: Thing) -> Thing:
-        """The least member of the set that something is in."""
+        """The least member of the set that contains `member`."""
         above = self._above
         while (nearer := above.get(member, member)) != member:
             above[member] = above.get(nearer, nearer)
@@ -23,7 +26,7 @@ class DisjointSets(Generic[Thing]):
         return member
 
     def join(self, one: Thing, other: Thing) -> bool:
-        """Make one set of those that two are in; False where they are in one."""
+        """Join the sets of two members; False if they are in the same set already."""
         a, b = self.find(one), self.find(other)
         if a == b:
             return False
@@ -32,13 +35,13 @@ class DisjointSets(Generic[Thing]):
 
 
 def joining(pairs: Iterable[tuple[Thing, Thing]]) -> list[bool]:
-    """Of each pair whether it joins two sets; False where that closes a loop."""
+    """For each pair in turn, whether it joins two sets; False where it closes a loop."""
     sets = DisjointSets[Thing]()
     return [sets.join(one, other) for one, other in pairs]
 
 
 def least_of_sets(members: Iterable[Thing], pairs: Iterable[tuple[Thing, Thing]]) -> dict[Thing, Thing]:
-    """By member the least of those with which pairs join it."""
+    """For each member the least member of its set, after joining all pairs."""
     sets = DisjointSets[Thing]()
     for one, other in pairs:
         sets.join(one, other)

@@ -1,4 +1,4 @@
-"""What joints, rigid links, ties and supports are alike: springs and constrained components between two nodes."""
+"""The common form of joints, rigid links, ties and supports: springs and constraints between two nodes."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ ALONG, ABOUT = 2, 5
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """Connection between two nodes (or the ground): six springs from 0 to inf between them.
+    """Connection between two nodes, or a node and the ground, by six springs from 0 to inf.
 
     Attributes
     ----------
     name
-        The joint, or the node supported; None for ties.
+        Name of the joint, or of the supported node; None for ties and rigid links.
     kind
-        ``joint``, ``support``, ``rigid`` or ``tie``; ``closure`` between the end of a joint that is in the tree of some
-        entries only, and the node there.
+        ``joint``, ``support``, ``rigid`` or ``tie``; ``closure`` for the connection between a node and the end of a
+        joint that is in the joint tree at some batch entries only.
     first, second
         Node numbers, GROUND for the ground.
     ideal
-        Components that are constrained.
+        Indices of the constrained components.
     stiffness
-        By component, 0.0 where there is no spring.
+        Stiffness of the six springs, 0.0 where there is none or the component is ideal.
     axes
-        (..., 3, 3) as columns, None for the global ones.
+        Axes of the springs as columns in global components, (..., 3, 3); None for the global axes.
     offset
-        Imposed relative displacement by component, over the right-hand-side parameters.
+        Imposed relative displacement, for each component a row over the right-hand-side parameters.
     pitch
-        Advance along z per radian about z.
+        Advance along z per radian about z, length.
     """
 
     name: str | None
@@ -54,12 +54,12 @@ class Edge:
 
     @property
     def strength(self) -> tuple[int, float]:
-        """Sorts what had better be in the tree: most ideal components, then the stiffest."""
+        """Rank for the choice of the joint tree: number of ideal components, then largest stiffness."""
         return len(self.ideal), max(k if isinstance(k, float) else float(np.max(k)) for k in self.stiffness)
 
     @property
     def stiffest(self) -> Value:
-        """Stiffness of its stiffest spring, at each batch entry."""
+        """Stiffness of the stiffest spring at each batch entry."""
         out: Value = max((k for k in self.stiffness if not isinstance(k, np.ndarray)), default=0.0)
         for k in self.stiffness:
             out = np.maximum(out, k) if isinstance(k, np.ndarray) else out
@@ -67,12 +67,12 @@ class Edge:
 
     @property
     def softest(self) -> NDArray[np.bool_]:
-        """Components of rotation that turn first, (3,): those of the softest springs."""
+        """Which of the rotations rx, ry, rz have the softest springs, (3,)."""
         most = [np.inf if k in self.ideal else float(np.max(self.stiffness[k])) for k in (3, 4, 5)]
         return np.array([value == min(most) for value in most])
 
     def elastic(self, moved: list[Row]) -> list[Row]:
-        """What of the relative displacement `moved` is neither imposed nor the advance of a screw."""
+        """Rows of the displacement on which the springs act: `moved` less the offset and the advance of a screw."""
         out = [dict(row) for row in moved]
         for row, offset in zip(out, self.offset, strict=True):
             add_row(row, offset, -1.0)
@@ -81,22 +81,22 @@ class Edge:
 
 
 def strengths(edges: Iterable[Edge]) -> list[tuple[int, float]]:
-    """What sorts them, see `Edge.strength`."""
+    """The rank of each edge, see `Edge.strength`."""
     return [edge.strength for edge in edges]
 
 
 def preference(ends: list[tuple[int, int]], strengths: Iterable[tuple[int, float]]) -> list[int]:
-    """Places of edges in order of preference for the tree: the strongest first of those that connect one set of nodes.
+    """Indices of edges in order of preference for the joint tree: set by set of connected nodes, the strongest first.
 
-    Between edges of different sets, which the ground alone connects, the tree has no choice: which of them is stronger
-    does not matter, and frames that differ in nothing else are solved alike.
+    Edges of different sets, which only the ground connects, never compete for a place in the tree. Which of them is
+    stronger then does not change the order, so that frames that differ only in that share a program.
 
     Parameters
     ----------
     ends
         First and second node of each edge.
     strengths
-        Of each edge, see `Edge.strength`.
+        Rank of each edge, see `Edge.strength`.
     """
     apart = [pair for pair in ends if min(pair) != GROUND]
     least = least_of_sets([max(pair) for pair in ends], apart)

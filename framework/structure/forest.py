@@ -1,4 +1,4 @@
-"""Spanning forests: which edges carry what they join from the ground, and which close loops."""
+"""Spanning forests of a graph, rooted at the ground, and the edges that close loops."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Joined = TypeVar("Joined", bound="Joins[Any]")
 
 
 class Joins(Protocol[End_co]):
-    """What joins two things: an edge two nodes, a joint two links."""
+    """A connection of two things: an edge between two nodes, or a joint between two links."""
 
     @property
     def first(self) -> End_co:
@@ -29,7 +29,7 @@ class Joins(Protocol[End_co]):
 
 @dataclass(frozen=True)
 class Branch(Generic[Link, End]):
-    """An edge of a tree, seen from `child` to `parent`; `sign` is 1 where the child is its second end, otherwise -1."""
+    """An edge of a tree between `parent` and `child`; `sign` is 1 if the child is the edge's second end, else -1."""
 
     edge: Link
     parent: End
@@ -43,7 +43,7 @@ class Branch(Generic[Link, End]):
 
 
 def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
-    """Spanning forest by Kruskal's rule, of the first edges where there is a choice, and the edges left over."""
+    """Spanning forest by Kruskal's algorithm, preferring earlier edges; and the remaining edges, which close loops."""
     edges = list(edges)
     joins = joining([(edge.first, edge.second) for edge in edges])
     each = list(zip(edges, joins, strict=True))
@@ -51,9 +51,9 @@ def spanning(edges: Iterable[Joined]) -> tuple[list[Joined], list[Joined]]:
 
 
 def rooted(edges: Iterable[Joined], ground: End, roots: Iterable[End] = ()) -> list[Branch[Joined, End]]:
-    """Edges as branches from the ground and other roots on, those given first, the nearest first.
+    """Branches in breadth-first order from the ground, the given roots and further roots.
 
-    Edges that would close a loop are left out, so that each end is as near to its root as can be.
+    Edges that would close a loop are left out, so that each end is as near to its root as possible.
     """
     at: dict[End, list[Joined]] = {ground: [], **{root: [] for root in roots}}
     for edge in edges:

@@ -1,4 +1,4 @@
-"""Gauss-Jordan elimination of the constraints of loops, over such batch entries as one choice of pivots suits."""
+"""Gauss-Jordan elimination of loop constraints, with one choice of pivots for as many batch entries as possible."""
 
 from __future__ import annotations
 
@@ -13,31 +13,31 @@ from ..entries import Entries
 from .edge import Edge
 from .parts import Row, Value, add_row, product, unknowns
 
-# A coefficient smaller than this share of what such coefficients are made of is rounding.
+# A scaled coefficient smaller than this is rounding.
 ROUNDING = 1e-11
-# A pivot may be this share of the largest coefficient of an entry: as much is lost of the digits there. First for one
-# choice for all entries, then for that of parts of them. Of pivots that are one but for rounding the first is taken, so
-# that an entry alone makes the choice that it makes beside others.
+# Least ratio of a pivot to the largest coefficient of a batch entry, which bounds the loss of digits: SUITS for one
+# choice for all entries, SUITS_WELL for parts of them. Coefficients that agree within ALONE count as equal, and the
+# first of them is taken, so that an entry makes the same choice alone as in a batch.
 SUITS, SUITS_WELL, ALONE = 1e-3, 0.3, 1.0 - 1e-9
 
 Mask = NDArray[np.bool_]
-# A constraint, the unknown to solve it for, and entries that this suits.
+# Number of a constraint, the unknown to solve it for, and a mask of the entries at which that is a good pivot.
 Choice = tuple[int, int, Mask]
 _EVERYWHERE = np.ones((), dtype=bool)
 
 
 @dataclass
 class Constraint:
-    """``row = 0``, from one component of an edge.
+    """The equation ``row = 0`` of one ideal component of an edge that closes a loop.
 
     Attributes
     ----------
     row
-        Over the unknowns and the right-hand-side parameters.
+        Row over unknowns and right-hand-side parameters.
     edge, component
-        Where it comes from.
+        The edge and the index of its component.
     size
-        Length that arms in the frame are made of.
+        Size of the frame, by which coefficients of rotations are scaled.
     """
 
     row: Row
@@ -46,7 +46,7 @@ class Constraint:
     size: float
 
     def scaled(self, key: int, value: Value) -> Value:
-        """A coefficient in units of what it is made of: direction cosines, or arms where a rotation displaces."""
+        """A coefficient made dimensionless: that of a displacement by a rotation, an arm, is divided by `size`."""
         return value / self.size if self.component < 3 and key % 6 >= 3 else value
 
 
@@ -57,13 +57,13 @@ class Reduced:
     Attributes
     ----------
     rows
-        By dependent unknown: its row over the free unknowns and the right-hand-side parameters.
+        For each dependent unknown: its row over free unknowns and right-hand-side parameters.
     sources
-        By dependent unknown: the combination of the given constraints that determines it.
+        For each dependent unknown: the combination of the given constraints that determines it.
     left
-        By the number of a constraint that follows from the others: what these leave of it.
+        By number of a redundant constraint: what remains of its row after elimination.
     self_stresses
-        By the same: the combination of the given constraints that is zero, forces that need no load.
+        By number of a redundant constraint: the combination of constraints that vanishes, a state of self-stress.
     """
 
     rows: dict[int, Row] = field(default_factory=dict)
@@ -73,24 +73,24 @@ class Reduced:
 
 
 def reduced(given: dict[int, Constraint], entries: Entries, share: float = SUITS) -> Reduced | Mask:
-    """Solve constraints, at each turn the one with the largest coefficient left, for that.
+    """Solve constraints, in each step the one with the largest coefficient, for the unknown of that coefficient.
 
-    A coefficient counts by its least size over the entries. Constraints go in the order of their pivots, so that nearly
-    dependent ones come last and spoil no others.
+    The size of a coefficient is its least over the entries. Nearly dependent constraints have small pivots and come
+    last, so that they do not spoil the others.
 
     Parameters
     ----------
     given
         The constraints by number.
     entries
-        At which of the batch.
+        The batch entries to consider.
     share
-        How small a pivot may be beside the largest coefficient of an entry; one for the choice of the entry alone.
+        Least ratio of a pivot to the largest coefficient of an entry; `ALONE` for the choice of each entry alone.
 
     Returns
     -------
     Reduced or ndarray
-        Where no pivot suits all entries, which of them one suits well.
+        The solved constraints; or, where no pivot suits all entries, a mask of entries that one pivot suits well.
     """
     out = Reduced()
     waiting = {index: _Waiting(each, _at(each.row, entries), {index: 1.0}) for index, each in given.items()}
@@ -117,21 +117,21 @@ def reduced(given: dict[int, Constraint], entries: Entries, share: float = SUITS
 
 
 class _Waiting:
-    """A constraint that is yet to be solved, with the others put into it, and what it may best be solved for."""
+    """A constraint that is not yet solved, the solved ones being substituted, and the best unknown to solve it for."""
 
     def __init__(self, constraint: Constraint, row: Row, source: Row) -> None:
         self.constraint, self.row, self.source = constraint, row, source
         self.look()
 
     def look(self) -> None:
-        """Find the largest coefficient."""
+        """Find the largest coefficient and its unknown."""
         least = {key: float(np.min(size)) for key, size in self.sizes.items()}
         self.size = max(least.values(), default=0.0)
         self.pivot = min((key for key, size in least.items() if size >= ALONE * self.size), default=None)
 
     @property
     def sizes(self) -> Row:
-        """Sizes of the coefficients of unknowns, scaled."""
+        """Absolute values of the scaled coefficients of unknowns."""
         return {key: np.abs(self.constraint.scaled(key, self.row[key])) for key in unknowns(self.row)}
 
 
@@ -140,8 +140,7 @@ def _at(row: Row, entries: Entries) -> Row:
 
 
 def _pivot(waiting: dict[int, _Waiting], share: float) -> tuple[int, int | None, Mask]:
-    """Constraint to go next, the unknown to solve it for (None where all that is left is rounding), and entries that it
-    suits."""
+    """The next constraint, the unknown to solve it for (None if only rounding is left), and the entries it suits."""
     most = max(each.size for each in waiting.values())
     index, first = next((index, each) for index, each in waiting.items() if each.size >= ALONE * most)
     if first.pivot is not None and first.size >= share != ALONE:
@@ -160,7 +159,7 @@ def _pivot(waiting: dict[int, _Waiting], share: float) -> tuple[int, int | None,
 
 
 def _first(choices: list[Choice]) -> Iterator[Choice]:
-    """Each choice at the entries that it is the first to suit."""
+    """The choices, each restricted to the entries that no earlier one suits."""
     taken: Mask = np.zeros((), dtype=bool)
     for index, key, suited in choices:
         yield index, key, suited & ~taken
@@ -168,12 +167,12 @@ def _first(choices: list[Choice]) -> Iterator[Choice]:
 
 
 def _suited(size: Value, largest: Array, share: float) -> Mask:
-    """Entries at which a coefficient is as good a pivot as any but for a share, of the shape of `largest`."""
+    """Entries at which a coefficient is at least `share` of the largest, of the shape of `largest`."""
     return np.asarray((size >= share * largest) & (largest > ROUNDING))
 
 
 def _substitute(row: Row, source: Row, pivot: int, new: Row, combination: Row) -> bool:
-    """Put ``pivot = new`` into a row; whether the row had it."""
+    """Substitute ``pivot = new`` in a row; whether the row contained the pivot."""
     if pivot not in row:
         return False
     factor = row.pop(pivot)

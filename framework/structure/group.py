@@ -1,4 +1,7 @@
-"""Pieces of equal kind as one stack: their axes, and their matrices in the axes of their nodes."""
+"""A group of similar members, evaluated as one stack: their axes, springs and matrices.
+
+A piece is a whole member, or one of its segments where members are divided.
+"""
 
 from __future__ import annotations
 
@@ -19,30 +22,30 @@ from .parts import Extended, Grid
 
 Index = NDArray[np.int64]
 
-# Stiffness matrices up to which a stack is summed in extended precision.
+# Stacks of up to this many stiffness matrices are summed in extended precision.
 _EXTENDED = 4096
 ALL = slice(None)
-# Stiffness matrices up to which it takes longer to skip what is zero than to rotate it.
+# Up to this many matrices it is faster to rotate all entries than to skip those that are zero.
 _TOGETHER = 128
-# Share of what a deformation is made of that a rigid motion surely makes of it, and no rounding.
+# A deformation by a rigid motion that exceeds this share of the sum of its terms' magnitudes is not rounding.
 _PLAIN = 1e-6
-# Members times batch entries up to which their springs are kept.
+# The springs of a group are kept for up to this number of members times batch entries.
 _KEPT = 2**14
-# Batch entries of which springs are looked at together.
+# Springs are examined for this many batch entries at a time.
 _SOME = 2**13
 
 
 def resists_rigid(stiffness: NDArray[Any], rows: NDArray[Any], length: NDArray[Any], share: float) -> bool:
-    """Whether any rigid motion of members deforms a spring, by more than a share of what its deformation is made of.
+    """Whether any rigid motion of members deforms a spring by more than rounding.
 
     Parameters
     ----------
     stiffness, rows
-        Springs (..., n) and deformations (..., n, 12) of members in local axes.
+        Spring stiffnesses (..., n) and deformations per unit end displacement (..., n, 12) in local axes.
     length
-        Their lengths (...).
+        Lengths of the members (...).
     share
-        What of the deformation is rounding.
+        A deformation up to this share of the sum of its terms' magnitudes is rounding.
     """
     acts = (stiffness != 0.0).reshape(-1, stiffness.shape[-1]).any(axis=0)
     start, end = rows[..., acts, :6], rows[..., acts, 6:]
@@ -58,24 +61,24 @@ def resists_rigid(stiffness: NDArray[Any], rows: NDArray[Any], length: NDArray[A
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Pieces of equal kind as one stack; what follows from their chords is computed when it is asked for.
+    """A stack of n pieces with similar elements; properties are computed when they are first read.
 
     Attributes
     ----------
     element
-        Stands for them all; where they differ in their numbers, these are arrays (n, ...).
+        One element for all pieces; where pieces differ in numbers, its parameters are arrays (n, ...).
     pieces
-        Their numbers (n,).
+        Numbers of the pieces, (n,).
     dofs
-        Their DOF numbers (n, 12).
+        DOF numbers of the pieces, (n, 12).
     chord
-        From start to end of their members (n, ..., 3), in the axes of `body` where both nodes are on one.
+        Vectors from start to end of the whole members, (n, ..., 3), in the axes of `body` if both nodes are on one.
     counts
-        Number of pieces of their members, (n, 1...).
+        Numbers of pieces of the members, (n, 1...).
     axes
-        Axes of their start and end nodes as columns (..., 3, 3) in those of the chord, None where these are the same.
+        Axes of the start and end nodes as columns (..., 3, 3), in those of the chord; None where they are the same.
     body
-        Axes of their body as columns (..., 3, 3), None where there is none.
+        Axes of the body that carries both nodes, as columns (..., 3, 3); None where there is none.
     """
 
     element: LineElement
@@ -88,27 +91,29 @@ class Group:
 
     @cached_property
     def rows(self) -> Array:
-        """The local axes as rows (n, ..., 3, 3), in those of the chord."""
+        """Local axes as rows (n, ..., 3, 3), in the axes of the chord."""
         return self.element.axes(self.chord)
 
     @cached_property
     def length(self) -> Array:
-        """Their lengths (n, ...)."""
-        # as np.linalg.norm has it, without its overhead, and in a third of the time of a sum along an axis of three
+        """Lengths of the pieces, (n, ...)."""
+        # equals np.linalg.norm, in a third of the time
         square = self.chord * self.chord
         length: Array = np.sqrt(square[..., 0] + square[..., 1] + square[..., 2]) / self.counts
         return length
 
     @cached_property
     def springs(self) -> tuple[Array, Array] | None:
-        """Stiffness of the springs (n, ..., springs) and deformations (n, ..., springs, 12) by displacements in local
-        axes, each at the batch shape that it varies over; None where that is too much to be kept."""
+        """Spring stiffnesses (n, ..., springs) and deformations (n, ..., springs, 12) per unit local end displacement.
+
+        Each has the batch shape over which it varies; None where the arrays are too large to be kept.
+        """
         entries = math.prod(_widened(self.chord.shape[1:-1], self.shape))
         return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
 
     @cached_property
     def spring_stiffness(self) -> Array | None:
-        """The first of `springs`, which does not take the second."""
+        """Spring stiffnesses as in `springs`, computed without the deformations."""
         if "springs" in vars(self):
             return None if self.springs is None else self.springs[0]
         entries = math.prod(_widened(self.chord.shape[1:-1], self.shape))
@@ -116,40 +121,40 @@ class Group:
 
     @cached_property
     def end_axes(self) -> tuple[Array, Array]:
-        """For start and end: the local axes as rows (n, ..., 3, 3) in the axes of that node."""
+        """Local axes as rows, in the axes of the start node and in those of the end node, (n, ..., 3, 3) each."""
         start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]
         return start, end
 
     @property
     def nodes(self) -> Index:
-        """Node numbers of their ends (n, 2)."""
+        """Node numbers of the ends, (n, 2)."""
         return self.dofs[:, ::6] // 6
 
     @cached_property
     def local_axes(self) -> Array:
-        """The local axes as rows (n, ..., 3, 3) in global axes."""
+        """Local axes as rows (n, ..., 3, 3), in global axes."""
         return self.rows if self.body is None else self.rows @ np.swapaxes(self.body, -1, -2)
 
     def local(self, position: int, nodal: Array) -> Array:
-        """Displacements (..., 12) of the nodes of one piece, in their axes, as local ones."""
+        """Displacements (..., 12) of the nodes of one piece, given in the nodes' axes, in local axes."""
         start, end = (
             rotated(turn[position], part) for turn, part in zip(self.end_axes, np.split(nodal, 2, -1), strict=True)
         )
         return np.concatenate([start, end], axis=-1)
 
     def nodal(self, positions: Index, local: Array) -> Array:
-        """Local forces (n, ..., 12) of some pieces in the axes of their nodes."""
+        """Forces (n, ..., 12) on the ends of some pieces, given in local axes, in the axes of the nodes."""
         ends = zip(self.end_axes, np.split(local, 2, -1), strict=True)
         return np.concatenate([rotated(np.swapaxes(turn[positions], -1, -2), part) for turn, part in ends], axis=-1)
 
     @property
     def stacked(self) -> bool:
-        """Whether parameters of the element have an axis for the pieces."""
+        """Whether parameters of the element have a leading axis for the pieces."""
         return len(self.element.shape) > self.chord.ndim - 2
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Batch shape of the elements' own parameters."""
+        """Batch shape of the elements' parameters, without the axis for the pieces."""
         return self.element.shape[1:] if self.stacked else self.element.shape
 
     def of(self, at: int | slice | Index) -> LineElement:
@@ -166,9 +171,9 @@ class Group:
         return _widened(self.chord.shape[1:-1], *rotated, self.shape)
 
     def in_node_axes(self, local: Array, end_axes: tuple[Array, Array] | None = None) -> Array:
-        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping what is zero.
+        """Symmetric local matrices (n, ..., 12, 12) in the nodes' axes: ``T^T A T``, skipping zero entries.
 
-        `end_axes` are those of the entries that the matrices are for, of all where None.
+        `end_axes` are the axes at the batch entries of the matrices; None for those of all entries.
         """
         ends = [np.ascontiguousarray(np.moveaxis(turn, (-2, -1), (0, 1))) for turn in end_axes or self.end_axes]
         batch = np.broadcast_shapes(local.shape[:-2], *(turn.shape[2:] for turn in ends))
@@ -187,7 +192,7 @@ class Group:
 
     @cached_property
     def resists(self) -> bool:
-        """Whether its pieces, by the first of them, resist rigid motion: no more than rounding where they do not."""
+        """Whether the pieces resist rigid motion by more than rounding, judged by the first of them."""
         if self.element.balanced is not None:
             return not self.element.balanced
         one, ndim = self.part(slice(0, 1)), self.chord.ndim - 2
@@ -203,16 +208,16 @@ class Group:
 
     @cached_property
     def has_foundation(self) -> bool:
-        """Whether something outside the frame holds its pieces between their ends, as a foundation does."""
+        """Whether something outside the frame supports the pieces between their ends, such as an elastic foundation."""
         return isinstance(self.element, Examined) and self.resists
 
     @property
     def strained(self) -> bool:
-        """Whether its pieces strain without forces, as by heat."""
+        """Whether the pieces have a free strain, such as by heat."""
         return self.element.free_strain(ZERO) is not None
 
     def between(self, chord: Array, element: LineElement | None = None) -> Group:
-        """The same pieces along other chords, and of another element where one is given."""
+        """The same pieces with other chords, and with another element where one is given."""
         own = self.element if element is None else element
         return Group(own, self.pieces, self.dofs, chord, self.counts, self.axes, self.body)
 
@@ -246,23 +251,23 @@ class Group:
         return some.in_node_axes(some.element.mass_matrix(some.length))
 
     def extended_stiffness(self) -> NDArray[Any]:
-        """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision where it is not a large stack.
+        """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision unless the stack is large.
 
-        As a sum of springs on deformations it keeps, to the square of rounding, that a rigid motion costs no energy.
+        As a sum over springs it preserves, to the square of rounding, that a rigid motion costs no energy.
         """
         stiffness, rows = self.element.springs(self.length)
         kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
         rotated: NDArray[Any] = _by_nodes(rows, *self.end_axes).astype(kind)
         weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
         one, other = rotated.mT, weighted.mT
-        # of numbers in extended precision row by row is a third quicker, in the same order
+        # in extended precision products of rows are a third faster, and sum in the same order
         extended = kind is Extended
         out: NDArray[Any] = np.vecdot(one[..., None, :], other[..., None, :, :]) if extended else one @ weighted
         return out
 
 
 def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
-    """Deformations by displacements in the axes of the nodes, from deformations by displacements in local axes.
+    """Deformations per unit displacement in the nodes' axes, from `rows` per unit displacement in local axes.
 
     Both are (..., springs, 12); `start` and `end` hold the local axes as rows, in the axes of the nodes, (..., 3, 3).
     """
@@ -274,7 +279,7 @@ def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
 
 
 def _rotated_together(local: Array, ends: list[Array]) -> Array:
-    """``T^T A T`` of symmetric matrices (..., 12, 12), in the order of `Group.in_node_axes`, what is zero as well.
+    """``T^T A T`` of symmetric matrices (..., 12, 12), summed in the order of `Group.in_node_axes`, zeros included.
 
     `ends` are the rotations of start and end, (3, 3, ...).
     """
@@ -291,7 +296,7 @@ def _rotated_together(local: Array, ends: list[Array]) -> Array:
 
 
 def _thrice(terms: Iterator[Array]) -> Array:
-    """A sum of three terms from zero on, one after the other."""
+    """The sum of three terms, added to zero one after the other."""
     out: Array = 0.0 + next(terms)
     for term in terms:
         out += term
@@ -299,7 +304,7 @@ def _thrice(terms: Iterator[Array]) -> Array:
 
 
 def _widened(whole: tuple[int, ...], *others: tuple[int, ...]) -> tuple[int, ...]:
-    """`np.broadcast_shapes`, which takes longer than the rest where next to nothing varies."""
+    """`numpy.broadcast_shapes`, with fast paths for the usual cases in which little varies."""
     wider = {*others} - {whole, (1,) * len(whole), ()}
     if not wider:
         return whole

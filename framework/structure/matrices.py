@@ -18,14 +18,14 @@ from .topology import Index
 
 
 class Matrices:
-    """T^T K T and T^T M T of ``u = T q + g``.
+    """Sparse matrices ``T^T K T`` and ``T^T M T`` over the n unknowns q of ``u = T q + g``.
 
     Parameters
     ----------
     plan
-        The compiled frame, or what of it does not depend on its loads.
+        The plan of the frame, or its part without loads.
     entry
-        Indices of the batch entry; any where the stiffness does not vary.
+        Indices of the batch entry; of no effect where the stiffness does not vary.
     """
 
     def __init__(self, plan: Plan | Unloaded, entry: tuple[int, ...] = ()) -> None:
@@ -34,12 +34,12 @@ class Matrices:
 
     @cached_property
     def _members(self) -> list[Stack]:
-        """Members with what gives their matrices."""
+        """Node numbers of each group of members, and the function that returns their matrices."""
         return [(group.nodes, group.stiffness) for group in self.plan.topology.groups]
 
     @cached_property
     def stiffness(self) -> scipy.sparse.csr_matrix:
-        """T^T K T and the springs, (n, n)."""
+        """``T^T K T`` of the members, plus the joint springs, (n, n)."""
         members = self.reduced(self._members)
         if not self.plan.tree.springs:
             return members
@@ -48,7 +48,7 @@ class Matrices:
 
     @property
     def springs(self) -> list[float]:
-        """Stiffness of the springs."""
+        """Stiffnesses of the joint springs."""
         return [self.at(spring.stiffness) for spring in self.plan.tree.springs]
 
     @cached_property
@@ -60,7 +60,7 @@ class Matrices:
 
     @cached_property
     def members(self) -> scipy.sparse.csr_matrix:
-        """Stiffness of the members over all DOFs."""
+        """Stiffness of the members over all DOFs, (DOFs, DOFs)."""
         return summed(self._members, np.ones_like(self.plan.graph.free))
 
     @cached_property
@@ -82,7 +82,7 @@ class Matrices:
         return scipy.sparse.coo_matrix((data, where), shape=(count, len(self.unknown))).tocsr()
 
     def global_substitution(self, nodes: list[int]) -> scipy.sparse.csr_matrix:
-        """Displacements of `nodes` in global axes from the unknowns, (6 nodes, n)."""
+        """Matrix from the unknowns to the displacements of `nodes` in global axes, (6 nodes, n)."""
         return self.spread([row for node in nodes for row in self.plan.tree.global_rows(node)])
 
     def spread(self, rows: Sequence[Row]) -> scipy.sparse.csr_matrix:
@@ -99,7 +99,7 @@ class Matrices:
         Parameters
         ----------
         stacks
-            Numbers of the nodes of elements, and what gives their matrices.
+            For each stack the node numbers of its elements, and a function that returns their matrices.
         """
         free = self.plan.graph.free
         if self._free_or_constrained:
@@ -109,18 +109,18 @@ class Matrices:
 
     @cached_property
     def _free_or_constrained(self) -> bool:
-        """Whether each node either moves by unknowns of its own or is constrained."""
+        """Whether each node either has six unknowns of its own or is fully constrained."""
         return bool(6 * self.plan.graph.free.sum() == len(self.unknown))
 
     def gathered(self, nodal: Array) -> Array:
-        """T^T f, (n, load cases), of loads f (DOFs, load cases)."""
+        """``T^T f``, (n, load cases), of loads f (DOFs, load cases)."""
         if self._free_or_constrained:
             return nodal.reshape(-1, 6, nodal.shape[1])[self.plan.graph.free].reshape(-1, nodal.shape[1])
         out: Array = self.substitution.T @ nodal
         return out
 
     def at(self, value: Value) -> float:
-        """A number at the entry."""
+        """The value of a number at the batch entry."""
         if not isinstance(value, np.ndarray):
             return float(value)
         return float(value[tuple(k if n > 1 else 0 for k, n in zip(self.entry, value.shape, strict=True))])

@@ -1,4 +1,4 @@
-"""All that acts on a stretch of a member as point forces that integrate exactly what is asked of them."""
+"""Loads on a stretch of a member as point forces at quadrature points, which give the integrals needed exactly."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
 
-# Numbers that stay in the cache.
+# Size of an array that stays in the processor's cache.
 _CACHE = 2**15
 
 
 def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | None = None) -> PointForces:
-    """Point forces that stand for the weight of pieces.
+    """Point forces that are equivalent to the weight of pieces.
 
     Parameters
     ----------
@@ -56,13 +56,13 @@ def weight_forces(topology: Topology, group: Group, at: Index, upto: Array | Non
 
 
 def together(count: int, size: int) -> Iterator[slice]:
-    """Points of a rule as so many at a time as make arrays of this `size` no larger than the cache."""
+    """Slices of `count` quadrature points, each so short that its arrays of this `size` fit the processor's cache."""
     step = max(1, _CACHE // max(1, size))
     yield from (slice(start, start + step) for start in range(0, count, step))
 
 
 def applied_forces(topology: Topology, group: Group, position: int, upto: Array | None = None) -> PointForces:
-    """Point forces that stand for the line and point loads on one piece; see `weight_forces`."""
+    """Point forces that are equivalent to the line and point loads on one piece; see `weight_forces`."""
     piece = topology.pieces[group.pieces[position]]
     length, local_axes = group.length[position], group.local_axes[position]
     start = length * piece.index
@@ -79,7 +79,7 @@ def applied_forces(topology: Topology, group: Group, position: int, upto: Array 
 
 
 def loads_between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
-    """Point forces that stand for all that acts between the ends of the pieces of a group.
+    """Point forces that are equivalent to all loads between the ends of the pieces of a group.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def loads_between(topology: Topology, group: Group) -> Iterator[tuple[Index, Arr
 
 
 def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
-    """End forces (n, ..., 12), local, that do the work of point forces on pieces."""
+    """End forces in local axes, (n, ..., 12), that are equivalent in work to point forces on pieces."""
     out: Array = np.zeros((*group.length[at].shape, 12))
     for x, force in forces:
         shapes = group.of(at).shape_functions(group.length[at], x)
@@ -112,7 +112,7 @@ def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
 
 
 def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
-    """End forces (n, ..., 12), local, that strain pieces as they do without forces; zero where they do not.
+    """End forces in local axes, (n, ..., 12), that are equivalent to the free strain of pieces, such as by heat.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
     at
         Positions of the pieces in the group (n,).
     sizes
-        Whether the sizes of what is summed are wanted in place of the sum.
+        Whether to sum the magnitudes of the terms, for error bounds.
     """
     length = group.length[at]
     out: Array = np.zeros((*length.shape, 12))

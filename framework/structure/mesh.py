@@ -1,4 +1,4 @@
-"""Nodes and connections as scikit-fem has them: a line mesh in space, and the numbering of its displacements."""
+"""Nodes and connections as a scikit-fem line mesh in space, and the numbering of its displacements."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ Index = NDArray[np.int64]
 
 
 def line_mesh(points: Array, kinds: Mapping[str, Index], names: Mapping[str, Index], nodes: Mapping[str, int]) -> Any:
-    """Connections of several kinds between points as a ``MeshLine1``.
+    """A ``MeshLine1`` of several kinds of connections between points.
 
     Parameters
     ----------
     points
         Positions (n, 3).
     kinds
-        By kind, such as ``beam`` and ``joint``: the numbers of the points that its cells connect, (m, 2). Each is a
-        subdomain.
+        By kind, such as ``beam`` and ``joint``: the numbers of the points that its cells connect, (m, 2). Each kind is
+        a subdomain.
     names
-        Numbers of the cells of more subdomains; one that is called like a kind is left out.
+        Numbers of the cells of further subdomains by name; a name that is also a kind is ignored.
     nodes
-        Points that are boundaries by their names; what no cell touches has none.
+        Numbers of the points that become boundaries, by name; points without a cell are ignored.
     """
     from skfem import MeshLine1
 
@@ -37,14 +37,14 @@ def line_mesh(points: Array, kinds: Mapping[str, Index], names: Mapping[str, Ind
     mesh = MeshLine1(
         np.ascontiguousarray(points.T), np.ascontiguousarray(cells), sort_t=False, validate=False
     ).with_subdomains({**names, **parts})
-    # scikit-fem numbers as facets of a line mesh the points that cells touch
+    # the facets of a line mesh in scikit-fem are the points that belong to a cell
     touched = np.unique(cells)
     places = {name: np.searchsorted(touched, [node]) for name, node in nodes.items() if node in touched}
     return mesh.with_boundaries(places) if places else mesh
 
 
 def numbered(mesh: Any) -> Any:
-    """scikit-fem ``Dofs`` of a line mesh: six a node, ``ux uy uz rx ry rz``."""
+    """scikit-fem ``Dofs`` of a line mesh: ``ux uy uz rx ry rz`` at each node."""
     from skfem import Dofs, ElementLineP1, ElementVector
 
     element = ElementVector(ElementLineP1(), 6)

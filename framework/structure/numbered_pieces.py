@@ -1,4 +1,4 @@
-"""Nodes and pieces of members numbered, and as a scikit-fem mesh."""
+"""Numbering of nodes and of pieces of members, and the scikit-fem mesh of them."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .mesh import line_mesh, numbered
 
 @dataclass(eq=False)
 class NumberedPieces:
-    """Numbered nodes and pieces.
+    """Numbered nodes and pieces; a piece is a whole member or one of its segments.
 
     Attributes
     ----------
     number
         Node number by name; interior nodes of members are named ``member.1``, ``member.2``, ...
     bodies
-        Body of each node.
+        Name of the body of each node; None for global coordinates.
     counts
-        Number of pieces of each member, (members,); those of one member are numbered in a row.
+        Number of pieces of each member, (members,); the pieces of a member have consecutive numbers.
     ends
         Node numbers of all pieces, (pieces, 2).
     """
@@ -39,9 +39,9 @@ class NumberedPieces:
 
     @classmethod
     def of(cls, frame: Description, *, cut: bool) -> Self:
-        """Number the nodes of a frame and, for what needs it, `cut` its members into their segments.
+        """Number the nodes of a frame, and divide members into their segments.
 
-        Statics needs no cut where one piece is exact.
+        With `cut` False members are divided only if a single piece is not exact in statics.
         """
         number = {name: index for index, name in enumerate(frame.nodes)}
         bodies = [node.body for node in frame.nodes.values()]
@@ -71,12 +71,12 @@ class NumberedPieces:
 
     @cached_property
     def _distinct(self) -> tuple[list[int], Index]:
-        """Members that come first with each of the different elements, and which of these each member has."""
+        """The first member with each distinct element, and for each member the index of its element among these."""
         return distinct([member.element for member in self.frame.members.values()])
 
     @cached_property
     def pieces_of(self) -> dict[str, range]:
-        """Piece numbers of each member."""
+        """Range of piece numbers of each member, by name."""
         last = np.cumsum(self.counts)
         ranges = map(range, (last - self.counts).tolist(), last.tolist())
         return dict(zip(self.frame.members, ranges, strict=True))
@@ -89,13 +89,13 @@ class NumberedPieces:
 
     @cached_property
     def plain_positions(self) -> Array | None:
-        """Positions of the described nodes (nodes, 3) where neither a body nor the batch moves them."""
+        """Positions of the described nodes, (nodes, 3); None where one is on a body or varies over the batch."""
         nodes = self.frame.nodes.values()
         plain = [node.coordinates for node in nodes if node.body is None and node.coordinates.ndim == 1]
         return np.concatenate([np.zeros(0), *plain]).reshape(-1, 3) if len(plain) == len(nodes) else None
 
     def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
-        """Chord of each piece's member in a precision, (pieces, 3), where neither a body nor the batch moves nodes."""
+        """Chord of each piece's member in a given precision, (pieces, 3); None where `plain_positions` is None."""
         if self.plain_positions is None:
             return None
         plain = self.plain_positions.astype(kind, copy=False)
@@ -106,7 +106,7 @@ class NumberedPieces:
         return (plain[last] - plain[first])[self.members]
 
     def axes(self, node: int) -> Array | None:
-        """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
+        """Axes of a node as columns in global components, (..., 3, 3); None for the global axes."""
         body = self.bodies[node]
         return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
 
@@ -116,7 +116,7 @@ class NumberedPieces:
 
     @cached_property
     def names(self) -> list[str]:
-        """Names of all nodes, those of the frame first."""
+        """Names of all nodes by number, those of the description first."""
         return list(self.number)
 
     @cached_property
@@ -137,8 +137,8 @@ class NumberedPieces:
         """The first batch entry as a scikit-fem ``MeshLine1``.
 
         Pieces of members, joints and, where there are any, rigid links are its subdomains ``beam``, ``joint`` and
-        ``rigid``; so are each member and joint by its name and, where names do not meet, each body with the members on
-        it. Supported nodes are its boundaries.
+        ``rigid``; so are each member and joint by its name and, unless a member or joint has that name, each body with
+        the members on it. Supported nodes are its boundaries.
         """
         frame, number = self.frame, self.number
         joints = [(number[joint.first], number[joint.second]) for joint in frame.joints.values()]
@@ -153,7 +153,7 @@ class NumberedPieces:
 
     @cached_property
     def numbering(self) -> Any:
-        """scikit-fem ``Dofs`` of the mesh, six named DOFs a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
+        """scikit-fem ``Dofs`` of the mesh, six named ones a node: ``numbering.get_vertex_dofs(...).all(['ux'])``."""
         return numbered(self.mesh)
 
 
@@ -166,11 +166,11 @@ def _shared(start: Node, end: Node) -> str | None:
 
 
 def _sides(frame: Description) -> tuple[list[str], list[str]]:
-    """Start and end nodes of the members."""
+    """Names of the start nodes and of the end nodes of the members."""
     members = frame.members.values()
     return [member.start for member in members], [member.end for member in members]
 
 
 def index_in_member(counts: Index) -> Index:
-    """Which part of its member each piece is."""
+    """Index of each piece within its member, (pieces,), for the numbers of pieces of the members."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

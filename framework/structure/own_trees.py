@@ -1,9 +1,9 @@
-"""Spanning trees of joints for the stiffnesses that each batch entry has.
+"""Joint trees that suit the stiffnesses of each batch entry.
 
-A spring that closes a loop acts on the difference of joint displacements of the tree. Where it is much the stiffer,
-that difference is lost beside them; it had better be a joint displacement itself. Which joint of a loop is stiffest may
-differ from entry to entry: the unknowns of one that an entry had better leave out of its tree then stand there for
-the displacement of one that it takes in its place.
+A spring that closes a loop acts on a difference of joint displacements of the tree. If it is much stiffer than the
+joints of the tree, digits of that difference are lost; its displacement should then be an unknown itself. Which joint
+of a loop is stiffest may differ between batch entries: where an entry's own tree leaves out a joint of the common tree,
+the unknowns of that joint represent the displacement of the joint that replaces it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .parts import RightHandSideParameters, Row, Value, add_row, combine, produc
 from .topology import Topology
 from .tree import Exchanged, JointTree
 
-# A closing spring may be so much stiffer than those of its loop: that share of the digits is lost.
+# A loop-closing spring may be this many times stiffer than those of its loop; the error grows by the same factor.
 _SUITS = 16.0
 _SIX = range(6)
 
@@ -35,9 +35,9 @@ Mask = NDArray[np.bool_]
 def joint_tree(
     topology: Topology, rhs_parameters: RightHandSideParameters, order: Sequence[int] | None = None
 ) -> JointTree:
-    """The tree of joints, rigid links, ties and supports, in which each batch entry has its stiffest as unknowns.
+    """The joint tree of a frame, in which at each batch entry the displacements of the stiffest joints are unknowns.
 
-    The `order` of preference of the first entry's edges may be known.
+    `order` are the indices of the edges in order of preference, if known, see `preference`.
     """
     tree = JointTree.of(topology, rhs_parameters, order)
     chosen, closing = [branch.edge for branch in tree.branches], [edge for edge, _ in tree.closing]
@@ -55,7 +55,7 @@ def joint_tree(
 
 
 def _unsuited(chosen: list[Edge], closing: list[Edge]) -> Mask:
-    """Where a closing spring is much stiffer than one that it could take the place of."""
+    """Mask of the entries at which a loop-closing spring is much stiffer than a tree edge that it could replace."""
     out: Mask = np.zeros((), dtype=bool)
     for edge, along in _loops(chosen, closing):
         stiffness = edge.stiffest
@@ -66,7 +66,7 @@ def _unsuited(chosen: list[Edge], closing: list[Edge]) -> Mask:
 
 
 def _loops(chosen: list[Edge], closing: list[Edge]) -> Iterator[tuple[Edge, list[Edge]]]:
-    """Edges without ideal components that close a loop, and those edges of its tree that are alike."""
+    """Loop-closing edges without ideal components, each with the edges of its loop that have none either."""
     springs = [edge for edge in closing if not edge.ideal]
     if not springs:
         return
@@ -86,7 +86,7 @@ def _way(above: dict[int, Branch[Edge, int]], node: int) -> set[Branch[Edge, int
 
 
 def _spanning_at(entry: tuple[int, ...], chosen: list[Edge], closing: list[Edge]) -> tuple[list[Edge], list[Edge]]:
-    """The tree of one entry and what closes its loops; what has ideal components is in it as it was."""
+    """Edges of the tree that suits one entry, and those that close its loops; edges with ideal components stay."""
 
     def strength(edge: Edge) -> tuple[int, float]:
         stiffness = np.asarray(edge.stiffest)
@@ -101,20 +101,20 @@ def _spanning_at(entry: tuple[int, ...], chosen: list[Edge], closing: list[Edge]
 
 @dataclass
 class _Rows:
-    """Displacements over the unknowns of the batch, at entries that have one tree.
+    """Rows of displacements over the unknowns of the batch, for the entries that have one own tree.
 
     Attributes
     ----------
     batch
-        The tree of the batch.
+        The common tree of the batch.
     own
-        That of the entries, on its own unknowns.
+        The tree of these entries, with unknowns of its own.
     names
-        By these: the unknowns that stand for them.
+        For each unknown of the own tree: the unknown of the batch that represents it.
     taken
-        By edge that the tree of the batch has not: the node the unknowns of which stand for its own.
+        For each edge that is only in the own tree: the node whose unknowns represent the displacement of the edge.
     where
-        One at the entries and zero at the others.
+        One at these entries and zero at the others, (...).
     """
 
     batch: JointTree
@@ -125,7 +125,7 @@ class _Rows:
 
     @classmethod
     def of(cls, batch: JointTree, chosen: list[Edge], closing: list[Edge], where: Array) -> _Rows:
-        """Express all nodes by a tree of its own."""
+        """Rows by the own tree of the `chosen` edges, which the `closing` edges complete to loops."""
         own = JointTree(batch.topology, batch.grid, batch.rhs_parameters, batch.edges)
         children = {branch.child for branch in batch.branches}
         roots = dict.fromkeys(branch.parent for branch in batch.branches if branch.parent not in children)
@@ -133,25 +133,25 @@ class _Rows:
         return cls(batch, own, *_names(batch, own), where)
 
     def of_node(self, node: int, component: int) -> Row:
-        """Displacement of a node."""
+        """Row of a displacement component of a node, in the node's axes."""
         return self._named(self.own.rows[node][component])
 
     def between(self, edge: Edge) -> list[Row]:
-        """Relative displacement of an edge that closes a loop in the tree of the batch."""
+        """Rows of the relative displacement of an edge that closes a loop in the common tree."""
         branch = self.branches.get(edge)
         if branch is None:
             return [self._named(row) for row in self._closing[edge]]
         return [self._named(self.own.joint_row(branch, k)) for k in _SIX]
 
     def elastic(self, edge: Edge) -> list[Row]:
-        """The same without what is imposed, of any edge."""
+        """Rows of the elastic displacement of any edge, that is without offset and advance of a screw."""
         branch = self.branches.get(edge)
         if branch is None:
             return [self._named(row) for row in edge.elastic(self._closing[edge])]
         return [{} if k in edge.ideal else self._named({6 * branch.child + k: 1.0}) for k in _SIX]
 
     def raw(self, edge: Edge) -> list[Row]:
-        """The same over unknowns of which some are dependent."""
+        """Rows of the elastic displacement of any edge before dependent unknowns are eliminated."""
         branch = self.branches.get(edge)
         if branch is None:
             return [self._renamed(row) for row in edge.elastic(self._closing[edge])]
@@ -169,8 +169,9 @@ class _Rows:
 
 
 def _names(batch: JointTree, own: JointTree) -> tuple[dict[int, int], dict[Edge, int]]:
-    """By unknown of an entry's own tree the unknown of the batch that stands for it; and by edge that only the own tree
-    has, the node whose unknowns these are."""
+    """The unknowns of the batch that represent those of an own tree, by the latter; and for each edge that is only in
+    the own tree, the node whose unknowns represent its displacement.
+    """
     children = {branch.edge: branch.child for branch in batch.branches}
     kept = {branch.edge for branch in own.branches}
     parts = DisjointSets[int]()
@@ -191,7 +192,7 @@ def _names(batch: JointTree, own: JointTree) -> tuple[dict[int, int], dict[Edge,
 
 
 def _merged(tree: JointTree, rows: list[_Rows]) -> JointTree:
-    """The tree of the batch, its unknowns at each entry those of the entry's own."""
+    """The common tree, in which the unknowns have at each entry the meaning of the entry's own tree."""
     own = JointTree(tree.topology, tree.grid, tree.rhs_parameters, tree.edges, branches=tree.branches)
     whole = tree.elimination
     own.elimination = replace(whole, rows=dict(whole.rows), sources=dict(whole.sources))
@@ -210,17 +211,17 @@ def _merged(tree: JointTree, rows: list[_Rows]) -> JointTree:
             own.exchanged[edge] = Exchanged(reduce(add, where), elastic[edge], _sources(whole, rows, edge))
     for edge in (*(branch.edge for branch in tree.branches), *(edge for edge, _ in tree.closing)):
         own.stiffen(edge, elastic[edge])
-    own.springs += tree.springs[len(own.springs) :]  # what holds unknowns that stand for nothing
+    own.springs += tree.springs[len(own.springs) :]  # springs on unknowns that represent no displacement
     return own
 
 
 def _summed(rows: list[_Rows], each: list[list[Row]]) -> list[Row]:
-    """Six rows, at each entry those by its own tree."""
+    """Six rows, combined from those by each own tree at its entries."""
     return [_sum((six[k], own.where) for six, own in zip(each, rows, strict=True)) for k in _SIX]
 
 
 def _sum(given: Iterable[tuple[Row, Value]]) -> Row:
-    """Rows, each at the entries at which the number beside it is one; that number is zero at the others."""
+    """Sum of rows, each times a number that is one at its entries and zero at the others."""
     rows, wheres = zip(*given, strict=True)
     out: Row = {}
     for key in dict.fromkeys(key for row in rows for key in row):
@@ -237,7 +238,7 @@ def _equal(value: Value, other: Value) -> bool:
 
 
 def _sources(elimination: Elimination, rows: list[_Rows], edge: Edge) -> list[Row]:
-    """Combinations of constraints by which the dependent unknowns in an edge's displacement are determined."""
+    """For each component of an edge, the combination of constraints that determines its dependent unknowns."""
     out: list[Row] = [{} for _ in _SIX]
     for each in rows:
         for combination, row in zip(out, each.raw(edge), strict=True):
@@ -247,7 +248,7 @@ def _sources(elimination: Elimination, rows: list[_Rows], edge: Edge) -> list[Ro
 
 
 def _given_up(rows: list[_Rows], edge: Edge) -> list[dict[tuple[Edge, int], Value]]:
-    """By component of an edge: how it follows from those of the edges in the tree in its place."""
+    """For each component of an edge, its factors by (edge, component) of the edges that replace it in own trees."""
     out: list[dict[tuple[Edge, int], Value]] = [{} for _ in _SIX]
     for each in rows:
         if edge in each.branches:

@@ -1,4 +1,4 @@
-"""Unknowns that an entry of a batch would have if it were solved alone, in terms of those of the batch."""
+"""The unknowns that a batch entry would have if it were solved alone, expressed by those of the batch."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from .turned import alone
 
 
 def own_unknowns(elimination: Elimination, numbers: list[int]) -> tuple[Array | None, Index]:
-    """Unknowns of the batch in terms of those that each entry has where it is solved alone, (..., n, n); their numbers.
+    """Matrix from the unknowns of each entry alone to those of the batch, (..., n, n), and numbers of the former.
 
-    They differ in which unknowns of a loop of ideal components are dependent. None where all entries have those of the
-    batch. The numbers are (..., n), -1 for what stands for nothing at an entry.
+    The two differ in which unknowns of a loop of ideal components are dependent. The matrix is None where all entries
+    have the unknowns of the batch. The numbers are (..., n), or (n,) if they do not vary; -1 marks an unknown that
+    represents no displacement at an entry.
 
     Parameters
     ----------
     elimination
-        Of the batch.
+        Dependent unknowns of the batch.
     numbers
-        Its unknowns, (n,).
+        Numbers of the unknowns of the batch, (n,).
     """
     out, column = None, {key: k for k, key in enumerate(numbers)}
     named = np.array(numbers, dtype=np.int64)
@@ -48,21 +49,21 @@ def _enter(
     index: tuple[Index, ...],
     found: Reduced,
 ) -> None:
-    """Enter the unknowns of a loop, and their numbers, at entries that choose alike where they are solved alone.
+    """Enter the unknowns of a loop into matrix and numbers, at the entries `index` that make the same choice alone.
 
-    Of the loop there are its keys, the columns of those that are unknowns of the batch, and these unknowns.
+    `loop` holds all unknowns in the loop, the columns of those that are unknowns of the batch, and their numbers.
     """
     (whole, named), (keys, columns, left) = entered, loop
     shape = whole.shape[:-2]
     idle = np.stack([_at(elimination.idle.get(key, 0.0), shape, index) > 0.0 for key in left], axis=-1)
     for pattern in np.unique(idle, axis=0):
         some = tuple(each[(idle == pattern).all(axis=-1)] for each in index)
-        # what stands for nothing stays as it is
+        # unknowns that represent no displacement stay as they are
         rows: list[Row] = [{key: 1.0} for key, nothing in zip(left, pattern.tolist(), strict=True) if nothing]
         numbers = [-1] * len(rows) + [key for key in keys if key not in found.rows]
         rows += [elimination.rows.get(key, {key: 1.0}) for key in numbers[len(rows) :]]
         if len(rows) != len(left):
-            continue  # to rounding the loop is singular in the one way and not in the other
+            continue  # within rounding the loop is singular for one choice and not for the other
         matrix = np.zeros((len(some[0]), len(rows), len(left)))
         for k, row in enumerate(rows):
             for j, key in enumerate(left):
@@ -74,5 +75,5 @@ def _enter(
 
 
 def _at(value: object, shape: Shape, index: tuple[Index, ...]) -> Array:
-    """A number of the batch at some entries, (m,)."""
+    """The values of a number at m entries, (m,)."""
     return np.broadcast_to(np.asarray(value, dtype=np.float64), shape)[index]

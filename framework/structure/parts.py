@@ -1,8 +1,8 @@
-"""Numbers of a batch, each kept at the smallest batch shape that it varies over.
+"""Numbers of a batch, each kept at the smallest batch shape over which it varies, and sums and products of them.
 
-An entry of a matrix is a sum of parts, keyed by the batch axes over which each part varies (a bit mask). What varies
-with nothing is a plain float, what varies with the pose an array ``(36, 1)``, what varies with the sample ``(1, 100)``:
-parts are added up only when the sum is needed, so that most arithmetic happens on the small ones.
+An entry of a matrix is a sum of parts, keyed by the batch axes over which each part varies (a bit mask). A constant
+part is a float, one that varies with the pose an array ``(36, 1)``, one that varies with the sample ``(1, 100)``.
+Parts are added only when the sum is needed, so that most arithmetic is done on the small ones.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, aligned
 from ..lazily import cached_property
 
-# A number that varies with nothing is a scalar. What is done once for the whole batch is done in extended precision
-# where the machine has it (80 bits on x86): it costs next to nothing, and leaves its digits to what depends on it.
+# A constant number is a scalar. What is computed once for the whole batch is computed in extended precision where the
+# machine has it (80 bits on x86), which costs next to nothing and adds no error to what depends on it.
 Extended = np.longdouble
 Value = float | np.floating[Any] | NDArray[np.floating[Any]]
 Parts = dict[int, Value]
 # Parts of the entries of a symmetric matrix: (i, j) and (j, i) are one object.
 Matrix = dict[int, dict[int, Parts]]
-# A combination of numbers: factors by unknown (0, 1, ...) and by right-hand-side parameter (-1, -2, ...).
+# A linear combination: factors by number of the unknown (0, 1, ...) and of the right-hand-side parameter (-1, -2, ...).
 Row = dict[int, Value]
-# The same with the axes over which each factor varies.
+# A linear combination as a list of number, factor and mask of the factor.
 Factors = list[tuple[int, Value, int]]
 # Parts of the loads by unknown and right-hand-side parameter.
 Loads = dict[int, dict[int, Parts]]
@@ -38,7 +38,7 @@ ONE = -1
 
 @dataclass(frozen=True)
 class Grid:
-    """The batch: its shape, and for a mask of varying axes the number of entries."""
+    """The batch: its shape, and the number of entries over which a number with a given mask varies."""
 
     shape: Shape
 
@@ -53,7 +53,7 @@ class Grid:
         )
 
     def slices(self, entries: int) -> tuple[int, list[slice]]:
-        """The longest axis, in slices of about so many batch entries, none of a single index."""
+        """The longest axis, and slices of it with about this many batch entries each, none of a single index."""
         axis = int(np.argmax(self.shape))
         length = self.shape[axis]
         count = max(1, min(self.sizes[-1] // entries, length // 2))
@@ -61,14 +61,14 @@ class Grid:
         return axis, [slice(a, b) for a, b in pairwise(bounds)]
 
     def value(self, array: NDArray[Any]) -> Value:
-        """`array` (...) as a scalar where it holds one number, else contiguous with all batch axes."""
+        """`array` (...) as a scalar if it holds a single number, else as a contiguous array with all batch axes."""
         if array.size == 1:
             number: Value = array.reshape(-1)[0]
             return float(number) if array.dtype == np.float64 else number
         return np.ascontiguousarray(aligned(array, len(self.shape)))
 
     def components(self, array: Array, trailing: int = 1) -> list[Value]:
-        """The entries of `array` (..., n) or (..., n, m) by component, exact zeros as 0.0."""
+        """The components of `array` (..., n) or (..., n, m), each as by `value`; 0.0 if zero everywhere."""
         batch = array.ndim - trailing
         flat = array.reshape(*array.shape[:batch], math.prod(array.shape[batch:]))
         used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
@@ -76,17 +76,17 @@ class Grid:
 
 
 def mask_of(value: object) -> int:
-    """The batch axes over which a number with all of them varies, as bits."""
+    """Mask of the batch axes over which a number varies; an array must have all batch axes."""
     return mask_of_shape(value.shape) if isinstance(value, np.ndarray) else 0
 
 
 def mask_of_shape(shape: Shape) -> int:
-    """The axes over which what has this shape varies, as bits."""
+    """Mask of the axes of a shape that are longer than one."""
     return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
 
 
 def masks_of(rows: Iterable[Row]) -> list[dict[int, int]]:
-    """Of sparse rows by key the batch axes over which each number varies."""
+    """The mask of each factor in sparse rows."""
     return [{key: mask_of(value) for key, value in row.items()} for row in rows]
 
 
@@ -101,7 +101,7 @@ def add(parts: Parts, mask: int, value: Value) -> None:
 
 
 def entry(matrix: Matrix, i: int, j: int) -> Parts:
-    """Parts of the entries (i, j) and (j, i), made where there are none."""
+    """Parts of the entries (i, j) and (j, i), created if missing."""
     row = matrix.get(i)
     if row is None:
         row = matrix[i] = {}
@@ -135,19 +135,19 @@ def total(parts: Parts) -> tuple[int, Value]:
 
 
 def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, Value]]:
-    """Key, mask and value of those sums of a row that have any part."""
+    """Key, mask and value of the sums of a row that have any part."""
     return [(key, *total(row[key])) for key in keys if row.get(key)]
 
 
 def column(
     row: dict[int, Parts], k: int, keys: Iterable[int], scale: Parts
 ) -> tuple[tuple[int, Value], tuple[int, Value], list[tuple[int, int, Value]]]:
-    """Mask and value of the entry `k` of a row and of its `scale`, and the `totals` of others."""
+    """Mask and value of the entry `k` of a row, those of its `scale`, and the `totals` of the entries `keys`."""
     return total(row.get(k, {})), total(scale), totals(row, keys)
 
 
 def product(a: Value, b: Value) -> Value:
-    """a times b; of an exact zero the exact zero, of one the other itself."""
+    """a times b; 0.0 if one of them is the constant zero, and b itself if a is the constant one."""
     plain = not isinstance(a, np.ndarray)
     if (plain and a == 0.0) or (not isinstance(b, np.ndarray) and b == 0.0):
         return 0.0
@@ -155,7 +155,7 @@ def product(a: Value, b: Value) -> Value:
 
 
 def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
-    """Sum of products, without the terms that are exactly zero."""
+    """Sum of products of pairs, without the terms that are exactly zero."""
     result: Value = 0.0
     owned = False
     for a, b in terms:
@@ -174,39 +174,39 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
 
 
 def collapsed(by_source: dict[int, Parts], sources: Sequence[Value]) -> Value:
-    """The load itself: the loads for a unit of each source, times the sources."""
+    """A load: the loads per unit of each source (right-hand-side parameter), times the values of the sources."""
     if not by_source:
         return 0.0
     return combine([(sources[source], value) for source, _, value in totals(by_source, by_source)])
 
 
 def collapsed_each(each: Iterable[dict[int, Parts]], sources: Sequence[Value]) -> list[Value]:
-    """Several loads themselves, each of an unknown."""
+    """Several loads, each as by `collapsed`."""
     return [collapsed(by_source, sources) for by_source in each]
 
 
 def sums(each: Iterable[Iterable[tuple[Value, Value]]]) -> list[Value]:
-    """Sums of products."""
+    """Several sums of products, each as by `combine`."""
     return [combine(terms) for terms in each]
 
 
 def combine_each(rows: Iterable[Row], known: Mapping[int, Value]) -> list[Value]:
-    """Value of each sparse row over numbers that are known."""
+    """Values of sparse rows over known numbers."""
     return [combine([(factor, known[k]) for k, factor in row.items()]) for row in rows]
 
 
 def scaled(row: Row, factor: Value) -> Row:
-    """`factor` times a sparse row, without what is exactly zero."""
+    """`factor` times a sparse row, without factors that are exactly zero."""
     return nonzero({key: product(value, factor) for key, value in row.items()})
 
 
 def scaled_each(rows: Iterable[Row], factor: float) -> list[Row]:
-    """The same of several rows."""
+    """`factor` times several sparse rows, without factors that are exactly zero."""
     return [nonzero(row) if factor == 1.0 else scaled(row, factor) for row in rows]
 
 
 def nonzero(row: Row) -> Row:
-    """A sparse row without what is exactly zero."""
+    """A sparse row without factors that are exactly zero."""
     return {key: value for key, value in row.items() if not is_zero(value)}
 
 
@@ -220,7 +220,7 @@ def combined(terms: Iterable[tuple[Value, Row]]) -> Row:
 
 
 def combined_each(each: Iterable[Iterable[tuple[Value, Row]]]) -> list[Row]:
-    """Sums of products of numbers with sparse rows."""
+    """Several sums of products of numbers with sparse rows."""
     return [combined(terms) for terms in each]
 
 
@@ -236,30 +236,30 @@ def add_row(row: Row, other: Row, factor: Value = 1.0) -> None:
 
 
 def unknowns(row: Row) -> list[int]:
-    """The unknowns in a combination."""
+    """The numbers of the unknowns in a row."""
     return [key for key in row if key >= 0]
 
 
 def add_congruence(
     into: Matrix, known: Loads, matrix: Matrix, rows: dict[int, Factors], wanted: Sequence[bool]
 ) -> bool:
-    """Add ``T^T A T`` of a symmetric matrix, given the rows of T, as far as what varies so is `wanted`.
+    """Add ``T^T A T`` of a symmetric matrix A, given the rows of T, as far as the masks of its terms are `wanted`.
 
     Parameters
     ----------
     into
-        Where what is between unknowns is added.
+        Matrix over the unknowns, to which the terms between unknowns are added.
     known
-        Where what is between an unknown and a right-hand-side parameter is subtracted.
+        Loads, from which the terms between an unknown and a right-hand-side parameter are subtracted.
     matrix, rows
-        The matrix, and by its rows those of T.
+        The matrix A, and by number of its rows the rows of T.
     wanted
-        By mask of axes.
+        For each mask, whether terms that vary over it are wanted.
 
     Returns
     -------
     bool
-        Whether all was wanted.
+        Whether all terms were wanted.
     """
     complete = True
     for a, left in rows.items():
@@ -282,10 +282,10 @@ def add_dyad(
     given: bool | None = None,
     scale: dict[int, Parts] | None = None,
 ) -> bool:
-    """Add ``a k b^T`` to a symmetric matrix, as `add_congruence` does; `twice` for ``b k a^T`` as well.
+    """Add ``a k b^T`` to a symmetric matrix, as `add_congruence` does; with `twice` ``b k a^T`` as well.
 
-    Where it is `given` whether terms are wanted over which nothing but k varies, nothing else is asked of them. The
-    diagonal is added to the `scale`, too, if there is one.
+    `given`, unless None, decides in place of `wanted` about terms whose only varying factor is k. Terms on the diagonal
+    are added to `scale` as well, if there is one.
     """
     (mask, value), complete = part, True
     for i, factor, over in left:
@@ -319,7 +319,7 @@ def add_dyad(
 def add_squares(
     into: dict[int, Parts], scale: dict[int, Parts], rows: dict[int, Factors], wanted: Sequence[bool]
 ) -> bool:
-    """Add the squares of factors times the `scale` of their rows, as far as `wanted`; whether all was."""
+    """Add the squares of factors times the `scale` of their rows, as far as `wanted`; whether all terms were."""
     complete = True
     for a, row in rows.items():
         for mask, value in scale.get(a, {}).items():
@@ -332,7 +332,7 @@ def add_squares(
 
 
 def add_loads(into: Loads, loads: Loads, rows: dict[int, Factors], wanted: Sequence[bool]) -> bool:
-    """Add ``T^T f``, given the rows of T, as far as what varies so is `wanted`; whether all was."""
+    """Add ``T^T f``, given the rows of T, as far as the masks of terms are `wanted`; whether all terms were."""
     complete = True
     for a, row in rows.items():
         for i, factor, over in row:
@@ -350,9 +350,10 @@ def add_loads(into: Loads, loads: Loads, rows: dict[int, Factors], wanted: Seque
 
 @dataclass
 class RightHandSideParameters:
-    """Given numbers of a frame: loads, offsets, prescribed displacements.
+    """The right-hand-side parameters of a frame: one, and loads, offsets and prescribed displacements.
 
-    What is linear in them is computed once for a unit of each, as long as they vary over more than the geometry does.
+    Results are linear in them and are computed per unit of each. A number becomes a parameter of its own if it varies
+    over axes over which the geometry does not; otherwise it is a factor of the parameter one.
 
     Attributes
     ----------
@@ -361,7 +362,7 @@ class RightHandSideParameters:
     geometry
         Mask of the axes over which the geometry varies.
     values
-        The numbers; right-hand-side parameter -1 - k is ``values[k]``.
+        Values of the parameters, the first being one; the key -1 - k of a row stands for ``values[k]``.
     """
 
     grid: Grid
@@ -369,11 +370,11 @@ class RightHandSideParameters:
     values: list[Value] = field(default_factory=lambda: [1.0])
 
     def copy(self) -> RightHandSideParameters:
-        """The same numbers; what is added to the one is not in the other."""
+        """An independent copy."""
         return RightHandSideParameters(self.grid, self.geometry, list(self.values))
 
     def row(self, value: Value) -> Row:
-        """`value` as a combination of right-hand-side parameters."""
+        """`value` as a row over the right-hand-side parameters, to which it is added if need be."""
         if not (value.any() if isinstance(value, np.ndarray) else value):
             return {}
         if not mask_of(value) & ~self.geometry:
@@ -382,5 +383,5 @@ class RightHandSideParameters:
         return {-len(self.values): 1.0}
 
     def six(self, given: Mapping[int, NDArray[Any]]) -> tuple[Row, ...]:
-        """What is given of six components, by index of the component, as combinations of right-hand-side parameters."""
+        """Six components, given by index, as rows over the right-hand-side parameters; empty where none is given."""
         return tuple([self.row(self.grid.value(given[k])) if k in given else {} for k in range(6)])

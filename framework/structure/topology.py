@@ -1,4 +1,4 @@
-"""Members cut into pieces, gathered into stacks that are evaluated together."""
+"""Members divided into pieces, and groups of similar pieces that are evaluated together as stacks."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ from .parts import Extended
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
-# What follows from the places of nodes alone.
+# Cached properties that follow from the positions of nodes alone.
 _OF_NODES = ("plain_positions", "_chords")
 
 
 @dataclass(slots=True)
 class Piece:
-    """One of the equal parts of a member, between two node numbers."""
+    """Part `index` of the `count` equal parts of a member, between two node numbers."""
 
     member: str
     index: int
@@ -39,16 +39,16 @@ class Piece:
 
 
 class FormerStacks(NamedTuple):
-    """Stacks of a former frame with the same connections.
+    """Groups of an earlier frame with the same connections.
 
     Attributes
     ----------
     groups
-        The stacks.
+        The groups.
     changed
-        Members whose elements are others there.
+        Numbers of the members whose elements differ from those of the groups.
     others
-        Those of them whose elements are others in the frame that was remade last.
+        Numbers of the members whose elements differ from those of the frame before this one.
     """
 
     groups: list[Group]
@@ -58,19 +58,19 @@ class FormerStacks(NamedTuple):
 
 @dataclass(eq=False)
 class Topology(NumberedPieces):
-    """Numbered nodes and pieces, and the stacks in which these are evaluated.
+    """Numbered nodes and pieces, and the groups in which pieces are evaluated.
 
     Attributes
     ----------
     gathered
-        Stacks of a former frame with these connections, which are those of this one too but for some numbers.
+        Groups of an earlier frame with the same connections, which differ from those of this frame in numbers alone.
     """
 
     gathered: FormerStacks | None = None
 
     @cached_property
     def pieces(self) -> list[Piece]:
-        """All pieces one by one."""
+        """All pieces, by number."""
         names, counts = list(self.frame.members), self.counts.tolist()
         each = zip(
             self.members.tolist(),
@@ -94,7 +94,7 @@ class Topology(NumberedPieces):
 
     @cached_property
     def groups(self) -> list[Group]:
-        """Pieces gathered by kind, geometry shape and bodies."""
+        """Groups of pieces with the same family or kind of element, batch shape of the geometry, and bodies."""
         if self.gathered is not None:
             return [self._remade(group, self.gathered.changed) for group in self.gathered.groups]
         kinds: dict[Hashable, int] = {}
@@ -120,7 +120,7 @@ class Topology(NumberedPieces):
         return groups
 
     def _check_kind(self, group: Group) -> None:
-        """Refuse elements that say that they are alike and are not."""
+        """Raise an error if elements of a group claim to be alike, by `kind` or `family`, and are not."""
         if isinstance(group.element, Examined):
             elements = [self._elements[piece] for piece in group.pieces.tolist()]
             length = group.length[:1].reshape(-1)[:1].reshape((1,) * group.length.ndim)
@@ -130,7 +130,7 @@ class Topology(NumberedPieces):
 
     @property
     def loaded_shape(self) -> Shape:
-        """Batch shape over which members and what acts on them vary; none where nothing does."""
+        """Batch shape over which loaded members and their loads vary; () without loads on members."""
         frame = self.frame
         weight = [] if frame.weight is None else [frame.weight]
         given = [array for loads in frame.member_loads.values() for load in loads for array in load.forces] + weight
@@ -141,7 +141,7 @@ class Topology(NumberedPieces):
         return np.broadcast_shapes(*shapes)
 
     def cut(self, axis: int, indices: slice) -> Topology:
-        """Members and what acts on them at some indices of a batch axis."""
+        """The members and their loads at some indices of a batch axis."""
         change = Stretch(ndim=len(self.frame.shape), axis=axis, indices=indices)
         frame = copy.copy(self.frame)
         frame.weight = None if frame.weight is None else change(frame.weight, 1)
@@ -153,20 +153,20 @@ class Topology(NumberedPieces):
         return clone
 
     def loaded(self, frame: Description) -> Topology:
-        """The same members under the loads of another description, with all that is known of them."""
+        """The same members, with all properties computed so far, under the loads of another description."""
         clone = object.__new__(type(self))
         vars(clone).update(vars(self), frame=frame)
         return clone
 
     def remade(self, frame: Description, *, moved: bool) -> Topology:
-        """The same members, not cut, gathered as they are here: of other elements, or between nodes that were `moved`.
+        """The topology of a frame with the same connections but other elements or positions, reusing these groups.
 
         Parameters
         ----------
         frame
-            A description with the same connections.
+            Description with the same connections, whose members are not divided.
         moved
-            Whether its nodes lie in other places.
+            Whether positions of its nodes differ.
         """
         others = _others(self.frame, frame)
         before, after = ([], []) if not others else (_elements(each, others) for each in (self.frame, frame))
@@ -185,7 +185,7 @@ class Topology(NumberedPieces):
         return clone
 
     def _remade(self, group: Group, changed: frozenset[int]) -> Group:
-        """A stack between nodes in other places, or some of whose elements were changed."""
+        """A group with the positions, and the elements of the `changed` members, of this frame."""
         assert isinstance(self._chords, np.ndarray)
         chord = self._chords[group.pieces].reshape(group.chord.shape)
         if changed and not changed.isdisjoint(pieces := group.pieces.tolist()):
@@ -193,19 +193,19 @@ class Topology(NumberedPieces):
         return group.between(chord)
 
     def stiffness_beside(self, former: Topology, known: Sequence[NDArray[Any]]) -> list[NDArray[Any]] | None:
-        """Stiffness of the stacks of one batch entry; of members that are the same in `former` it is taken from there.
+        """Stiffness of the groups at a single batch entry, reused for members that are the same as in `former`.
 
         Parameters
         ----------
         former
-            The topology of which this one was `remade`.
+            The topology from which this one was `remade`.
         known
-            Stiffness of its stacks, (n, 12, 12) each.
+            Stiffness of its groups, (n, 12, 12) each.
 
         Returns
         -------
         list of ndarray or None
-            As `Group.extended_stiffness` has it; None where members are gathered anew.
+            Stiffness as by `Group.extended_stiffness`, (n, 12, 12) for each group; None where groups are not reused.
         """
         if self.gathered is None:
             return None
@@ -216,7 +216,7 @@ class Topology(NumberedPieces):
         return [self._stiffness(number, group, stack, others) for number, (group, stack) in each]
 
     def _stiffness(self, number: int, group: Group, stack: NDArray[Any], others: set[int]) -> NDArray[Any]:
-        """Stiffness of a stack that is known but for the pieces of some members."""
+        """Stiffness of a group, computed anew for its pieces in `others` and taken from `stack` for the rest."""
         at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
         if not at:
             return stack
@@ -232,21 +232,21 @@ class Topology(NumberedPieces):
 
     @property
     def stack_dofs(self) -> list[Index]:
-        """By stack the DOF numbers of its pieces (n, 12)."""
+        """DOF numbers of the pieces of each group, (n, 12)."""
         return [group.dofs for group in (self.groups if self.gathered is None else self.gathered.groups)]
 
     @cached_property
     def strained(self) -> bool:
-        """Whether members strain without forces, as by heat; perhaps, where other elements have taken their place."""
+        """Whether members have a free strain, such as by heat; may be True where such elements have been replaced."""
         groups, changed = (self.groups, ()) if self.gathered is None else self.gathered[:2]
         elements = [group.element for group in groups] + (self._elements_of(changed) if changed else [])
         return any(elements[k].free_strain(ZERO) is not None for k in distinct(elements)[0])
 
     @cached_property
     def geometry(self) -> tuple[object, ...] | None:
-        """What axes and deformations of all members follow from, beside which nodes they connect.
+        """Key of the axes and deformations of all members, for given connections.
 
-        None where that is more than the places of nodes and what members deform as.
+        None where they depend on more than the positions of nodes and `deforms_as` of the elements.
         """
         plain = self.plain_positions
         forms = None if plain is None else [group.element.deforms_as for group in self.groups]
@@ -264,12 +264,12 @@ class Topology(NumberedPieces):
         return [chords[member] for member in self.members.tolist()]
 
     def _elements_of(self, members: Collection[int]) -> list[LineElement]:
-        """Elements of members that are not cut."""
+        """Elements of some members, which are not divided."""
         names = list(self.frame.members)
         return [examined(e, names[k]) for k, e in zip(members, _elements(self.frame, members), strict=True)]
 
     def _stacked(self, elements: list[LineElement]) -> LineElement:
-        """What stands for all of some pieces."""
+        """One element for several pieces, its parameters being arrays where those of the elements differ."""
         one = elements[0]
         if all(other is one for other in elements) or one.family is None:
             return one
@@ -301,23 +301,23 @@ class Topology(NumberedPieces):
 
 
 def _others(one: Description, other: Description) -> set[int]:
-    """Members that are other elements in one description than in another with the same members."""
+    """Numbers of the members whose elements differ between two descriptions with the same members."""
     members = zip(one.members.values(), other.members.values(), strict=True)
     return {k for k, (a, b) in enumerate(members) if a is not b and a.element is not b.element}
 
 
 def _elements(frame: Description, members: Collection[int]) -> list[LineElement]:
-    """Elements of some members, as they were given."""
+    """Elements of some members, as described."""
     each = list(frame.members.values())
     return [each[k].element for k in members]
 
 
 def _family(element: LineElement) -> Hashable:
-    """What elements are evaluated together: those of a family and a batch shape, else those of a kind."""
+    """Key of elements that are evaluated together: family and batch shape, or else the kind."""
     family = element.family
     return element.kind if family is None else (family, element.shape)
 
 
 def _alike_in_stack(before: LineElement, new: LineElement) -> bool:
-    """Whether an element takes the place of another one in its stack; what a frame examines is stacked by its class."""
+    """Whether an element can replace another one in its group; only proven elements can."""
     return is_proven(before) and is_proven(new) and _family(before) == _family(new)

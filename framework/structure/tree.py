@@ -1,10 +1,10 @@
-"""Joint-relative coordinates: the displacement of every node from those of a few, and of the joints between them.
+"""Joint-relative coordinates: displacements of nodes expressed by those of root nodes and of the joints in between.
 
 Joints, rigid links, ties and supports are edges between nodes and the ground. A spanning forest of them gives each
-node a parent, and ``u_child = u_parent + R (delta + offset)``: the unknowns are the displacements of the roots and the
-joint displacements delta, so that a stiff spring stands alone on the diagonal of its own delta, an ideal component is
-simply absent and a free one has no spring. Edges that close a loop add springs, or constraints that are eliminated
-(Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 4 and 8, uses the same coordinates for motion).
+node a parent, and ``u_child = u_parent + R (delta + offset)``. The unknowns are the displacements of the roots and the
+joint displacements delta: a stiff spring stands alone on the diagonal of its own delta, an ideal component has no
+unknown, and a free one has no spring. Edges that close a loop add springs, or constraints that are eliminated
+(Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 4 and 8, uses the same coordinates for motion).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .parts import (
 )
 from .topology import Topology
 
-# Columns are axes; None stands for the global ones.
+# Three rows of a matrix whose columns are axes in global components; None for the global axes.
 Matrix3 = list[list[Value]] | None
 _SIX = range(6)
 _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
@@ -43,7 +43,7 @@ _NONE: tuple[Row, ...] = tuple({} for _ in _SIX)
 
 @dataclass(frozen=True)
 class TreeSpring:
-    """A spring on the displacement `row`."""
+    """A spring of a `stiffness` on the displacement that `row` gives."""
 
     row: Row
     stiffness: Value
@@ -51,16 +51,16 @@ class TreeSpring:
 
 @dataclass(frozen=True)
 class Exchanged:
-    """An edge that closes a loop in the tree of the batch, and is in the tree that some entries have of their own.
+    """An edge that closes a loop in the common tree, but belongs to the own tree of some batch entries.
 
     Attributes
     ----------
     where
-        One at these entries and zero at the others.
+        One at these entries and zero at the others, (...).
     rows
-        Its elastic displacement over the unknowns: one of them at these entries.
+        Rows of its elastic displacement, each of which is a single unknown at these entries.
     sources
-        Combinations of constraints by which the dependent unknowns in it are determined.
+        For each row the combination of constraints that determines its dependent unknowns.
     """
 
     where: Value
@@ -70,29 +70,38 @@ class Exchanged:
 
 @dataclass
 class JointTree:
-    """What each node's displacement is made of.
+    """The displacements of all nodes as rows over the unknowns and right-hand-side parameters, by a tree of edges.
+
+    Unknown 6 n + k is the displacement k of node n if it is on no edge or a root, or else that of the edge from its
+    parent.
 
     Attributes
     ----------
+    topology
+        The numbered nodes and members.
+    grid
+        The batch.
     rhs_parameters
         The right-hand-side parameters.
+    edges
+        Joints, rigid links, ties and supports.
     rows
-        For each node on an edge: six rows over the unknowns and the right-hand-side parameters, in the node's axes.
+        For each node on an edge: the rows of its six displacements, in the node's axes.
     branches
-        Tree edges, parents before children.
+        Edges of the tree, parents before children.
     closing
-        Edges that close a loop, with their relative displacement in the edge's axes.
+        Edges that close a loop, with the rows of their relative displacement in the edge's axes.
     springs
-        All springs, on the unknowns.
+        All joint springs.
     elimination
-        Unknowns that loop-closing ideal components made dependent.
+        Dependent unknowns, by the ideal components that close loops.
     exchanged
-        Edges that close a loop, but not at all entries.
+        Edges that close a loop at some batch entries only.
     given_up
-        By unknown of an edge that is not in the tree of all entries: by exchanged edge and component, what its
-        displacement has of theirs where it is not.
+        For each unknown of an edge that is not in the tree at all entries: its factors by (exchanged edge, component)
+        where it is not.
     turn_of_body
-        Axes of those bodies whose nodes were met.
+        Axes of bodies, kept once they were computed.
     """
 
     topology: Topology
@@ -112,7 +121,7 @@ class JointTree:
     def of(
         cls, topology: Topology, rhs_parameters: RightHandSideParameters, order: Sequence[int] | None = None
     ) -> JointTree:
-        """Choose the tree and express all nodes by it; the `order` of preference of its edges may be known."""
+        """Choose the tree and express all nodes by it; `order` is the order of preference of the edges, if known."""
         tree = cls(topology, rhs_parameters.grid, rhs_parameters, edges_of(topology, rhs_parameters))
         if order is None:
             order = preference([(e.first, e.second) for e in tree.edges], strengths(tree.edges))
@@ -121,32 +130,32 @@ class JointTree:
 
     @classmethod
     def by(cls, topology: Topology, rhs_parameters: RightHandSideParameters, known: Connections) -> JointTree:
-        """The tree of a frame on supports alone, by what is known of another one."""
+        """The tree of a frame with supports alone, from the connections of another frame."""
         return cls(topology, rhs_parameters.grid, rhs_parameters, known.edges, known.rows, known.branches)
 
     @property
     def connections(self) -> Connections:
-        """What it is made of."""
+        """The parts of the tree that frames with the same connections can share."""
         return Connections(self.edges, self.branches, self.rows, [spring.row for spring in self.springs])
 
     def grow(self, chosen: list[Edge], closing: list[Edge]) -> None:
-        """Express all nodes by the edges of the tree, and what closes loops by them."""
+        """Build the tree from the `chosen` edges, add the `closing` ones, and eliminate dependent unknowns."""
         self.join(chosen, closing)
         self._hold()
 
     def join(self, chosen: list[Edge], closing: list[Edge], roots: tuple[int, ...] = ()) -> None:
-        """The same before what closes loops holds anything, from given `roots` on."""
+        """Build the tree from the given `roots` and add the `closing` edges, without eliminating dependent unknowns."""
         for branch in rooted(chosen, GROUND, roots):
             self._derive(branch)
         for edge in closing:
             self._close(edge)
 
     def row(self, node: int, component: int) -> Row:
-        """A displacement component of a node, in its own axes."""
+        """Row of a displacement component of a node, in the node's axes."""
         return self.rows[node][component] if node in self.rows else {6 * node + component: 1.0}
 
     def joint_row(self, branch: TreeEdge, component: int) -> Row:
-        """Relative displacement of a tree edge in its own axes: elastic or free, and imposed."""
+        """Row of a relative displacement of a tree edge, in the edge's axes, offset and advance of a screw included."""
         row = dict(branch.edge.offset[component])
         if component not in branch.edge.ideal:
             add_row(row, self.elimination.substituted({6 * branch.child + component: 1.0}))
@@ -168,11 +177,11 @@ class JointTree:
         return entries(self.grid, edge.axes)
 
     def arm(self, edge: Edge) -> list[Value]:
-        """Vector from the first to the second node of a rigid link, global."""
+        """Vector from the first to the second node of a rigid link in global axes, three components."""
         return self.grid.components(self.topology.position(edge.second) - self.topology.position(edge.first))
 
     def global_rows(self, node: int) -> list[Row]:
-        """Displacement of a node in global axes."""
+        """Rows of the six displacements of a node in global axes."""
         if node == GROUND:
             return [{} for _ in _SIX]
         return _rotated(self.turn(node), [self.row(node, k) for k in range(6)])
@@ -203,7 +212,7 @@ class JointTree:
         self.rows[child] = _rotated(_transposed(self.turn(child)), rows)
 
     def _carried(self, edge: Edge, node: int, sign: float = 1.0) -> list[Row]:
-        """Global displacement of `node`, carried along the arm of a rigid link: plus rotation x arm."""
+        """Rows of the global displacement at the far end of an edge that moves with `node`: plus rotation x arm."""
         moved = self.global_rows(node)
         rows = [dict(row) for row in moved]
         if edge.kind == "rigid":
@@ -222,7 +231,7 @@ class JointTree:
         self.stiffen(edge, edge.elastic(between))
 
     def stiffen(self, edge: Edge, elastic: list[Row]) -> None:
-        """Enter the springs of an edge, by its elastic displacement."""
+        """Add the springs of an edge, given the rows of its elastic displacement."""
         if edge.kind != "joint":
             return
         stiff = nonzero(dict(enumerate(edge.stiffness)))
@@ -240,7 +249,7 @@ class JointTree:
         self.rows = {node: [change(row) for row in rows] for node, rows in self.rows.items()}
         self.springs = [TreeSpring(change(spring.row), spring.stiffness) for spring in self.springs]
         self.closing = [(edge, [change(row) for row in rows]) for edge, rows in self.closing]
-        # what stands for nothing at an entry is held there, and by nothing else
+        # unknowns that represent no displacement at an entry get a unit spring there, and nothing else acts on them
         self.springs += [TreeSpring({key: 1.0}, where) for key, where in self.elimination.idle.items()]
 
 
@@ -268,7 +277,7 @@ def _joints(frame: Description, rhs_parameters: RightHandSideParameters, number:
 
 
 def _springs(grid: Grid, stiffness: Array) -> tuple[Value, ...]:
-    """Stiffnesses by component, 0.0 where they are infinite."""
+    """The six stiffnesses, 0.0 where they are infinite."""
     if stiffness.size == 6:
         return tuple(0.0 if k == np.inf else k for k in stiffness.reshape(-1).tolist())
     return tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
@@ -303,7 +312,7 @@ def entries(grid: Grid, axes: Array | None) -> Matrix3:
 
 
 def _columns(axes: Matrix3, sign: float) -> list[Row]:
-    """By component: where, and by how much, a unit of it along its axis shows."""
+    """For each component along the axes, its six global components per unit, times `sign`."""
     if axes is None:
         return [{k: sign} for k in _SIX]
     return scaled_each([{block + i: axes[i][axis] for i in range(3)} for block in (0, 3) for axis in range(3)], sign)

@@ -1,7 +1,8 @@
-"""Loops that determine other unknowns at some batch entries than at others, as one set of unknowns for all.
+"""Loops whose dependent unknowns differ between batch entries, with one set of unknowns for the whole batch.
 
-Entries are parted until one choice of pivots suits each part. Of the unknowns that any part determines, as many remain
-as the part that determines fewest leaves free: each of these stands, at an entry, for one that is free there.
+The entries are divided until one choice of pivots suits each part. Of the unknowns that are dependent in any part, as
+many remain as are free in the part with the fewest dependent ones; at each entry, a remaining unknown represents one of
+those that are free there.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from .disjoint_sets import DisjointSets
 from .gauss_jordan import ALONE, SUITS_WELL, Constraint, Mask, Reduced, reduced
 from .parts import Row, Value, unknowns
 
-# Entries, by batch axis, and what they were solved for.
+# Indices of batch entries, one array for each axis, and their solved constraints.
 Part = tuple[tuple[Index, ...], Reduced]
 
 
 def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
-    """Solve constraints for other unknowns at some batch entries than at others.
+    """Solve constraints for unknowns that may differ between batch entries.
 
     Parameters
     ----------
@@ -31,10 +32,10 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
     Returns
     -------
     Reduced
-        What is determined at some entry, by what is left to be free at any. A row may hold its own unknown, which then
-        stands for another where it is determined.
+        Rows of all unknowns that are dependent at some entry, over the remaining ones. A row may contain its own
+        unknown, which then represents another one where it is dependent.
     dict
-        By unknown that is left, one at entries at which it stands for nothing and zero at the others.
+        For each remaining unknown, one at entries at which it represents no displacement and zero at the others.
     """
     whole, idle = Reduced(), dict[int, Value]()
     for loop in _loops(given):
@@ -53,8 +54,9 @@ def by_entry(given: dict[int, Constraint]) -> tuple[Reduced, dict[int, Value]]:
 
 
 def alone(given: dict[int, Constraint]) -> list[tuple[dict[int, Constraint], Shape, list[Part]]]:
-    """Loops that vary over a batch, the shape over which they do, and parts of that in which each entry has the choice
-    that it has alone."""
+    """Loops whose coefficients vary, each with its batch shape and its parts, in which every entry makes the choice of
+    pivots that it would make alone.
+    """
     out = []
     for loop in _loops(given):
         shape = _shape(loop.values())
@@ -64,7 +66,7 @@ def alone(given: dict[int, Constraint]) -> list[tuple[dict[int, Constraint], Sha
 
 
 def _loops(given: dict[int, Constraint]) -> list[dict[int, Constraint]]:
-    """Constraints that have no unknown in common apart."""
+    """Constraints divided into sets that have no unknown in common."""
     joined = DisjointSets[int]()
     keys = {index: unknowns(each.row) for index, each in given.items()}
     for met in keys.values():
@@ -83,13 +85,13 @@ def _shape(given: Iterable[Constraint]) -> Shape:
 
 
 def _parted(given: dict[int, Constraint], shape: Shape, suited: Mask) -> list[Part]:
-    """All entries of a batch shape, of which one choice of pivots suits some, in parts that each have one."""
+    """All entries of a batch shape, divided into parts with one choice of pivots each; `suited` is the first part."""
     everywhere = np.nonzero(np.ones(shape, dtype=bool))
     return _split(given, everywhere, np.broadcast_to(suited, shape).reshape(-1), SUITS_WELL)
 
 
 def _solved(given: dict[int, Constraint], index: tuple[Index, ...], share: float) -> list[Part]:
-    """Some entries, in parts as far as it takes."""
+    """Some entries, divided into as many parts as are needed."""
     found = reduced(given, Entries(index), share)
     if isinstance(found, Reduced):
         return [(index, found)]
@@ -97,14 +99,14 @@ def _solved(given: dict[int, Constraint], index: tuple[Index, ...], share: float
 
 
 def _split(given: dict[int, Constraint], index: tuple[Index, ...], suited: Mask, share: float) -> list[Part]:
-    """Entries in two and more parts: those that a choice of pivots suits, and the others."""
+    """Entries divided into those that a choice of pivots suits and the others, and further if needed."""
     return [part for mask in (suited, ~suited) for part in _solved(given, tuple(each[mask] for each in index), share)]
 
 
 def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]:
-    """Parts of the entries of a loop as one, and by unknown that is left where it stands for nothing."""
+    """The parts of a loop merged; and for each remaining unknown, where it represents no displacement."""
     pivots = list(dict.fromkeys(key for _, found in parts for key in found.rows))
-    # the part with most free unknowns, the largest of these
+    # the part with the most free unknowns; of several, the largest
     fewest = min(parts, key=lambda part: (len(part[1].rows), -len(part[0][0])))[1]
     kept = [key for key in pivots if key not in fewest.rows]
     rows, sources, left, self_stresses, idle = (_Spread(shape) for _ in range(5))
@@ -125,7 +127,7 @@ def _merged(parts: list[Part], shape: Shape) -> tuple[Reduced, dict[int, Value]]
 
 
 def _placed(free: list[int], kept: list[int]) -> tuple[dict[int, int], list[int]]:
-    """What stands for each free unknown, itself where it can; and what stands for none."""
+    """For each free unknown the kept one that represents it, itself if kept; and the kept ones that represent none."""
     place = {key: key for key in free if key in kept}
     spare = [key for key in kept if key not in place]
     for key in free:
@@ -135,14 +137,14 @@ def _placed(free: list[int], kept: list[int]) -> tuple[dict[int, int], list[int]
 
 
 class _Spread:
-    """Rows put together from those at parts of the entries of a batch shape; zero at the others."""
+    """Rows that are put together from values at parts of the batch entries; zero elsewhere."""
 
     def __init__(self, shape: Shape) -> None:
         self.shape = shape
         self.rows: dict[int, Row] = {}
 
     def put(self, number: int, row: Row, index: tuple[Index, ...]) -> None:
-        """Put a row in at some entries."""
+        """Set the factors of a row at some entries."""
         own = self.rows.setdefault(number, {})
         for key, value in row.items():
             kind = np.result_type(value, own.get(key, 0.0))

@@ -1,8 +1,8 @@
-"""Members whose stiffness varies over most of a large batch: never held as a whole, assembled chunk by chunk.
+"""Members whose stiffness varies over most of a large batch: assembled chunk by chunk, never stored as a whole.
 
-What is coupled is found once, in a first pass that looks at the deformations alone; the numbers follow when a chunk is
-solved, and go with it. Each is a sum over the springs of a member, ``K = sum_i k_i b_i b_i^T``, made of operations
-on whole arrays whose order does not depend on the chunk.
+A first pass over the springs finds which entries of the stiffness are not zero; the values are computed when a chunk is
+solved, and dropped with it. Each entry is a sum over the springs of a member, ``K = sum_i k_i b_i b_i^T``, by array
+operations in an order that does not depend on the chunk.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from ..batch import Array, aligned
 from .group import Group
 from .parts import Grid, Value, combine, mask_of, product
 
-# Entries looked at together in the first pass.
+# Batch entries examined at a time in the first pass.
 _CHUNK = 2**14
-# A number (n, ...) of n pieces, or a float that is the same for all.
+# A number of each of n pieces, (n, ...), or a float that is the same for all.
 Number = Array | float
 Pair = tuple[int, int]
-# Stiffnesses, and by spring its deformation for a unit of each of the twelve displacements of the nodes.
+# Stiffnesses of the springs, and for each spring its deformation per unit of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A term of the stiffness: where it stands (i, j), the axes over which it varies, and what it is a sum over.
+    """A contribution of one piece to an entry of the stiffness.
 
     Attributes
     ----------
     at
-        DOF numbers.
+        DOF numbers (i, j) of the entry.
     mask
-        Batch axes.
+        Mask of the batch axes over which it varies.
     ends
-        Which of the piece's twelve displacements these are.
+        Indices of the two displacements among the piece's twelve.
     springs
-        The springs that both deform.
+        Indices of the springs that both displacements deform, over which it is a sum.
     """
 
     at: Pair
@@ -52,36 +52,36 @@ class Entry:
 
 @dataclass(frozen=True)
 class VaryingMember:
-    """What is known of a piece beforehand.
+    """The pattern of the stiffness of one piece.
 
     Attributes
     ----------
     codes
-        Of each number that its stiffness is made of, 0 where it is zero all over the batch; else one, and the axes over
-        which it varies from the second bit on. Stiffnesses, deformations in local axes, axes at the ends.
+        For each number from which the stiffness is computed: 0 if it is zero in the whole batch, else ``1 + 2 mask``.
+        The lists are stiffnesses, deformations in local axes, and axes at the ends.
     entries
-        Terms of the stiffness.
+        Contributions to the stiffness.
     """
 
     codes: list[list[int]]
     entries: list[Entry]
 
     def widened(self, most: int, large: Sequence[bool]) -> VaryingMember:
-        """The piece, each entry that is not left to the chunks counted as varying over the axes of `most`."""
+        """The pattern in which every entry counts as left to the chunks: its mask is widened by `most` if need be."""
         wide = [each if large[each.mask] else replace(each, mask=each.mask | most) for each in self.entries]
         return replace(self, entries=wide)
 
 
 @dataclass(frozen=True)
 class Varying:
-    """Stiffness of such members, its pattern known.
+    """Members whose stiffness is assembled by the chunks, with its pattern.
 
     Attributes
     ----------
     grid
         The batch.
     groups
-        The members, by piece.
+        Groups of members, each with the patterns of its pieces.
     """
 
     grid: Grid
@@ -89,16 +89,16 @@ class Varying:
 
     @classmethod
     def of(cls, groups: Iterable[Group], grid: Grid, large: Sequence[bool]) -> Varying:
-        """Find the entries that `groups` have; those are left out whose stiffness is the same over the batch after all.
+        """Find the patterns of groups; those whose stiffness turns out not to vary so much are left out.
 
         Parameters
         ----------
         groups
-            Members that may vary.
+            Groups of members that may vary.
         grid
             The batch.
         large
-            By mask, whether what varies so is left to the chunks.
+            For each mask, whether numbers that vary over it are left to the chunks.
         """
         found = []
         for group in groups:
@@ -106,17 +106,17 @@ class Varying:
             masks = {entry.mask for piece in pieces for entry in piece.entries}
             most = reduce(or_, (mask for mask in masks if large[mask]), 0)
             if most:
-                # what is put where it meets the chunks counts as what varies with them
+                # all entries of a piece are assembled by the chunks, so all count as varying with them
                 found.append((group, [piece.widened(most, large) for piece in pieces]))
         return cls(grid, found)
 
     @property
     def entries(self) -> Iterator[Entry]:
-        """All entries."""
+        """Contributions of all pieces."""
         return (entry for _, pieces in self.groups for piece in pieces for entry in piece.entries)
 
     def within(self, own: set[int], coupled: set[int]) -> Varying | None:
-        """Those of one component: between DOFs `coupled`, one at least its `own`; None where there are none."""
+        """The members of one component: between DOFs `coupled`, of which one at least is its `own`; None for none."""
         groups = []
         for group, pieces in self.groups:
             kept = [
@@ -130,12 +130,14 @@ class Varying:
 
     @property
     def masks(self) -> list[int]:
-        """Axes over which each of `numbers` varies."""
+        """Mask of each of `numbers`."""
         each = (codes for _, pieces in self.groups for piece in pieces for codes in piece.codes)
         return [code >> 1 for codes in each for code in codes if code]
 
     def numbers(self, axis: int, indices: slice) -> list[Value]:
-        """What the stiffness is made of at some indices of a batch axis: all that is not zero, piece by piece."""
+        """The numbers from which the stiffness is computed, at some indices of a batch axis, piece by piece, without
+        those that are zero in the whole batch.
+        """
         found: list[Value] = []
         for group, pieces in self.groups:
             given = _given(group.cut(axis, indices))
@@ -146,7 +148,7 @@ class Varying:
         return found
 
     def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
-        """The entries that these `numbers` make."""
+        """The contributions to the stiffness, computed from `numbers`."""
         following = iter(numbers)
         for _, pieces in self.groups:
             for piece in pieces:
@@ -166,7 +168,7 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
 
 
 def _given(group: Group) -> list[Sequence[Number]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where those differ, at the end."""
+    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end."""
     stiffness, deformed = group.element.spring_numbers(group.length)
     local = [deformed.get((spring, dof), 0.0) for spring in range(len(stiffness)) for dof in range(12)]
     if all(axes is None for axes in group.axes):
@@ -177,7 +179,7 @@ def _given(group: Group) -> list[Sequence[Number]]:
 
 
 def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
-    """By spring, its deformation for a unit of each of the twelve displacements in the nodes' axes."""
+    """For each spring, its deformation per unit of the twelve displacements in the nodes' axes."""
     stiffness, local, *end_axes = each
     return [
         [
@@ -192,7 +194,7 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
 
 
 def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
-    """The pieces, with the entries that are not zero all over the batch."""
+    """The patterns of the pieces, with the entries that are not zero in the whole batch."""
     axis, slices = grid.slices(_CHUNK)
     found: list[list[NDArray[np.int64]]] = []
     for indices in slices:
@@ -200,7 +202,7 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
         if not found:
             found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
             continue
-        # What does not vary, and what is known not to be zero, is not looked at again.
+        # Numbers that do not vary, or are known not to be zero, are not examined again.
         open_ones = [
             (codes, k, number)
             for numbers, codes in zip(given, found, strict=True)
@@ -222,7 +224,7 @@ def _codes(number: Number, pieces: int, grid: Grid) -> NDArray[np.int64]:
     if not isinstance(number, np.ndarray):
         return np.full(pieces, int(number != 0.0))
     mask = mask_of(aligned(number[0], len(grid.shape)))
-    # Most are not zero from the first entry on, or all over.
+    # Testing the first entry first is faster, as most numbers are nonzero there.
     used = [bool(each.flat[0] != 0.0 or each.any()) for each in number]
     return np.where(used, 1 + 2 * mask, 0)
 
