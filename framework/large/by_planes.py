@@ -19,11 +19,10 @@ from ..description import Description, excluding
 from ..errors import FrameError
 from ..listing import Explanation
 from ..states import States
+from .accuracy import in_space
 from .equations import EquilibriumEquations
-from .protocols import Mask
 from .solution import LargeSolution
-from .stability import in_space
-from .state import DisplacedState
+from .state import DisplacedState, Mask
 
 _T = TypeVar("_T", bound=np.generic)
 
@@ -36,8 +35,7 @@ def solved(frame: Description, method: str | None, clearance: bool, steps: int) 
     by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
     if by_own_law and not clearance:
         raise FrameError(
-            f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out "
-            "clearance=False, "
+            f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out clearance=False, "
             "or give it a clearance of 0"
         )
     whole = LargeSolution(released_at_rest(frame, "large displacement").copy(), int(steps), clearance)
@@ -156,7 +154,7 @@ class SolutionByPlanes(LargeSolution):
         out = DisplacedState.start(self.model, self._load_stepping.count)
         for mask, part in zip(self.masks, self.parts, strict=True):
             index = np.flatnonzero(mask)
-            inside = EquilibriumEquations(part.model, self._load_stepping.where(index), len(index))
+            inside = EquilibriumEquations(part.model, part.model.where(index), len(index))
             out.put(index, in_space(self.model, inside, part.displaced.taken(index)))
         return out
 
