@@ -105,9 +105,8 @@ class PlanarEquations(TreeEquations):
         total = np.zeros(self.count)
         for stack, pieces in zip(self.planar_model.stacks, self.pieces, strict=True):
             _, _, deformation = planar_pieces.shape(stack, pieces, state)
-            total += 0.5 * planar_pieces.strain_energy(
-                pieces[2], deformation, planar_pieces.bent(pieces[2], deformation)
-            )
+            bow = planar_pieces.bent(pieces[2], deformation)
+            total += 0.5 * planar_pieces.strain_energy(pieces[2], deformation, bow)
         for number in range(len(self.geometry)):
             total += self.resistance(state, number)[0]
         total -= contracted(
@@ -189,11 +188,8 @@ class PlanarEquations(TreeEquations):
             (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
             chord_rotation = (c * y - s * x) / chord
-            stretch, one, two = (
-                c * x + s * y,
-                nodal[2, first] - chord_rotation,
-                nodal[2, second] - chord_rotation,
-            )
+            stretch = c * x + s * y
+            one, two = nodal[2, first] - chord_rotation, nodal[2, second] - chord_rotation
             k00, k01, k02, k11, k12, k22 = stiffness
             change = [k00 * stretch + k01 * one + k02 * two, k01 * stretch + k11 * one + k12 * two]
             out.append(at.stresses[k] + np.stack([*change, k02 * stretch + k12 * one + k22 * two]))

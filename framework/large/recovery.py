@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,30 +23,31 @@ from ..results.along_member import AlongMembers
 from ..results.base import Results, checked_fractions
 from ..results.member_field import about
 from ..structure.member_loads import applied_forces, weight_forces
-from . import corotation
 from .clearances import TOUCHING
-from .corotation import CorotatedPieces
 from .equations import EquilibriumEquations, SpatialLinearisation
 from .links import EdgeGeometry
 from .model import Model
 from .numbers import Numbers, batch_first
-from .response import Response
 from .state import DisplacedState
 
 
 class Stations(AlongMembers):
-    """What follows from an equilibrium along the members.
+    """Forces and displacements along the members of a frame in equilibrium.
 
     Parameters
     ----------
-    model, equations, state
-        The frame, its whole batch, and where it is.
+    equations
+        The whole batch.
+    state
+        Where it is.
+    linear
+        Forces there.
     """
 
-    def __init__(self, model: Model, equations: EquilibriumEquations, state: DisplacedState) -> None:
-        super().__init__(model.topology)
-        self.model, self.equations, self.state = model, equations, state
-        self.motions: list[CorotatedPieces] = equations.motions(state)
+    def __init__(self, equations: EquilibriumEquations, state: DisplacedState, linear: SpatialLinearisation) -> None:
+        super().__init__(equations.model.topology)
+        self.model, self.equations, self.state, self.linear = equations.model, equations, state, linear
+        self.motions = [response.at for response in linear.responses]
 
     def end_forces(self, member: str) -> Array:
         """Forces on both ends of a member (..., 12)."""
@@ -94,16 +96,19 @@ class Stations(AlongMembers):
     def _axes(self, piece: int, x: Array) -> Array:
         """Axes of a piece as rows, the same at all its stations, (k, ..., 9)."""
         k, position = self.placed[piece]
-        local_axes = self._flat(self.topology.groups[k].local_axes[position], 2)
-        rows = np.einsum("abm,acm->mbc", self.motions[k].turn[:, :, position], local_axes)
+        rows = self.motions[k].axes[:, :, position].transpose(2, 1, 0)
         return self._shaped(np.broadcast_to(rows.reshape(-1, 9), (len(x), len(rows), 9)))
 
     def _piece_forces(self, piece: int) -> Array:
+        """Forces on both ends of a piece, in its moving axes (12, m)."""
         k, position = self.placed[piece]
-        response = Response(self.equations.pieces[k], self.motions[k])
-        return response.local_forces(corotation.stress(self.equations.pieces[k], self.motions[k].deformation))[
-            :, position
-        ] - self._shares(piece)
+        return self._end_forces[k][:, position] - self._shares(piece)
+
+    @cached_property
+    def _end_forces(self) -> list[Array]:
+        """By stack, forces on the ends of its pieces with the loads between shared out to them (12, n, m)."""
+        pairs = zip(self.linear.responses, self.linear.stresses, strict=True)
+        return [response.local_forces(stress) for response, stress in pairs]
 
     def _shares(self, piece: int) -> Array:
         """Loads between the ends as shared between them, in the moving axes (12, m)."""

@@ -318,7 +318,7 @@ class LargeSolution(RecoveredResults, SavedResults):
 
     @cached_property
     def _recovery(self) -> Stations:
-        return Stations(self.model, self.equations, self.displaced)
+        return Stations(self.equations, self.displaced, self.linear)
 
     def _masked(self, array: Array) -> Array:
         nothing = ~self.converged if self.frame.absent is None else ~self.converged | self.frame.absent

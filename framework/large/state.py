@@ -123,18 +123,12 @@ class FoundEquilibria:
     def take(self, where: Index, other: FoundEquilibria, which: Mask | None = None) -> None:
         """Replace some of the entries by what was found later, those of it that `which` tells; iterations add up."""
         self.iterations[where] += other.iterations
-        if which is not None:
+        if which is None:
+            kept, state = np.arange(len(where)), other.state
+        else:
             kept = np.flatnonzero(which)
-            where = where[kept]
-            other = FoundEquilibria(
-                other.state.taken(kept),
-                other.converged[kept],
-                other.stable[kept],
-                other.neutral[kept],
-                other.left[kept],
-                other.iterations[kept],
-            )
-        self.state.put(where, other.state)
-        self.converged[where], self.stable[where] = other.converged, other.stable
-        self.neutral[where] = other.neutral
-        self.left[where] |= other.left
+            where, state = where[kept], other.state.taken(kept)
+        self.state.put(where, state)
+        self.converged[where], self.stable[where] = other.converged[kept], other.stable[kept]
+        self.neutral[where] = other.neutral[kept]
+        self.left[where] |= other.left[kept]
