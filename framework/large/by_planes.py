@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import fields
-from functools import cached_property
-from typing import Any, TypeVar
+from functools import cached_property, wraps
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.idle import released_at_rest
@@ -18,14 +17,10 @@ from ..clearances.contact import Contact
 from ..description import Description, excluding
 from ..errors import FrameError
 from ..listing import Explanation
-from ..states import States
+from .accuracy import in_space
 from .equations import EquilibriumEquations
-from .protocols import Mask
 from .solution import LargeSolution
-from .stability import in_space
-from .state import DisplacedState
-
-_T = TypeVar("_T", bound=np.generic)
+from .state import DisplacedState, Mask
 
 
 def solved(frame: Description, method: str | None, clearance: bool, steps: int) -> LargeSolution:
@@ -36,8 +31,7 @@ def solved(frame: Description, method: str | None, clearance: bool, steps: int) 
     by_own_law = [name for name in joints_with_clearance(frame) if frame.joints[name].element.has_law]
     if by_own_law and not clearance:
         raise FrameError(
-            f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out "
-            "clearance=False, "
+            f"joint {by_own_law[0]!r} has a law of its own, which contains its clearance: leave out clearance=False, "
             "or give it a clearance of 0"
         )
     whole = LargeSolution(released_at_rest(frame, "large displacement").copy(), int(steps), clearance)
@@ -46,6 +40,26 @@ def solved(frame: Description, method: str | None, clearance: bool, steps: int) 
         return whole
     masks = [np.broadcast_to(part, frame.shape) for part in parts]
     return SolutionByPlanes(whole.frame, int(steps), masks, clearance)
+
+
+def _of_parts(name: str) -> Any:
+    """A method of solutions by its name, which asks all parts."""
+
+    @wraps(getattr(LargeSolution, name))
+    def method(self: SolutionByPlanes, *given: Any, **named: Any) -> NDArray[Any]:
+        return self.joined([getattr(part, name)(*given, **named) for part in self.parts])
+
+    return method
+
+
+def _value_of_parts(name: str, leading: int = 0) -> Any:
+    """A property of solutions by its name, likewise."""
+
+    def value(self: SolutionByPlanes) -> NDArray[Any]:
+        return self.joined([getattr(part, name) for part in self.parts], leading)
+
+    value.__doc__ = getattr(LargeSolution, name).__doc__
+    return cached_property(value)
 
 
 class SolutionByPlanes(LargeSolution):
@@ -68,83 +82,38 @@ class SolutionByPlanes(LargeSolution):
         self.masks = masks
         self.parts = [LargeSolution(excluding(frame, ~mask), steps, clearance) for mask in masks]
 
-    def displacement(self, node: str) -> Array:
-        return self._joined(lambda part: part.displacement(node))
-
-    def displacement_along(self, member: str, at: ArrayLike) -> Array:
-        return self._joined(lambda part: part.displacement_along(member, at))
-
-    def joint_displacement(self, joint: str) -> Array:
-        return self._joined(lambda part: part.joint_displacement(joint))
-
-    def end_forces(self, member: str) -> Array:
-        return self._joined(lambda part: part.end_forces(member))
-
-    def forces(self, member: str, at: ArrayLike) -> Array:
-        return self._joined(lambda part: part.forces(member, at))
-
-    def stress(self, member: str, at: ArrayLike) -> Array:
-        return self._joined(lambda part: part.stress(member, at))
-
-    def reaction(self, node: str) -> Array:
-        return self._joined(lambda part: part.reaction(node))
-
-    def joint_force(self, joint: str) -> Array:
-        return self._joined(lambda part: part.joint_force(joint))
-
-    def section_axes_at(self, fractions: ArrayLike) -> Array:
-        return self._joined(lambda part: part.section_axes_at(fractions))
-
-    def joint_global(self, joint: str, vectors: Array) -> Array:
-        return self._joined(lambda part: part.joint_global(joint, vectors))
+    displacement = _of_parts("displacement")
+    displacement_along = _of_parts("displacement_along")
+    joint_displacement = _of_parts("joint_displacement")
+    end_forces = _of_parts("end_forces")
+    forces = _of_parts("forces")
+    stress = _of_parts("stress")
+    reaction = _of_parts("reaction")
+    joint_force = _of_parts("joint_force")
+    section_axes_at = _of_parts("section_axes_at")
+    joint_global = _of_parts("joint_global")
+    error_bound = _of_parts("error_bound")
+    state = _value_of_parts("state")
+    stable = _value_of_parts("stable")
+    neutral = _value_of_parts("neutral")
+    converged = _value_of_parts("converged")
+    iterations = _value_of_parts("iterations")
+    residual = _value_of_parts("residual")
+    strain_energy = _value_of_parts("strain_energy", leading=1)
+    work = _value_of_parts("work", leading=1)
 
     def contact(self, joint: str) -> Contact:
         found = [part.contact(joint) for part in self.parts]
         values: dict[str, Any] = {
-            each.name: self._of([getattr(contact, each.name) for contact in found])
+            each.name: self.joined([getattr(contact, each.name) for contact in found])
             for each in fields(Contact)
             if each.name != "joint"
         }
         return Contact(joint=found[0].joint, **values)
 
-    @cached_property
-    def state(self) -> States:
-        return self._joined(lambda part: part.state)
-
-    @cached_property
-    def stable(self) -> NDArray[np.bool_]:
-        return self._joined(lambda part: part.stable)
-
-    @cached_property
-    def neutral(self) -> NDArray[np.bool_]:
-        return self._joined(lambda part: part.neutral)
-
-    @cached_property
-    def converged(self) -> NDArray[np.bool_]:
-        return self._joined(lambda part: part.converged)
-
-    @property
-    def iterations(self) -> NDArray[np.int64]:
-        return self._joined(lambda part: part.iterations)
-
-    @cached_property
-    def residual(self) -> Array:
-        return self._joined(lambda part: part.residual)
-
-    def error_bound(self, node: str) -> Array:
-        return self._joined(lambda part: part.error_bound(node))
-
     @property
     def load_factor(self) -> Array:
         return self.parts[0].load_factor
-
-    @property
-    def strain_energy(self) -> Array:
-        return self._joined(lambda part: part.strain_energy, leading=1)
-
-    @property
-    def work(self) -> Array:
-        return self._joined(lambda part: part.work, leading=1)
 
     def explain(self) -> str:
         lines = [f"Entries keep to {len(self.parts)} planes, or to none, and are solved plane by plane."]
@@ -156,15 +125,12 @@ class SolutionByPlanes(LargeSolution):
         out = DisplacedState.start(self.model, self._load_stepping.count)
         for mask, part in zip(self.masks, self.parts, strict=True):
             index = np.flatnonzero(mask)
-            inside = EquilibriumEquations(part.model, self._load_stepping.where(index), len(index))
+            inside = EquilibriumEquations(part.model, part.model.where(index), len(index))
             out.put(index, in_space(self.model, inside, part.displaced.taken(index)))
         return out
 
-    def _joined(self, result: Callable[[LargeSolution], NDArray[_T]], leading: int = 0) -> NDArray[_T]:
-        """A result of every part where its entries are, the batch behind so many axes."""
-        return self._of([result(part) for part in self.parts], leading)
-
-    def _of(self, results: list[NDArray[_T]], leading: int = 0) -> NDArray[_T]:
+    def joined(self, results: list[NDArray[Any]], leading: int = 0) -> NDArray[Any]:
+        """Results of the parts, each where its entries are; the batch comes behind so many axes."""
         out = results[0].copy()
         for mask, values in zip(self.masks[1:], results[1:], strict=True):
             at = (slice(None),) * leading + (mask,)

@@ -1,7 +1,11 @@
-"""Order, fill and factors of many small sparse matrices of one pattern."""
+"""Tangents of one sparse pattern: order and fill of their elimination, factors, eigenvalues and free motions.
+
+Up to `LARGE` unknowns a whole batch is eliminated side by side; larger tangents are factorised one by one.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,11 +18,19 @@ from ..cache import KERNELS
 from ..ldl import Columns, PivotStep, eliminated, sparse_steps, substitute
 from ..solvers.lu import symmetric_lu
 from ..structure.parts import Grid
+from .model import Model
 
 Index = NDArray[np.int64]
 
 # Unknowns above which matrices are factorised one by one in SuperLU.
 LARGE = 240
+# Pivot, in units of the diagonal, above which all are clear of what the last step still changes.
+CLEAR = 1e-8
+# Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one;
+# so many of these within which a motion is free.
+_ROUNDINGS, _FREE = 4.0 * float(np.finfo(np.float64).eps), 64.0
+# Eigenvalue of scaled equations with multipliers that tells a redundant constraint.
+_REDUNDANT = 1e-12
 
 
 class SymbolicFactorisation:
@@ -35,10 +47,19 @@ class SymbolicFactorisation:
     constraints
         How many of the last unknowns are multipliers, which stand for constraints on those before them and follow them
         in the order; any two that a constraint couples are coupled.
+
+    Attributes
+    ----------
+    zero
+        Eigenvalue of a scaled tangent that is rounding.
+    free
+        Pivot or eigenvalue, some roundings more, at which a motion is free.
     """
 
     def __init__(self, rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0) -> None:
-        self.size, self.half, self.first_constraint = size, half, size - constraints
+        self.size, self.half, self.constraints, self.first_constraint = size, half, constraints, size - constraints
+        self.zero = _ROUNDINGS * size
+        self.free = _FREE * self.zero
         inside = np.flatnonzero((rows < size) & (columns < size))
         self.rows, self.columns, self.inside = rows[inside], columns[inside], inside
         prescribed = np.flatnonzero((columns < size) & (rows >= size))
@@ -57,6 +78,12 @@ class SymbolicFactorisation:
         key = "elimination", rows.tobytes(), columns.tobytes(), size, half, constraints
         found: SymbolicFactorisation = KERNELS.found(key, make, len(rows))
         return found
+
+    @staticmethod
+    def of_model(model: Model) -> SymbolicFactorisation:
+        """That of the tangents of a model in space."""
+        _, rows, columns = model.pattern
+        return SymbolicFactorisation.of(rows, columns, model.free, constraints=model.constraints)
 
     def _order(self) -> None:
         """Minimum degree, as nothing here varies less than the rest."""
@@ -121,11 +148,8 @@ class SymbolicFactorisation:
         out[self.inside[own]] += (shift * self.diagonal(values) + more)[self.rows[own]]
         return out
 
-    def spectrum(self, values: Array) -> tuple[Array, Array, Array]:
-        """Scale (m, n) that leaves no entry above one, eigenvalues (m, n) and eigenvectors (m, n, n) after scaling.
-
-        Eigenvalues are NaN where the matrix is not finite.
-        """
+    def spectrum(self, values: Array) -> Spectrum:
+        """Eigenvalues and eigenvectors of symmetric parts, scaled to leave no entry above one; NaN if not finite."""
         matrix = self.dense(values)
         root = 1.0 / np.sqrt(self.diagonal(values).T)
         matrix = 0.5 * (matrix + np.swapaxes(matrix, -1, -2)) * root[:, :, None] * root[:, None, :]
@@ -133,13 +157,77 @@ class SymbolicFactorisation:
         matrix[lost] = 0.0
         eigenvalues, vectors = np.linalg.eigh(matrix)
         eigenvalues[lost] = np.nan
-        return root, eigenvalues, vectors
+        return Spectrum(root, eigenvalues, vectors)
+
+    def clearly_definite(self, values: Array) -> NDArray[np.bool_]:
+        """Whether tangents are positive definite whatever rounding there may be (m,); not told of constrained ones."""
+        if self.constraints:
+            return np.zeros(values.shape[-1], dtype=bool)
+        return np.asarray((self.factor(values).pivots > CLEAR).all(axis=0))
+
+    def definite(self, values: Array, rounding: Array | float = 0.0) -> NDArray[np.bool_]:
+        """Whether tangents have no negative eigenvalue beyond rounding (m,): all pivots are positive once it is added.
+
+        The number of negative eigenvalues of the symmetric part, the second order of the work on any motion, is the
+        same in all units and axes (Sylvester).
+
+        Parameters
+        ----------
+        values
+            The tangents.
+        rounding
+            Of their diagonal, beside that in its own size (free, m).
+        """
+        raised = values if self.constraints else self.raised(values, self.zero, rounding)
+        return np.asarray((self.factor(raised).pivots > 0.0).all(axis=0))
+
+    def neutral(self, values: Array) -> NDArray[np.bool_]:
+        """Whether tangents have an eigenvalue that is rounding or negative (m,); not told of constrained ones."""
+        if self.constraints:
+            return np.zeros(values.shape[-1], dtype=bool)
+        return np.asarray(~(self.factor(self.raised(values, -self.free)).pivots > 0.0).all(axis=0))
 
     def factor(self, values: Array, *, symmetric: bool = True) -> StackFactor:
-        """Factorise; `values` on the pattern, (entries, m). Where `symmetric`, the two halves are averaged."""
+        """Factors of tangents, `values` on the pattern (entries, m); of symmetric ones both halves are averaged."""
+        if self.constraints:
+            return ConstrainedFactor(self.dense(values), self.constraints)
         if not symmetric:
             return GeneralFactor(self.dense(values), self.factor(values).pivots)
         return SmallFactor(self, values) if self.size <= LARGE else LargeFactor(self, values)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Modes of a stack of tangents.
+
+    Attributes
+    ----------
+    root
+        Scale of rows and columns (m, n).
+    values, vectors
+        Eigenvalues (m, n), rising, and eigenvectors as columns (m, n, n), of the scaled tangents.
+    """
+
+    root: Array
+    values: Array
+    vectors: Array
+
+    @property
+    def modes(self) -> Array:
+        """The modes as columns, in the coordinates (m, n, n)."""
+        return self.vectors * self.root[:, :, None]
+
+    def share(self, load: Array) -> Array:
+        """Work of loads (n, m) on the modes (m, n)."""
+        return np.asarray(np.einsum("mji,mj,jm->mi", self.vectors, self.root, load))
+
+    def summed(self, share: Array) -> Array:
+        """Displacements (n, m) by shares of the modes (m, n)."""
+        return np.asarray(np.einsum("mij,mj,mi->im", self.vectors, share, self.root))
+
+    def solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
+        """Solution for loads (n, m), `free` modes (m, n) left out."""
+        return self.summed(np.where(free, 0.0, self.share(load) / np.where(free, 1.0, self.values)))
 
 
 class StackFactor:
@@ -217,19 +305,17 @@ class ConstrainedFactor(StackFactor):
         diagonal = np.abs(np.diagonal(matrix, axis1=-2, axis2=-1)[:, :size])
         root = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         rows = np.sqrt(((matrix[:, size:, :size] * root[:, None]) ** 2).sum(axis=-1))
-        self.root = np.concatenate([root, 1.0 / np.where(rows > 0.0, rows, 1.0)], axis=1)
-        self.values, self.vectors = np.linalg.eigh(matrix * self.root[:, :, None] * self.root[:, None, :])
-        self.zero = np.abs(self.values) <= 1e-12
+        root = np.concatenate([root, 1.0 / np.where(rows > 0.0, rows, 1.0)], axis=1)
+        values, vectors = np.linalg.eigh(matrix * root[:, :, None] * root[:, None, :])
+        self.spectrum, self.zero = Spectrum(root, values, vectors), np.abs(values) <= _REDUNDANT
         spare = self.zero.sum(axis=1)
-        independent = (self.values < 0.0).sum(axis=1) - (self.zero & (self.values < 0.0)).sum(axis=1)
+        independent = ((values < 0.0) & ~self.zero).sum(axis=1)
         self.pivots = np.where(independent == constraints - spare, 1.0, -1.0)[None]
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, m)."""
-        inverse = np.where(self.zero, 0.0, 1.0 / np.where(self.zero, 1.0, self.values))
-        share = np.einsum("mji,mj,jm->mi", self.vectors, self.root, load) * inverse
-        out: Array = np.einsum("mij,mj,mi->im", self.vectors, share, self.root)
-        return out
+        inverse = np.where(self.zero, 0.0, 1.0 / np.where(self.zero, 1.0, self.spectrum.values))
+        return self.spectrum.summed(self.spectrum.share(load) * inverse)
 
 
 class LargeFactor(StackFactor):

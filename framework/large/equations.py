@@ -1,8 +1,12 @@
-"""Equilibrium of some batch entries: energy, unbalanced forces and tangent at a state."""
+"""Equilibrium in space of some batch entries: energy, unbalanced forces and tangent at a state."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array, merged
@@ -10,16 +14,53 @@ from ..elementwise import added, contracted, zeros
 from ..rotation import cross, dot, spin, times
 from ..structure.edge import GROUND
 from . import corotation
-from .configuration import Configuration, motion_of
-from .links import LinkChange
-from .loops import LoopChange
-from .numbers import summed
+from .corotation import CorotatedPieces, Pieces
+from .links import EdgeGeometry, LinkChange, LoopChange, displacement
+from .model import Model
+from .numbers import Numbers, Where, summed
 from .response import Response
-from .state import DisplacedState, SpatialLinearisation
+from .state import DisplacedState
+from .tree_equations import Linearisation, TreeEquations
 
 
-class EquilibriumEquations(Configuration):
-    """A model at some entries, with the derivatives of its energy.
+@dataclass(frozen=True)
+class SpatialLinearisation(Linearisation):
+    """What one iteration knows in space, and recovery after it.
+
+    Attributes
+    ----------
+    responses
+        By stack, how the deformations follow the ends.
+    stresses
+        By stack, the true forces on the deformations.
+    jacobians
+        By node that is attached to others, its displacement and spin by the coordinates of its chain (6, chain, m).
+    nodal
+        Force that holds each node with all that is attached to it (6, nodes, m).
+    own
+        Force of members and loads on the links' own coordinates, then on the loops' (6, links + loops, m).
+    """
+
+    responses: list[Response]
+    stresses: list[Array]
+    jacobians: dict[int, Array]
+    nodal: Array
+    own: Array
+
+
+class EquilibriumEquations(TreeEquations):
+    """A model in space at some entries, its energy and the derivatives of that.
+
+    Parameters
+    ----------
+    model
+        The compiled frame.
+    where
+        Indices of the entries along each batch axis (m,).
+    count
+        Number of entries.
+    factor
+        Share of loads, offsets and prescribed displacements.
 
     Attributes
     ----------
@@ -30,35 +71,128 @@ class EquilibriumEquations(Configuration):
 
     symmetric = False
 
-    def work(self, old: DisplacedState, new: DisplacedState, share: float) -> Array:
-        """Work done on the frame between two equilibria (m,), by the trapezoidal rule.
+    def __init__(self, model: Model, where: Where, count: int, factor: float = 1.0) -> None:
+        super().__init__(model, model.columns, where, count, factor)
 
-        `share` is the factor of the old one over that of the new one.
-        """
-        work_of_loads = (
-            self.load_work(new, self.motions(new)) - self.load_work(old, self.motions(old)) + self.moment_work(old, new)
+    # -- numbers ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def pieces(self) -> list[Pieces]:
+        """Stacks of pieces."""
+        return [stack.at(self.where, self.factor) for stack in self.model.stacks]
+
+    @cached_property
+    def geometry(self) -> list[EdgeGeometry]:
+        """Links of the tree."""
+        return [joint.at(self.where) for joint in self.model.joints]
+
+    @cached_property
+    def loads(self) -> Array:
+        """Forces and moments on nodes (6, nodes, m or 1)."""
+        return self.factor * self.model.loads.nodal.at(self.where)
+
+    @cached_property
+    def ground(self) -> tuple[Array, Array]:
+        """Displacement and quaternion of the ground."""
+        still = np.zeros((4, self.count))
+        still[0] = 1.0
+        return np.zeros((3, self.count)), still
+
+    # -- motion -----------------------------------------------------------------------------------------------------
+
+    def coordinate(self, state: DisplacedState, node: int, component: int) -> Array:
+        """Value of a coordinate of a node, or of the link that carries it (m,)."""
+        plain = self.model.plain[node]
+        out: Array = state.displacements[component, node] if plain else state.own[component, self.model.link_of[node]]
+        return out
+
+    def advanced(self, state: DisplacedState, step: Array) -> DisplacedState:
+        """The state after a step of the coordinates (size, m)."""
+        model = self.model
+        nodal = self.nodal(step)
+        plain = model.plain
+        displacements, rotations, own = state.displacements.copy(), state.rotations.copy(), state.own.copy()
+        displacements[:, plain] += nodal[:3, plain]
+        rotations[:, plain] = rotation.normalised(
+            rotation.product(rotation.exponential(nodal[3:, plain]), state.rotations[:, plain])
         )
-        total: Array = 0.5 * (1.0 + share) * work_of_loads
-        before = EquilibriumEquations(self.model, self.where, self.count, share * self.factor)
-        forces = [part.linearised(state, tangents=False).forces for part, state in ((before, old), (self, new))]
-        prescribed = slice(self.model.free, None)
-        mean = 0.5 * (forces[0][prescribed] + forces[1][prescribed])
-        total += contracted("im,im->m", mean, (1.0 - share) * self.prescribed_values)
-        for stack, pair in zip(self.model.stacks, zip(before.pieces, self.pieces, strict=True), strict=True):
-            if stack.free is not None:
-                ways = zip(pair, (old, new), strict=True)
-                at = [corotation.strain_forces(part, motion_of(stack.ends, part, s).deformation) for part, s in ways]
-                free = (1.0 - share) * self.factor * stack.free.at(self.where)
-                total -= 0.5 * dot(at[0] + at[1], free + np.zeros_like(at[0])).sum(axis=0)
-        for number, joint in enumerate(self.model.joints):
-            generalised_forces = [
-                part.resistance(s, number, s.own[:, number])[1] for part, s in ((before, old), (self, new))
-            ]
-            offset = (1.0 - share) * self.factor * joint.offset.at(self.where)
-            total -= 0.5 * dot(
-                generalised_forces[0] + generalised_forces[1], offset + np.zeros_like(generalised_forces[0])
+        for number, joint in enumerate(model.joints):
+            own[:, number] = joint.shortest(own[:, number] + nodal[:, joint.child])
+        if model.loops:
+            own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
+        new = DisplacedState(displacements, rotations, own, state.contact_multipliers)
+        self.follow(new)
+        return new
+
+    # -- energy -----------------------------------------------------------------------------------------------------
+
+    def energy(self, state: DisplacedState) -> Array:
+        """Strain energy less the work of forces (m,); moments apart, see `moment_work`."""
+        motions = self.motions(state)
+        return self.strain_energy(state, motions) - self.load_work(state, motions)
+
+    def strain_energy(self, state: DisplacedState, motions: list[CorotatedPieces] | None = None) -> Array:
+        """Energy in members and joints (m,)."""
+        total = np.zeros(self.count)
+        for pieces, motion in zip(self.pieces, motions or self.motions(state), strict=True):
+            total += added(corotation.strain_energy(pieces, motion))
+        for number in range(len(self.model.edges)):
+            total += self.resistance(state, number, self.own(state, number))[0]
+        return total
+
+    def own(self, state: DisplacedState, number: int) -> Array:
+        """Displacement (6, m) in a link or, counted on, loop."""
+        links = len(self.model.joints)
+        return state.own[:, number] if number < links else displacement(*self.loop(state, number - links))
+
+    def loop(self, state: DisplacedState, number: int) -> tuple[EdgeGeometry, tuple[Array, Array], tuple[Array, Array]]:
+        """Geometry of an edge that closes a loop, displacements and quaternions of its nodes."""
+        loop = self.model.loops[number]
+        (first, turn), (second, other) = self.at(state, loop.parent), self.at(state, loop.child)
+        return loop.at(self.where), (first, second), (turn, other)
+
+    def load_work(self, state: DisplacedState, motions: list[CorotatedPieces]) -> Array:
+        """Work of forces from rest on, if they had acted whole (m,)."""
+        loads = np.broadcast_to(self.loads[:3], state.displacements.shape)
+        total: Array = contracted("ij...,ij...->...", loads, state.displacements)
+        for pieces, motion in zip(self.pieces, motions, strict=True):
+            total = total + added(corotation.work(pieces, motion))
+        for node, push, arm in self.offset_forces:
+            total = total + dot(
+                push, rotation.rotated(state.rotations[:, node], arm + np.zeros_like(state.displacements[:, 0]))
             )
         return total
+
+    def motions(self, state: DisplacedState) -> list[CorotatedPieces]:
+        """Frames and deformations of all pieces."""
+        pairs = zip(self.model.stacks, self.pieces, strict=True)
+        return [motion_of(stack.ends, pieces, state) for stack, pieces in pairs]
+
+    def moment_work(self, old: DisplacedState, new: DisplacedState) -> Array:
+        """Work of the moments on the way from one state to another (m,)."""
+        total = np.zeros(self.count)
+        for node in self._twisted:
+            turn = rotation.product(new.rotations[:, node], rotation.conjugate(old.rotations[:, node]))
+            total += dot(self.loads[3:, node] + 0.0 * turn[1:], rotation.logarithm(turn))
+        return total
+
+    @cached_property
+    def _twisted(self) -> list[int]:
+        return [node for node in range(self.model.count) if np.any(self.loads[3:, node])]
+
+    @cached_property
+    def offset_forces(self) -> list[tuple[int, Array, Array]]:
+        """Weights on arms: node, force and arm at rest (3, m or 1)."""
+        ndim, given = self.model.ndim, self.model.loads.offset_forces
+        forces = [self.factor * Numbers.of(each.force, ndim, 1).at(self.where) for each in given]
+        arms = [Numbers.of(each.arm, ndim, 1).at(self.where) for each in given]
+        return [(each.node, force, arm) for each, force, arm in zip(given, forces, arms, strict=True)]
+
+    def resistance(self, state: DisplacedState, number: int, own: Array) -> tuple[Array, Array, Array]:
+        """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
+        joint = self.model.edges[number]
+        elastic = own - self.factor * joint.offset.at(self.where)
+        return joint.resistance(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 
@@ -79,7 +213,9 @@ class EquilibriumEquations(Configuration):
         assumed = nodal.copy()
         responses, true, data = [], [], []
         energy = np.zeros(self.count)
-        jacobians = self._jacobians(state)
+        changes = self._changes(state)
+        transfers = [change.jacobian for change in changes]
+        jacobians = self._jacobians(transfers)
         for k, (stack, pieces) in enumerate(zip(model.stacks, self.pieces, strict=True)):
             response = Response(pieces, motion_of(stack.ends, pieces, state))
             exact = corotation.stress(pieces, response.at.deformation)
@@ -98,21 +234,23 @@ class EquilibriumEquations(Configuration):
         nodal, assumed = np.array(nodal.reshape(shape)), np.array(assumed.reshape(shape))
         data += self._offset_tangent(state, nodal, assumed, jacobians)
         closing = [self._closing(state, number, (nodal, assumed)) for number in range(len(model.loops))]
+        resisted = [self.resistance(state, number, state.own[:, number]) for number in range(len(changes))]
         if tangents:
-            data += self._link_tangent(state, assumed, jacobians)
-        data += [self._in_chains(number, matrix, jacobians) for number, (matrix, *_) in enumerate(closing)]
-        forces, own = self._reduced(state, nodal)
+            data += self._link_tangents(assumed, changes, transfers, [each[2] for each in resisted], jacobians)
+            data += [self._loop_tangent(number, matrix, jacobians) for number, (matrix, *_) in enumerate(closing)]
+        forces, own = self._reduced(nodal, transfers, [each[1] for each in resisted])
         for number, (_, force, gap, stored) in enumerate(closing):
             constrained = model.multipliers[:, number]
             forces[constrained[constrained >= 0]] = gap[constrained >= 0]
-            own = np.concatenate([own, -force[:, None]], axis=1)
+            own.append(-force)
             energy = energy + 2.0 * stored
         nothing = np.zeros((0, self.count))
         blocks = [nothing, *(merged(block, 0, -2) for block in data)]
         values = summed(self.model.pattern[0], np.concatenate(blocks)) if tangents else nothing
-        for number in range(len(model.joints)):
-            energy = energy + 2.0 * self.resistance(state, number, state.own[:, number])[0]
-        return SpatialLinearisation(forces, values, responses, true, jacobians, energy, nodal, own)
+        for stored, *_ in resisted:
+            energy = energy + 2.0 * stored
+        carried = np.stack(own, axis=1) if own else np.zeros((6, 0, self.count))
+        return SpatialLinearisation(forces, values, energy, responses, true, jacobians, nodal, carried)
 
     def step_stresses(self, at: SpatialLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
@@ -131,18 +269,17 @@ class EquilibriumEquations(Configuration):
         return out
 
     def _changes(self, state: DisplacedState) -> list[LinkChange]:
+        """By link of the tree, how its nodes move."""
         out = []
-        for number, (joint, link) in enumerate(zip(self.model.joints, self.links, strict=True)):
+        for number, (joint, link) in enumerate(zip(self.model.joints, self.geometry, strict=True)):
             first = self.at(state, joint.parent)[1] if joint.forward else state.rotations[:, joint.child]
             out.append(LinkChange(link, first, state.own[:, number]))
         return out
 
-    def _jacobians(self, state: DisplacedState) -> dict[int, Array]:
+    def _jacobians(self, transfers: list[Array]) -> dict[int, Array]:
         """Displacement and spin of nodes below others in the tree, by the coordinates of their chain (6, chain, m)."""
         out: dict[int, Array] = {}
-        self._now = self._changes(state)
-        for joint, change in zip(self.model.joints, self._now, strict=True):
-            local = change.jacobian()
+        for joint, local in zip(self.model.joints, transfers, strict=True):
             own = local[:, 6:]
             if joint.parent == GROUND:
                 out[joint.child] = own
@@ -152,7 +289,8 @@ class EquilibriumEquations(Configuration):
                 out[joint.child] = np.concatenate([carried, own], axis=1)
         return out
 
-    def _jacobian(self, node: int, jacobians: dict[int, Array]) -> Array:
+    def jacobian(self, node: int, jacobians: dict[int, Array]) -> Array:
+        """Displacement and spin of a node by the coordinates of its chain (6, chain, m)."""
         return jacobians[node] if node in jacobians else np.broadcast_to(np.eye(6)[..., None], (6, 6, self.count))
 
     def _linked_tangent(self, k: int, tangent: Array, jacobians: dict[int, Array]) -> list[Array]:
@@ -161,7 +299,7 @@ class EquilibriumEquations(Configuration):
         out = [tangent[:, :, ~linked]] if not linked.all() else []
         for number in np.flatnonzero(linked):
             first, second = self.model.stacks[k].ends[number].tolist()
-            a, b = self._jacobian(first, jacobians), self._jacobian(second, jacobians)
+            a, b = self.jacobian(first, jacobians), self.jacobian(second, jacobians)
             whole = tangent[:, :, number]
             wide = np.concatenate([times(whole[:, :6], a), times(whole[:, 6:], b)], axis=1)
             up = [times(rotation.transposed(part), wide[rows]) for part, rows in ((a, slice(0, 6)), (b, slice(6, 12)))]
@@ -178,31 +316,26 @@ class EquilibriumEquations(Configuration):
             push = push + np.zeros_like(lever)
             for forces in (nodal, assumed):
                 forces[3:, node] -= cross(lever, push)
-            turn = self._jacobian(node, jacobians)[3:]
+            turn = self.jacobian(node, jacobians)[3:]
             out.append(times(rotation.transposed(turn), times(-times(spin(push), spin(lever)), turn)))
         return out
 
-    def _link_tangent(self, state: DisplacedState, nodal: Array, jacobians: dict[int, Array]) -> list[Array]:
-        """Springs of the links, and what turning them does to the forces that they pass on; leaves first."""
-        out: list[Array] = []
-        joints = self.model.joints
-        for number in range(len(joints) - 1, -1, -1):
-            joint, change = joints[number], self._now[number]
-            force = nodal[:, joint.child]
-            matrix = change.geometric(force)
-            matrix = 0.5 * (matrix + rotation.transposed(matrix)) if self.symmetric else matrix
-            matrix[3:, 3:] += self.resistance(state, number, state.own[:, number])[2]
-            if joint.parent == GROUND:
-                out.insert(0, matrix[3:, 3:])
-            else:
-                nodal[:, joint.parent] += change.forces(force)[0]
-                above = self._jacobian(joint.parent, jacobians)[3:]
-                width = above.shape[1]
-                wide = zeros((9, width + 6, self.count), above)
-                wide[:3, :width] = above
-                wide[range(3, 9), range(width, width + 6)] = 1.0
-                out.insert(0, times(rotation.transposed(wide), times(matrix, wide)))
-        return out
+    def _geometric(self, number: int, change: LinkChange, force: Array) -> Array:
+        """Tangent of what a constant force on the child does: by the spin of the parent, and the link's own (9, 9)."""
+        return self._part(change.geometric(force))
+
+    def _part(self, matrix: Array) -> Array:
+        """The symmetric part of a matrix where that is asked for."""
+        return 0.5 * (matrix + rotation.transposed(matrix)) if self.symmetric else matrix
+
+    def _in_chain(self, node: int, matrix: Array, moved: dict[int, Array]) -> Array:
+        """That tangent in terms of the chain of the parent, whose spin it has."""
+        above = self.jacobian(node, moved)[3:]
+        width = above.shape[1]
+        wide = zeros((9, width + 6, self.count), above)
+        wide[:3, :width] = above
+        wide[range(3, 9), range(width, width + 6)] = 1.0
+        return times(rotation.transposed(wide), times(matrix, wide))
 
     def _closing(
         self, state: DisplacedState, number: int, nodal: tuple[Array, Array]
@@ -213,42 +346,31 @@ class EquilibriumEquations(Configuration):
         place = len(self.model.joints) + number
         stored, force, resistance = self.resistance(state, place, change.own)
         force = force + state.own[:, place]
-        rows = change.jacobian()
+        rows = change.jacobian
         ends = contracted("ji...,j...->i...", rows, force)
         for forces in nodal:
             forces[:, loop.child] += ends[6:]
             if loop.parent != GROUND:
                 forces[:, loop.parent] += ends[:6]
         out = zeros((18, 18, self.count), force, rows)
-        geometric = change.geometric(force)
-        geometric = 0.5 * (geometric + rotation.transposed(geometric)) if self.symmetric else geometric
-        out[:12, :12] = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows)) + geometric
+        stiffness = times(rotation.transposed(rows), times(resistance + 0.0 * force[0], rows))
+        out[:12, :12] = stiffness + self._part(change.geometric(force))
         out[12:, :12], out[:12, 12:] = rows, rotation.transposed(rows)
         return out, force, change.own - self.factor * loop.offset.at(self.where), stored
 
-    def _in_chains(self, number: int, matrix: Array, jacobians: dict[int, Array]) -> Array:
+    def _loop_tangent(self, number: int, matrix: Array, jacobians: dict[int, Array]) -> Array:
         """A loop's tangent in the terms of its nodes' chains."""
         loop = self.model.loops[number]
         for _ in range(2):
             parts = [] if loop.parent == GROUND else [(loop.parent, matrix[:6])]
             parts.append((loop.child, matrix[6:12]))
-            up = [times(rotation.transposed(self._jacobian(node, jacobians)), rows) for node, rows in parts]
+            up = [times(rotation.transposed(self.jacobian(node, jacobians)), rows) for node, rows in parts]
             matrix = rotation.transposed(np.concatenate([*up, matrix[12:]]))
         return matrix
 
-    def _reduced(self, state: DisplacedState, nodal: Array) -> tuple[Array, Array]:
-        """Forces on the coordinates from forces on the nodes, leaves first; and those of members and loads alone."""
-        model = self.model
-        out = zeros((model.size + 1, self.count), nodal)
-        carried = zeros((6, len(model.joints), self.count), nodal)
-        for number in range(len(model.joints) - 1, -1, -1):
-            joint = model.joints[number]
-            above, own = self._now[number].forces(nodal[:, joint.child])
-            carried[:, number] = own
-            own = own + self.resistance(state, number, state.own[:, number])[1]
-            out[model.columns[:, joint.child]] = own
-            if joint.parent != GROUND:
-                nodal[:, joint.parent] += above
-        plain = model.plain
-        out[model.columns[:, plain]] = nodal[:, plain]
-        return out[:-1], carried
+
+def motion_of(ends: NDArray[np.int64], pieces: Pieces, state: DisplacedState) -> CorotatedPieces:
+    """Frames and deformations of the pieces of a stack between the nodes `ends` (n, 2)."""
+    first, second = ends.T
+    displacements = state.displacements[:, first], state.displacements[:, second]
+    return corotation.motion(pieces, displacements, (state.rotations[:, first], state.rotations[:, second]))

@@ -1,9 +1,19 @@
-"""Joints, rigid links, ties and supports between nodes, as numbers by entry, in the order of the joint tree."""
+"""Joints, rigid links, ties and supports as edges of the joint tree: their numbers by entry, and what resists in them.
+
+Beside six springs that is contact in a clearance, or a law of the joint's own. Rigid contact (stiffness inf where the
+joint has clearance) has no law: its force p holds the displacement d in the ball of radius e. It is found by augmented
+Lagrangians (Rockafellar, J. Optim. Theory Appl. 12 (1973) 555-562): with a guess of p and a stiffness k, the energy ::
+
+    W(d) = k/2 dist(d + p/k, ball)^2 - p^2 / 2k,    f = k (z - the point of the ball nearest to z),  z = d + p/k
+
+is smooth, and p is right where f = p, for any k: so k bears on the way only, not on the result.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,15 +21,39 @@ from numpy.typing import NDArray
 from .. import rotation
 from ..batch import Array
 from ..description import Description
-from ..elementwise import zeros
+from ..elementwise import less, maximum, square_root, where, zeros
 from ..joint_protocol import JointElement
-from ..rotation import dot
+from ..rotation import dot, outer
 from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.topology import Topology
-from .joint_law import ContactMultipliers, elastic_contact, law_of, rigid_contact
 from .links import EdgeGeometry
 from .numbers import Numbers, Where
+
+
+@dataclass(frozen=True)
+class ContactMultipliers:
+    """Rigid contacts at m entries: guesses of their forces (6, contacts, m), and stiffnesses k (contacts, m)."""
+
+    force: Array
+    stiffness: Array
+
+    @classmethod
+    def none(cls, contacts: int, count: int) -> ContactMultipliers:
+        """Without any force."""
+        return cls(np.zeros((6, contacts, count)), np.ones((contacts, count)))
+
+    def taken(self, kept: Any) -> ContactMultipliers:
+        """Some of the entries."""
+        return ContactMultipliers(self.force[..., kept], self.stiffness[..., kept])
+
+    def those(self, contacts: list[int]) -> ContactMultipliers:
+        """Some of the contacts."""
+        return ContactMultipliers(self.force[:, contacts], self.stiffness[contacts])
+
+    def put(self, where: Any, other: ContactMultipliers) -> None:
+        """Replace some of the entries."""
+        self.force[..., where], self.stiffness[..., where] = other.force, other.stiffness
 
 
 @dataclass(frozen=True)
@@ -65,7 +99,7 @@ class TreeJoint:
         if edge.kind == "rigid":
             arm = Numbers.of(topology.position(edge.second) - topology.position(edge.first), ndim, 1)
         element = frame.joints[edge.name].element if edge.kind == "joint" and edge.name is not None else None
-        law = None if element is None else law_of(element, clearance)
+        law = None if element is None else _law_of(element, clearance)
         has_clearance = law is not None and bool(law.clearance.any())
         directions = law.clearance_directions if law is not None and has_clearance else ()
         radius = law.clearance if law is not None and has_clearance else np.zeros(())
@@ -187,3 +221,38 @@ def offsets(frame: Description, edge: Edge) -> dict[int, Array]:
     known = {"joint": frame.offsets, "support": frame.supports}.get(edge.kind, {})
     given = known.get(edge.name, {}) if edge.name else {}
     return {k: value for k, value in given.items() if np.any(value)}
+
+
+def _law_of(element: JointElement, clearance: bool) -> JointElement | None:
+    """The joint element itself where its `resistance` is to be followed; None where springs describe it.
+
+    Parameters
+    ----------
+    element
+        The joint element.
+    clearance
+        Whether clearances are taken into account. A law of its own that has none stands either way.
+    """
+    if element.clearance.any():
+        return element if clearance else None
+    return element if element.has_law else None
+
+
+def elastic_contact(displacement: Array, radius: Array, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Energy (m,), force (n, m) and tangent (n, n, m) of a contact with a stiffness; see `clearances.contact.law`."""
+    length = square_root(dot(displacement, displacement))
+    depth = maximum(length - radius, 0.0)
+    touched = less(-depth, 0.0)
+    safe = where(touched, length, 1.0)
+    normal, pressed = displacement / safe, stiffness * depth
+    across = pressed / safe
+    tangent = (stiffness - across) * outer(normal, normal)
+    for k in range(len(displacement)):
+        tangent[k, k] = tangent[k, k] + across
+    return 0.5 * pressed * depth, pressed * normal, where(touched, tangent, 0.0)
+
+
+def rigid_contact(displacement: Array, radius: Array, force: Array, stiffness: Array) -> tuple[Array, Array, Array]:
+    """Energy (m,), force (n, m) and tangent (n, n, m) of a rigid contact at a displacement (n, m) in its clearance."""
+    stored, generalised_force, tangent = elastic_contact(displacement + force / stiffness, radius, stiffness)
+    return stored - 0.5 * dot(force, force) / stiffness, generalised_force, tangent

@@ -1,4 +1,4 @@
-"""Finite motion in joints, rigid links, ties and supports: where the second node is, seen from the first.
+"""Finite motion in joints, rigid links, ties and supports: where the second node is, seen from the first, and back.
 
 A joint's displacement (t, p) is measured in axes that follow its first node, with rotation R1: ::
 
@@ -9,20 +9,26 @@ moved. The rotation E(p) = exp(stiff part of p) exp(soft part of p) is that of t
 springs are alike; otherwise the softest springs turn first, so that a pin keeps its axis through any number of turns.
 Of a screw the coordinate along z is what its advance leaves, ``t_z - lead p_z``.
 
+Along the joint tree the first node and the joint's displacement give the second node (`LinkChange` has the
+derivatives). An edge that closes a loop finds both nodes placed, and its displacement follows from theirs
+(`LoopChange`): its elastic components are springs on it, ideal ones constraints with a multiplier each, the force that
+they transmit.
+
 Vectors are (3, m), matrices (3, 3, m), m batch entries. Variations of rotation are spins in space.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array
-from ..elementwise import contracted, zeros
-from ..rotation import cross, spin, times, transposed
+from ..elementwise import less, where, zeros
+from ..rotation import cross, inverse, spin, times, transposed
 
 
 @dataclass(frozen=True)
@@ -128,6 +134,7 @@ class LinkChange:
         )
         self.turns = times(self.axes, self.tangent)
 
+    @cached_property
     def jacobian(self) -> Array:
         """Displacement and spin of the child by those of the parent (6) and the link's own (6), (6, 12, m)."""
         out = zeros((6, 12, *self.arm.shape[1:]), self.arm, self.turns)
@@ -143,11 +150,6 @@ class LinkChange:
         if self.link.lead is not None:
             out[:, 11] += self.link.lead * out[:, 8]
         return out
-
-    def forces(self, force: Array) -> tuple[Array, Array]:
-        """Forces on the parent and on the link's own coordinates, for one on the child, all (6, m)."""
-        pushed = contracted("ji...,j...->i...", self.jacobian(), force)
-        return pushed[:6], pushed[6:]
 
     def geometric(self, force: Array) -> Array:
         """Derivative of what a constant `force` on the child exerts on spin of the parent and own coordinates.
@@ -203,4 +205,88 @@ class LinkChange:
         rows = np.where(movable[:, None, None], np.where(movable[None, :, None], free, mixed), constrained)
         keep = movable[:, None, None] | ~movable[None, :, None]
         out: Array = np.where(keep, rows, 0.0)
+        return out
+
+
+def displacement(link: EdgeGeometry, displacements: tuple[Array, Array], rotations: tuple[Array, Array]) -> Array:
+    """Displacement (6, m) of the second node relative to the first, in the edge's axes; less a screw's advance."""
+    back = rotation.conjugate(rotations[0])
+    shift = displacements[1] - displacements[0]
+    if link.follows:
+        whole = shift if link.arm is None else shift + link.arm
+        shift = shift + rotation.rotated(back, whole)
+    relative = rotation.product(back, rotations[1])
+    if link.axes is not None:
+        axes = transposed(link.axes)
+        shift = times(axes, shift)
+        relative = np.concatenate([relative[:1], times(axes, relative[1:])])
+    return link.rest(np.concatenate([shift, _angles(relative, link.movable)]))
+
+
+def _angles(q: Array, movable: NDArray[np.bool_]) -> Array:
+    """Coordinates of a rotation: the inverse of `EdgeGeometry.relative` in the edge's axes."""
+    q = where(less(q[0], 0.0), -q, q)
+    if movable.all() or not movable.any():
+        return rotation.logarithm(q)
+    single = int(np.flatnonzero(movable if movable.sum() == 1 else ~movable)[0])
+    twist = np.zeros_like(q)
+    twist[0], twist[1 + single] = q[0], q[1 + single]
+    twist = rotation.normalised(twist)
+    back = rotation.conjugate(twist)
+    # the soft part turns first, and stands on the right
+    rest = rotation.product(q, back) if movable[single] else rotation.product(back, q)
+    return rotation.logarithm(rest) + rotation.logarithm(twist)
+
+
+class LoopChange:
+    """Derivatives of `displacement` by displacements and spins of both nodes.
+
+    Parameters
+    ----------
+    link
+        The edge.
+    displacements, rotations
+        Displacements (3, m) and quaternions (4, m) of both nodes.
+    """
+
+    def __init__(self, link: EdgeGeometry, displacements: tuple[Array, Array], rotations: tuple[Array, Array]) -> None:
+        self.link = link
+        self.own = displacement(link, displacements, rotations)
+        self.change = LinkChange(link, rotations[0], self.own)
+        self.arm = displacements[1] - displacements[0]
+        if link.arm is not None:
+            self.arm = self.arm + link.arm
+        self.back = inverse(self.change.turns)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Change of the edge's displacement by displacements and spins of both nodes (6, 12, m)."""
+        out = zeros((6, 12, self.own.shape[-1]), self.own, self.back)
+        slides = transposed(self.change.slides)
+        out[:3, :3], out[:3, 6:9] = -slides, slides
+        if self.link.follows:
+            out[:3, 3:6] = times(slides, spin(self.arm))
+        out[3:, 3:6], out[3:, 9:] = -self.back, self.back
+        if self.link.lead is not None:
+            out[2] -= self.link.lead * out[5]
+        return out
+
+    def geometric(self, force: Array) -> Array:
+        """Derivative of ``jacobian^T force`` at a constant force (6, m), by displacements and spins (12, 12, m)."""
+        force = self.link.exerted(force)
+        push = times(self.change.slides, force[:3])
+        joint_moment = times(transposed(inverse(self.change.tangent)), force[3:])
+        moment = times(self.change.axes, joint_moment)
+        bend = times(transposed(self.back), times(self.change.own_slope(joint_moment), self.back))
+        out = zeros((12, 12, self.own.shape[-1]), force, self.own)
+        out[9:, 3:6] = bend - spin(moment)
+        out[9:, 9:] = -bend
+        out[3:6, 3:6] = spin(moment) - bend
+        out[3:6, 9:] = bend
+        if self.link.follows:
+            turn = spin(push)
+            out[6:9, 3:6], out[:3, 3:6] = -turn, turn
+            out[3:6, 6:9] += turn
+            out[3:6, :3] -= turn
+            out[3:6, 3:6] += times(spin(self.arm), turn)
         return out

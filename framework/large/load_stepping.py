@@ -6,18 +6,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..batch import Array
-from .augmented_lagrangian import AugmentedLagrangian
-from .equations import EquilibriumEquations
+from ..elementwise import contracted
+from ..rotation import dot
+from . import corotation
+from .clearances import AugmentedLagrangian, start
+from .equations import EquilibriumEquations, motion_of
 from .model import Model
 from .newton import Newton
 from .numbers import Where
-from .protocols import FoundEquilibria
 from .search import Search
-from .start import start
-from .state import DisplacedState
+from .state import DisplacedState, FoundEquilibria, Index
 
 # Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
 _CACHE = 800_000
@@ -50,7 +50,7 @@ class LoadStepping:
         self.newton = Newton(model)
         self.search = Search(self.newton)
         self.with_contact = AugmentedLagrangian(self.search)
-        self.count = int(np.prod(model.frame.shape, dtype=np.int64))
+        self.count = len(model.present)
         pieces = sum(len(stack.ends) for stack in model.stacks)
         each = 144 if self.newton.planar_model is None else 36  # a member's stiffness in space, in the plane
         self.chunk = max(1, _CACHE // max(1, each * pieces)) * (_IN_PARTS if self.newton.program else 1)
@@ -62,11 +62,13 @@ class LoadStepping:
         history = self._history()
         for index in self.pieces():
             self.search.before = int(index[0])
-            found = FoundEquilibria.nothing(start(self.newton, self.where(index), len(index), factors[0]), copied=False)
+            found = FoundEquilibria.nothing(
+                start(self.newton, self.model.where(index), len(index), factors[0]), copied=False
+            )
             before = 0.0
             for step, factor in enumerate(factors.tolist()):
                 old = found.state
-                found = self._step(self.where(index), found, before, factor)
+                found = self._step(self.model.where(index), found, before, factor)
                 if self.steps > 1:
                     states = self.newton.space(old), self.newton.space(found.state)
                     self._record(history, index, step, states, (before, factor))
@@ -79,7 +81,7 @@ class LoadStepping:
         """What happened on the way in one load step that has ended at `state`."""
         history = self._history()
         for index in self.pieces():
-            begin = self.newton.space(start(self.newton, self.where(index), len(index), 1.0))
+            begin = self.newton.space(start(self.newton, self.model.where(index), len(index), 1.0))
             self._record(history, index, 0, (begin, state.taken(index)), (0.0, 1.0))
         return history
 
@@ -87,18 +89,11 @@ class LoadStepping:
         shape = self.steps, self.count
         return History(np.arange(1, self.steps + 1) / self.steps, np.full(shape, np.nan), np.full(shape, np.nan))
 
-    def pieces(self) -> Iterator[NDArray[np.int64]]:
+    def pieces(self) -> Iterator[Index]:
         """Entries that were not left out, a piece of the batch at a time."""
-        absent = self.model.frame.absent
-        wanted = np.arange(self.count)
-        if absent is not None:
-            wanted = np.flatnonzero(~np.broadcast_to(absent, self.model.frame.shape).reshape(-1))
+        wanted = np.flatnonzero(self.model.present)
         for begin in range(0, len(wanted), self.chunk):
             yield wanted[begin : begin + self.chunk]
-
-    def where(self, index: NDArray[np.int64]) -> Where:
-        """Indices of entries along each batch axis."""
-        return tuple(np.unravel_index(index, self.model.frame.shape)) if self.model.frame.shape else ()
 
     def _step(self, where: Where, begin: FoundEquilibria, low: float, high: float) -> FoundEquilibria:
         search = self.with_contact if self.model.contacts else self.search
@@ -110,12 +105,49 @@ class LoadStepping:
     def _record(
         self,
         history: History,
-        index: NDArray[np.int64],
+        index: Index,
         step: int,
         states: tuple[DisplacedState, DisplacedState],
         factors: tuple[float, float],
     ) -> None:
-        equations = EquilibriumEquations(self.model, self.where(index), len(index), factors[1])
+        equations = EquilibriumEquations(self.model, self.model.where(index), len(index), factors[1])
         history.energy[step, index] = equations.strain_energy(states[1])
         before = history.work[step - 1, index] if step else 0.0
-        history.work[step, index] = before + equations.work(states[0], states[1], factors[0] / factors[1])
+        history.work[step, index] = before + _work(equations, states, factors[0] / factors[1])
+
+
+def _work(equations: EquilibriumEquations, states: tuple[DisplacedState, DisplacedState], share: float) -> Array:
+    """Work done on the frame between two equilibria (m,), by the trapezoidal rule.
+
+    Parameters
+    ----------
+    equations
+        Those of the new one.
+    states
+        The old one and the new one.
+    share
+        Share of the loads in the old one over that in the new one.
+    """
+    model, (old, new) = equations.model, states
+    work_of_loads = (
+        equations.load_work(new, equations.motions(new))
+        - equations.load_work(old, equations.motions(old))
+        + equations.moment_work(old, new)
+    )
+    total: Array = 0.5 * (1.0 + share) * work_of_loads
+    before = EquilibriumEquations(model, equations.where, equations.count, share * equations.factor)
+    both = (before, old), (equations, new)
+    forces = [part.linearised(state, tangents=False).forces for part, state in both]
+    mean = 0.5 * (forces[0][model.free :] + forces[1][model.free :])
+    total += contracted("im,im->m", mean, (1.0 - share) * equations.prescribed_values)
+    for stack, pair in zip(model.stacks, zip(before.pieces, equations.pieces, strict=True), strict=True):
+        if stack.free is not None:
+            ways = zip(pair, states, strict=True)
+            at = [corotation.strain_forces(part, motion_of(stack.ends, part, s).deformation) for part, s in ways]
+            free = (1.0 - share) * equations.factor * stack.free.at(equations.where)
+            total -= 0.5 * dot(at[0] + at[1], free + np.zeros_like(at[0])).sum(axis=0)
+    for number, joint in enumerate(model.joints):
+        resisted = [part.resistance(state, number, state.own[:, number])[1] for part, state in both]
+        offset = (1.0 - share) * equations.factor * joint.offset.at(equations.where)
+        total -= 0.5 * dot(resisted[0] + resisted[1], offset + np.zeros_like(resisted[0]))
+    return total

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property, reduce
 
 import numpy as np
@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
+from ..described.parts import JointLink
+from ..description import Description
 from ..errors import FrameError
+from ..joint_protocol import JointElement
+from ..protocol import LineElement
 from ..structure.assembly import component_loads
 from ..structure.connections import TreeEdge
 from ..structure.edge import GROUND, Edge
@@ -21,11 +25,11 @@ from ..structure.parts import is_zero
 from ..structure.topology import Index
 from ..structure.tree import strongest_first
 from .joints import TreeJoint, offsets
-from .loading import Loads, Stack
-from .numbers import Numbers, Where
-from .plane import EntryPlanes
+from .numbers import Loads, Numbers, Stack, Where
+from .planes import EntryPlanes
 
 CONSTRAINED = -1
+_NONE = np.zeros(())
 
 
 class Model:
@@ -129,11 +133,14 @@ class Model:
         self.size = self.free + len(self.prescribed)
 
     @cached_property
-    def present(self) -> int:
-        """Number of entries that were not left out."""
-        shape, absent = self.frame.shape, self.frame.absent
-        left = 0 if absent is None else int(np.broadcast_to(absent, shape).sum())
-        return math.prod(shape) - left
+    def present(self) -> NDArray[np.bool_]:
+        """Which entries were not left out, the batch flattened (entries,)."""
+        absent = False if self.frame.absent is None else self.frame.absent
+        return ~np.broadcast_to(absent, self.frame.shape).reshape(-1)
+
+    def where(self, index: Index) -> Where:
+        """Indices along each batch axis of entries of the flattened batch."""
+        return tuple(np.unravel_index(index, self.frame.shape)) if self.frame.shape else ()
 
     @cached_property
     def length(self) -> float:
@@ -165,24 +172,30 @@ class Model:
         found = reduce(np.maximum, reach)
         return Numbers.of(np.where(found > 0.0, found, self.length), self.ndim, 0)
 
-    def scale(self, where: Where) -> Array:
-        """Makes steps of coordinates radians or lengths of the frame, (size, m or 1); zero for multipliers."""
-        out = np.zeros((self.size + 1, *self.lengths.at(where).shape))
-        out[self.columns[:3]], out[self.columns[3:]] = 1.0 / self.lengths.at(where), 1.0
-        return out[:-1]
-
-    def driven_values(self, where: Where, count: int, factor: float) -> Array:
-        """Values that the prescribed coordinates are to have at some entries, under a share of the loads, (prescribed,
-        m)."""
-        out = np.zeros((len(self.prescribed), count))
-        for row, key in enumerate(self.prescribed):
-            out[row] = factor * self.prescribed_values[key].at(where)
-        return out
-
     @cached_property
     def edges(self) -> list[TreeJoint]:
         """Joints, then loops."""
         return self.joints + self.loops
+
+    @cached_property
+    def link_of(self) -> dict[int, int]:
+        """By node that a link carries, the link's number."""
+        return {joint.child: number for number, joint in enumerate(self.joints)}
+
+    @cached_property
+    def has_clearance(self) -> bool:
+        """Whether some joint moves in a clearance."""
+        return any(joint.clearance_directions for joint in self.edges)
+
+    @cached_property
+    def constraints(self) -> int:
+        """Number of multipliers: of ideal components of loops."""
+        return int((self.multipliers >= 0).sum())
+
+    @cached_property
+    def plain_members(self) -> bool:
+        """Whether members have their stiffness alone, and all loads are on nodes."""
+        return all(stack.plain for stack in self.stacks) and not self.loads.offset_forces
 
     @cached_property
     def chains(self) -> list[list[int]]:
@@ -283,3 +296,76 @@ def chained(columns: Index, joints: Iterable[TreeJoint]) -> list[list[int]]:
         above = [] if joint.parent == GROUND else out[joint.parent]
         out[joint.child] = above + out[joint.child]
     return out
+
+
+# -- released ends ----------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class ReleasedEnd(JointElement):
+    """A released end as what it is at finite displacement: an ideal joint from a node of the member's own.
+
+    Its axes are the local ones of the member and follow its end, so that what is released is free in the end's own
+    section, however far that turns. What linear mechanics condenses in the member's matrix is no more than a hinge
+    whose axis is the member's mean one, which is off as soon as both ends turn.
+
+    Attributes
+    ----------
+    stiffness
+        0 where it is released, else inf, (6,).
+    axes
+        The member's local axes as columns in global components, (..., 3, 3).
+    """
+
+    stiffness: Array
+    axes: Array
+
+    clearance = _NONE
+    clearance_directions = ()
+    pitch = _NONE
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.axes.shape[:-2]
+
+    def matrix(self) -> Array:
+        return self.springs_matrix()
+
+    def typical(self) -> ReleasedEnd:
+        return self
+
+
+def with_hinges(frame: Description) -> Description:
+    """A frame in which released ends are nodes of their own on ideal joints; the same where there are none.
+
+    Nodes and joints that are added come after all others. As they are, members stay that know no `unreleased` element.
+    """
+    released = [(name, member) for name, member in frame.members.items() if member.element.releases]
+    if not released:
+        return frame
+    clone = frame.copy()
+    for name, member in released:
+        whole = None if _bar(member.element) else member.element.unreleased()
+        if whole is None:
+            continue
+        axes = np.swapaxes(member.element.axes(frame.chord(name)), -1, -2)
+        body = frame.nodes[member.start].body
+        if body is not None and body == frame.nodes[member.end].body:
+            axes = frame.bodies[body].axes @ axes
+        ends = [member.start, member.end]
+        for end in sorted({end for end, _ in member.element.releases}):
+            free = [k for side, k in member.element.releases if side == end]
+            stiffness = np.where(np.isin(np.arange(6), free), 0.0, np.inf)
+            node, ends[end] = ends[end], f"{name}\n{end}"  # no name that a user gives
+            clone.nodes[ends[end]] = frame.nodes[node]
+            clone.joints[ends[end]] = JointLink(ReleasedEnd(stiffness, axes), ends[end], node)
+        clone.members[name] = member._replace(element=whole, start=ends[0], end=ends[1])
+    return clone
+
+
+def _bar(element: LineElement) -> bool:
+    """Whether a member is hinged about one axis at both ends and not cut: a truss's bar, straight across that axis.
+
+    Between joints its one piece would bend and, too stiff by a fifth, buckle.
+    """
+    return element.segments == 1 and any({(0, k), (1, k)} <= set(element.releases) for k in (4, 5))

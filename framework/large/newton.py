@@ -15,20 +15,17 @@ import numpy as np
 from ..batch import Array
 from ..elementwise import contracted
 from ..rotation import dot
-from .elimination import ConstrainedFactor, StackFactor, SymbolicFactorisation
+from .accuracy import ForceRounding
+from .elimination import CLEAR, StackFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .limits import CLEAR, CLOSE, FREE, ITERATIONS, LONGEST, NOTHING
 from .model import Model
 from .newton_program import NewtonProgram
-from .numbers import Where
-from .planar import PlanarEquations
+from .numbers import Where, at_index
+from .planar_equations import PlanarEquations
 from .planar_model import PlanarModel
-from .protocols import Balance, FoundEquilibria, Index, Linearisation, Mask, Place
-from .rounding import ForceRounding
-from .state import DisplacedState, PlanarState
-
-# Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one.
-_ROUNDINGS = 4.0 * float(np.finfo(np.float64).eps)
+from .recorded_newton import CLOSE, ITERATIONS, LONGEST, NOTHING
+from .state import DisplacedState, FoundEquilibria, Index, Mask, PlanarState, StateOfEntries
+from .tree_equations import Linearisation, TreeEquations
 
 
 class Newton:
@@ -41,14 +38,10 @@ class Newton:
 
     Attributes
     ----------
-    multiplier_count
-        Number of multipliers.
-    zero
-        Eigenvalue of a scaled tangent that is rounding.
-    free
-        Pivot or eigenvalue, some roundings more, at which a motion is free.
-    pressed
-        Whether joints have clearance, where the last tangent tells more than that at the place itself.
+    planar_model
+        The same in its plane; None where it is not in one, or has what only equations in space know.
+    elimination
+        Order and fill of the tangents.
     least
         Pivot up to which the last tangent does not tell whether an equilibrium is stable.
     """
@@ -57,31 +50,23 @@ class Newton:
         self.model = model
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
-        self.multiplier_count = int((model.multipliers >= 0).sum())
         self.elimination = SymbolicFactorisation.of(
-            rows, columns, model.free, half=self.planar_model is not None, constraints=self.multiplier_count
+            rows, columns, model.free, half=self.planar_model is not None, constraints=model.constraints
         )
-        self.zero = _ROUNDINGS * model.free
-        self.free = FREE * self.zero
         # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
-        self.pressed = any(joint.clearance_directions for joint in model.edges)
-        self.least = self.free if self.pressed else CLEAR
+        self.least = self.elimination.free if model.has_clearance else CLEAR
 
-    def equations(self, where: Where, count: int, factor: float) -> Balance:
+    def equations(self, where: Where, count: int, factor: float) -> TreeEquations:
         """The equations of some entries, of the plane where the model is in one."""
         if self.planar_model is not None:
             return PlanarEquations(self.planar_model, where, count, factor)
         return EquilibriumEquations(self.model, where, count, factor)
 
-    def start(self, count: int) -> Place:
+    def start(self, count: int) -> StateOfEntries:
         """The state at rest."""
-        return (
-            DisplacedState.start(self.model, count)
-            if self.planar_model is None
-            else PlanarEquations.start(self.model, count)
-        )
+        return (DisplacedState if self.planar_model is None else PlanarState).start(self.model, count)
 
-    def space(self, state: Place) -> DisplacedState:
+    def space(self, state: StateOfEntries) -> DisplacedState:
         """The state as one in space."""
         if isinstance(state, DisplacedState):
             return state
@@ -89,36 +74,33 @@ class Newton:
         assert isinstance(state, PlanarState)
         return self.planar_model.space(state)
 
-    def place(self, state: DisplacedState, near: Place) -> Place:
+    def place(self, state: DisplacedState, near: StateOfEntries) -> StateOfEntries:
         """A state in space as the equations have it, of which angles are near those of another."""
-        return (
-            state
-            if self.planar_model is None
-            else self.planar_model.in_plane(state, near if isinstance(near, PlanarState) else None)
-        )
+        if self.planar_model is None:
+            return state
+        return self.planar_model.in_plane(state, near if isinstance(near, PlanarState) else None)
 
     @cached_property
     def program(self) -> NewtonProgram | None:
         """The same as a program, where that pays for the frame's batch."""
-        return NewtonProgram.of(self.planar_model or self.model, self.elimination, self.free)
+        return NewtonProgram.of(self.planar_model or self.model, self.elimination)
 
-    def solve(self, where: Where, state: Place, factor: float, *, at_rest: bool = False) -> FoundEquilibria:
+    def solve(self, where: Where, state: StateOfEntries, factor: float, *, at_rest: bool = False) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
         Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
         Where a frame `at_rest` has its journals put on their circles, that has strained its members, whose stresses
         there tell nothing of those to come: the first tangent is made without them.
         """
-        loose = at_rest and self.pressed
-        if self.program is None or not isinstance(state, PlanarState | DisplacedState):
+        loose = at_rest and self.model.has_clearance
+        if self.program is None:
             found = self._iterated(where, state, factor, loose=loose)
         else:
             found = self.program.solve(where, state, factor, loose=loose)
             unclear = self._unclear(found)
             if len(unclear):
                 found.iterations[unclear] = 0
-                some = tuple(k[unclear] for k in where)
-                found.take(unclear, self._iterated(some, state.taken(unclear), factor, loose=loose))
+                found.take(unclear, self._iterated(at_index(where, unclear), state.taken(unclear), factor, loose=loose))
         self.judge(where, found, factor)
         return found
 
@@ -128,9 +110,9 @@ class Newton:
         Where joints have clearance stability is told by the last tangent, which it forgets; where constraints have
         multipliers, it leaves out none that are redundant.
         """
-        if self.multiplier_count:
+        if self.model.constraints:
             return np.flatnonzero(~found.good)
-        return np.flatnonzero(self.pressed & found.converged & ~found.stable)
+        return np.flatnonzero(self.model.has_clearance & found.converged & ~found.stable)
 
     def judge(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Tell of equilibria that are not known to be stable whether they are, and whether some motion is free there.
@@ -141,14 +123,15 @@ class Newton:
         unclear = np.flatnonzero(found.converged & ~found.stable)
         if not len(unclear):
             return
-        here, state = tuple(k[unclear] for k in where), found.state.taken(unclear)
+        here, state = at_index(where, unclear), found.state.taken(unclear)
         values = self.equations(here, len(unclear), factor).linearised(state).values
         equations, place = EquilibriumEquations(self.model, here, len(unclear), factor), self.space(state)
         rounding = ForceRounding(equations, place, equations.linearised(place, tangents=False)).tangents()
-        found.stable[unclear] = self.definite(values, rounding)
-        found.neutral[unclear] = found.stable[unclear] & self.neutral(values)
+        found.stable[unclear] = self.elimination.definite(values, rounding)
+        if self.model.symmetric:
+            found.neutral[unclear] = found.stable[unclear] & self.elimination.neutral(values)
 
-    def _iterated(self, where: Where, state: Place, factor: float, *, loose: bool) -> FoundEquilibria:
+    def _iterated(self, where: Where, state: StateOfEntries, factor: float, *, loose: bool) -> FoundEquilibria:
         """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
@@ -157,9 +140,9 @@ class Newton:
         for iteration in range(ITERATIONS):
             at = balance.linearised(state, stresses)
             factors = self.factor(at)
-            positive: Mask = np.asarray((factors.pivots > self.free).all(axis=0))
+            positive: Mask = np.asarray((factors.pivots > self.elimination.free).all(axis=0))
             step = self.step(at, balance.prescribed_residual(state), factors.solve)
-            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.free).all(axis=0)
+            regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.elimination.free).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
             share = self.limited(balance, step)
@@ -171,8 +154,8 @@ class Newton:
                 found.state.put(active[done], state.taken(done))
                 found.converged[active[done]] = close[done]
                 sure: Mask = np.asarray((factors.pivots > self.least).all(axis=0))
-                if self.pressed and not sure[done].all():
-                    sure |= self.definite(at.values)
+                if self.model.has_clearance and not sure[done].all():
+                    sure |= self.elimination.definite(at.values)
                 found.stable[active[done]] = (close & sure)[done]
                 active = active[~done]
             if not len(active):
@@ -180,67 +163,32 @@ class Newton:
             stresses = balance.step_stresses(at, share * step)
             if done.any():
                 state, stresses = state.taken(~done), [stress[..., ~done] for stress in stresses]
-                balance = self.equations(tuple(k[active] for k in where), len(active), factor)
+                balance = self.equations(at_index(where, active), len(active), factor)
         return found
 
     def factor(self, at: Linearisation) -> StackFactor:
         """The tangent factorised."""
-        if self.multiplier_count:
-            return ConstrainedFactor(self.elimination.dense(at.values), self.multiplier_count)
         return self.elimination.factor(at.values, symmetric=self.model.symmetric)
 
-    def clear(self, values: Array) -> Mask:
-        """Whether tangents are definite whatever rounding there may be (m,)."""
-        if self.multiplier_count:
-            return np.zeros(values.shape[-1], dtype=bool)
-        return np.asarray((self.elimination.factor(values).pivots > CLEAR).all(axis=0))
+    def step(
+        self, at: Linearisation, residual: Array, solve: Callable[[Array], Array], load: Array | None = None
+    ) -> Array:
+        """Step of all coordinates, the prescribed ones by their residual (size, m): Newton's, or that by a `load`."""
+        push = (-at.forces if load is None else load)[: self.model.free]
+        if len(residual):
+            push = push - self.elimination.prescribed_forces(at.values, residual)
+        return np.concatenate([solve(push), residual])
 
-    def definite(self, values: Array, rounding: Array | float = 0.0) -> Mask:
-        """Whether tangents have no negative eigenvalue beyond rounding (m,): all pivots are positive once it is added.
-
-        The number of negative eigenvalues of the symmetric part, the second order of the work on any motion, is the
-        same in all units and axes (Sylvester).
-
-        Parameters
-        ----------
-        values
-            The tangents.
-        rounding
-            Of their diagonal, beside that in its own size (free, m).
-        """
-        if self.multiplier_count:
-            factors: StackFactor = ConstrainedFactor(self.elimination.dense(values), self.multiplier_count)
-        else:
-            factors = self.elimination.factor(self.elimination.raised(values, self.zero, rounding))
-        return np.asarray((factors.pivots > 0.0).all(axis=0))
-
-    def neutral(self, values: Array) -> Mask:
-        """Whether tangents have an eigenvalue that is rounding or negative (m,).
-
-        Where constraints have multipliers, or loads no energy, that is not told.
-        """
-        if self.multiplier_count or not self.model.symmetric:
-            return np.zeros(values.shape[-1], dtype=bool)
-        lowered = self.elimination.raised(values, -self.free)
-        return np.asarray(~(self.elimination.factor(lowered).pivots > 0.0).all(axis=0))
-
-    def step(self, at: Linearisation, prescribed_residual: Array, solve: Callable[[Array], Array]) -> Array:
-        """Newton's step of all coordinates, the prescribed ones by their residual (size, m)."""
-        load = -at.forces[: self.model.free]
-        if len(prescribed_residual):
-            load = load - self.elimination.prescribed_forces(at.values, prescribed_residual)
-        return np.concatenate([solve(load), prescribed_residual])
-
-    def limited(self, balance: Balance, step: Array) -> Array:
+    def limited(self, balance: TreeEquations, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
         return 1.0 / np.maximum(self.largest(balance, step) / LONGEST, 1.0)
 
-    def largest(self, balance: Balance, step: Array) -> Array:
+    def largest(self, balance: TreeEquations, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""
         out: Array = (np.abs(step) * balance.scale).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, balance: Balance, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
+    def is_close(self, balance: TreeEquations, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however

@@ -7,23 +7,26 @@ It is run as machine code or, where compiling would take longer, by NumPy, a ste
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from ..batch import Array
 from ..cache import KERNELS
 from ..program import machine_code
 from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation
+from ..program.recording import Recording
 from .elimination import LARGE, ConstrainedFactor, SymbolicFactorisation
 from .equations import EquilibriumEquations
-from .limits import NOTHING
 from .model import Model
-from .numbers import Where
+from .numbers import Numbers, Where
+from .planar_equations import PlanarEquations
 from .planar_model import PlanarModel
-from .protocols import FoundEquilibria
-from .recorded_newton import NewtonRecording, RecordedNewton, State
-from .recorded_numbers import GivenNumbers, PlanarNumbers, SpatialNumbers
-from .state import DisplacedState
+from .recorded_newton import NOTHING, NewtonRecording, RecordedNewton
+from .state import DisplacedState, FoundEquilibria, StateOfEntries
 
 # What is compiled is kept on disk, and is likely to be run again: so often it may take to pay for itself.
 _TIMES = 4
@@ -32,6 +35,9 @@ _SHORT, _OFTEN = 0.3, 25
 # Entries that NumPy works through at a time; seconds of a step for these, by entry, and until it is written down.
 CHUNK = 2048
 _CALL, _EACH, _WRITING = 6e-6, 4e-9, 50e-6
+# Numbers that stand in a program where a value is that for all entries; the one entry that is written down.
+_PLAIN = (0.0, 1.0, -1.0)
+_HERE = (np.zeros(1, dtype=np.int64),)
 
 
 @dataclass(frozen=True)
@@ -60,63 +66,6 @@ class _Costs:
 _PLANE, _SPACE, _LOOPS = _Costs(4e-6, 12e-9, 400, 0), _Costs(3e-6, 15e-9, 3000, 0), _Costs(3e-6, 15e-9, 3000, 700)
 
 
-class NewtonProgram:
-    """The program of a model, with its numbers.
-
-    Parameters
-    ----------
-    numbers
-        Numbers of the model.
-    recorded
-        The program.
-    compiled
-        Whether it is run as machine code, or by NumPy.
-    """
-
-    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, *, compiled: bool) -> None:
-        self.numbers, self.recorded, self.compiled = numbers, recorded, compiled
-
-    @classmethod
-    def of(cls, model: Model | PlanarModel, elimination: SymbolicFactorisation, zero: float) -> NewtonProgram | None:
-        """Newton's method for a model as a program; None where that is not possible or does not pay."""
-        if not choice(model).recorded:
-            return None
-        space, costs, steps = _size(model)
-        numbers = PlanarNumbers(model) if isinstance(model, PlanarModel) else SpatialNumbers(model)
-        key = "large displacement", isinstance(model, PlanarModel), zero, _structure(model), numbers.key
-        recorded: RecordedNewton = KERNELS.found(
-            key, lambda: NewtonRecording(numbers, elimination, zero).recorded(), steps
-        )
-        found = _way(costs, recorded.program.weight, space.present)
-        return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
-
-    def solve(self, where: Where, state: State, factor: float, *, loose: bool) -> FoundEquilibria:
-        """Equilibria at a share `factor` of the loads; stable where the last tangent was clearly definite.
-
-        Where `loose`, the first tangent is made without the stresses of members at `state`.
-        """
-        recorded = self.recorded
-        count = state.displacements.shape[-1]
-        lengths = self.numbers.space.lengths.at(where)
-        rows = [*self.numbers.values(where, factor), 1.0 / lengths]
-        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if loose else 1.0)]
-        rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
-        given = [rows[place] for place in recorded.places]
-        work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
-        outs = work.places()
-        chunk = count if self.compiled else math.ceil(count / math.ceil(count / CHUNK))
-        with np.errstate(all="ignore"):
-            for start in range(0, count, chunk):
-                part = slice(start, min(start + chunk, count))
-                work.run(0, part, [out[part] if len(out) == count else out for out in outs])
-        outs = [np.broadcast_to(out, (count,)) for out in outs]
-        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
-        found.converged[:] = outs[-3]
-        found.stable[:] = found.converged & outs[-2].astype(bool)
-        found.iterations[:] = outs[-1]
-        return found
-
-
 @dataclass(frozen=True)
 class NewtonChoice:
     """How Newton's method is done, and why, in words.
@@ -142,7 +91,7 @@ def choice(model: Model | PlanarModel) -> NewtonChoice:
         return NewtonChoice(False, False, f"by arrays, as all is where there are {what}")
     if not 0 < steps <= MOST or space.free > LARGE:
         return NewtonChoice(False, False, "by arrays; with so many pieces writing it down would take too long")
-    way = _way(costs, steps, space.present)
+    way = _way(costs, steps, int(space.present.sum()))
     if way.recorded and not _independent(space):
         return NewtonChoice(False, False, "by arrays, as some ideal components of loops forbid what others forbid")
     return way
@@ -175,23 +124,17 @@ def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
 
 def _suits(model: Model) -> bool:
     """Whether a model has nothing that is not written down: forces on nodes, members, joints of springs and contact."""
-    plain = all(stack.work is None and stack.tension is None and stack.plain for stack in model.stacks)
-    linked = not any(joint.own_law for joint in model.edges)
-    return plain and linked and model.symmetric and not model.loads.offset_forces
+    return model.plain_members and model.symmetric and not any(joint.own_law for joint in model.edges)
 
 
 def _independent(model: Model) -> bool:
     """Whether no ideal component of a loop forbids what others forbid, at rest, at the first entry."""
-    constraints = int((model.multipliers >= 0).sum())
-    if not constraints or model.free > LARGE:
-        return not constraints
-    absent = False if model.frame.absent is None else model.frame.absent
-    entry = int(np.argmin(np.broadcast_to(absent, model.frame.shape).reshape(-1)))
-    where = tuple(np.array([k]) for k in np.unravel_index(entry, model.frame.shape)) if model.frame.shape else ()
+    if not model.constraints or model.free > LARGE:
+        return not model.constraints
+    where = model.where(np.array([int(np.argmax(model.present))]))
     values = EquilibriumEquations(model, where, 1).linearised(DisplacedState.start(model, 1)).values
-    _, rows, columns = model.pattern
-    whole = SymbolicFactorisation.of(rows, columns, model.free, constraints=constraints).dense(values)
-    return not ConstrainedFactor(whole, constraints).zero.any()
+    factor = SymbolicFactorisation.of_model(model).factor(values)
+    return isinstance(factor, ConstrainedFactor) and not factor.zero.any()
 
 
 def _structure(model: Model | PlanarModel) -> tuple[object, ...]:
@@ -214,3 +157,225 @@ def _structure(model: Model | PlanarModel) -> tuple[object, ...]:
         joints,
         stacks,
     )
+
+
+# -- what the program takes, and the program --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ProgramInput:
+    """Numbers of a model that a program takes.
+
+    Attributes
+    ----------
+    numbers
+        The numbers.
+    places
+        Which of the components, flattened, are given.
+    plain
+        By component what it is where it is 0, 1 or -1 for all entries; else None.
+    loaded
+        Whether they are multiplied by the share of the loads.
+    """
+
+    numbers: Numbers
+    places: tuple[int, ...]
+    plain: tuple[float | None, ...]
+    loaded: bool
+
+    @classmethod
+    def of(cls, numbers: Numbers, *, loaded: bool = False) -> ProgramInput:
+        """What of some numbers has to be given."""
+        shape = _components(numbers)
+        rows = numbers.array.reshape(int(np.prod(shape, dtype=np.int64)), -1)
+        alike = (rows == rows[:, :1]).all(axis=1) & np.isin(rows[:, 0], _PLAIN[:1] if loaded else _PLAIN)
+        plain = [float(x) if known else None for x, known in zip(rows[:, 0], alike, strict=True)]
+        return cls(numbers, tuple(np.flatnonzero(~alike).tolist()), tuple(plain), loaded)
+
+    @property
+    def varies(self) -> bool:
+        """Whether they vary over the batch."""
+        return max(self.numbers.array.shape[len(_components(self.numbers)) :], default=1) > 1
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What the program depends on."""
+        return _components(self.numbers), self.plain, self.varies
+
+    def terms(self, recording: Recording) -> Numbers:
+        """The numbers as terms of a recording, of one batch axis."""
+        out = np.array(self.plain, dtype=object)
+        for place in self.places:
+            out[place] = recording.later(int(self.varies))
+        return Numbers(out.reshape(*_components(self.numbers), 1), 1)
+
+    def at(self, where: Where, factor: float) -> list[Array]:
+        """The given values at some entries, (m,) or (1,) each."""
+        if not self.places:
+            return []
+        found = self.numbers.at(where)
+        rows = found.reshape(-1, found.shape[-1])[list(self.places)]
+        return list(factor * rows if self.loaded else rows)
+
+
+def _components(numbers: Numbers) -> tuple[int, ...]:
+    return numbers.array.shape[: numbers.array.ndim - numbers.ndim]
+
+
+class GivenNumbers:
+    """What a program takes of a model, in the order in which it takes it.
+
+    Parameters
+    ----------
+    model
+        The model, without loads between nodes.
+
+    Attributes
+    ----------
+    space
+        The model as one in space.
+    """
+
+    def __init__(self, model: Model | PlanarModel) -> None:
+        self.model = model
+        stacks: tuple[str, ...]
+        if isinstance(model, PlanarModel):
+            self.space, loads, stacks = model.model, model.loads, ("direction", "length", "stiffness")
+            self.joints = [_named(each, ("axes", "sense", "arm", "stiffness", "offset")) for each in model.joints]
+            self.joints += [_named(each.joint, ("stiffness", "clearance")) for each in model.joints]
+        else:
+            self.space, loads, stacks = model, model.loads.nodal, ("local_axes", "length", "stiffness", "bow")
+            names = ("axes", "arm", "stiffness", "lead", "offset", "clearance")
+            self.joints = [_named(each, names) for each in model.edges]
+        self.loads = ProgramInput.of(loads, loaded=True)
+        self.stacks = [_named(stack, stacks) for stack in model.stacks]
+        space = self.space
+        self.prescribed = [ProgramInput.of(space.prescribed_values[key], loaded=True) for key in space.prescribed]
+
+    @property
+    def all(self) -> list[ProgramInput]:
+        """All of them, in order."""
+        parts = [each for part in (*self.stacks, *self.joints) for each in part.values()]
+        return [self.loads, *parts, *self.prescribed]
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """What the program depends on beside the model's structure."""
+        return tuple(each.key for each in self.all)
+
+    def values(self, where: Where, factor: float) -> list[Array]:
+        """What is given at some entries."""
+        return [row for each in self.all for row in each.at(where, factor)]
+
+    def equations(self, recording: Recording) -> PlanarEquations | EquilibriumEquations:
+        """The equations of one entry, of which the numbers are terms."""
+        loads, stacks, joints = (
+            self.loads.terms(recording),
+            _terms(self.stacks, recording),
+            _terms(self.joints, recording),
+        )
+        out = (
+            _planar(self.model, loads, stacks, joints)
+            if isinstance(self.model, PlanarModel)
+            else _spatial(self.model, loads, stacks, joints)
+        )
+        values = [each.terms(recording).array.reshape(1, 1) for each in self.prescribed]
+        out.prescribed_values = np.concatenate([np.zeros((0, 1), dtype=object), *values])
+        return out
+
+
+def _planar(
+    given: PlanarModel, loads: Numbers, stacks: list[dict[str, Any]], joints: list[dict[str, Any]]
+) -> PlanarEquations:
+    model = copy(given)
+    model.loads = loads
+    model.stacks = [replace(stack, **terms) for stack, terms in zip(model.stacks, stacks, strict=True)]
+    count = len(model.joints)
+    model.joints = [
+        replace(joint, joint=replace(joint.joint, **inside), **terms)
+        for joint, terms, inside in zip(model.joints, joints[:count], joints[count:], strict=True)
+    ]
+    return PlanarEquations(model, _HERE, 1)
+
+
+def _spatial(
+    given: Model, loads: Numbers, stacks: list[dict[str, Any]], joints: list[dict[str, Any]]
+) -> EquilibriumEquations:
+    model = copy(given)
+    model.loads = replace(model.loads, nodal=loads)
+    model.stacks = [replace(stack, **terms) for stack, terms in zip(model.stacks, stacks, strict=True)]
+    model.edges = [replace(joint, **terms) for joint, terms in zip(model.edges, joints, strict=True)]
+    count = len(model.joints)
+    model.joints, model.loops = model.edges[:count], model.edges[count:]
+    out = EquilibriumEquations(model, _HERE, 1)
+    out.symmetric = True
+    return out
+
+
+def _named(part: object, names: Sequence[str]) -> dict[str, ProgramInput]:
+    found = {name: getattr(part, name) for name in names}
+    return {name: ProgramInput.of(each, loaded=name == "offset") for name, each in found.items() if each is not None}
+
+
+def _terms(parts: list[dict[str, ProgramInput]], recording: Recording) -> list[dict[str, Any]]:
+    return [{name: each.terms(recording) for name, each in part.items()} for part in parts]
+
+
+class NewtonProgram:
+    """The program of a model, with its numbers.
+
+    Parameters
+    ----------
+    numbers
+        Numbers of the model.
+    recorded
+        The program.
+    compiled
+        Whether it is run as machine code, or by NumPy.
+    """
+
+    def __init__(self, numbers: GivenNumbers, recorded: RecordedNewton, *, compiled: bool) -> None:
+        self.numbers, self.recorded, self.compiled = numbers, recorded, compiled
+
+    @classmethod
+    def of(cls, model: Model | PlanarModel, elimination: SymbolicFactorisation) -> NewtonProgram | None:
+        """Newton's method for a model as a program; None where that is not possible or does not pay."""
+        if not choice(model).recorded:
+            return None
+        space, costs, steps = _size(model)
+        numbers = GivenNumbers(model)
+
+        def make() -> RecordedNewton:
+            recording = Recording(fixed=True, signless=True)
+            return NewtonRecording(recording, numbers.equations(recording), elimination).recorded()
+
+        key = "large displacement", isinstance(model, PlanarModel), elimination.free, _structure(model), numbers.key
+        recorded: RecordedNewton = KERNELS.found(key, make, steps)
+        found = _way(costs, recorded.program.weight, int(space.present.sum()))
+        return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
+
+    def solve(self, where: Where, state: StateOfEntries, factor: float, *, loose: bool) -> FoundEquilibria:
+        """Equilibria at a share `factor` of the loads; stable where the last tangent was clearly definite.
+
+        Where `loose`, the first tangent is made without the stresses of members at `state`.
+        """
+        recorded = self.recorded
+        count = state.displacements.shape[-1]
+        lengths = self.numbers.space.lengths.at(where)
+        rows = [*self.numbers.values(where, factor), 1.0 / lengths]
+        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if loose else 1.0)]
+        rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
+        given = [rows[place] for place in recorded.places]
+        work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
+        outs = work.places()
+        chunk = count if self.compiled else math.ceil(count / math.ceil(count / CHUNK))
+        with np.errstate(all="ignore"):
+            for start in range(0, count, chunk):
+                part = slice(start, min(start + chunk, count))
+                work.run(0, part, [out[part] if len(out) == count else out for out in outs])
+        outs = [np.broadcast_to(out, (count,)) for out in outs]
+        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
+        found.converged[:] = outs[-3]
+        found.stable[:] = found.converged & outs[-2].astype(bool)
+        found.iterations[:] = outs[-1]
+        return found

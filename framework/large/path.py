@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import rotation
 from ..batch import Array, Shape
 from ..batched.idle import released_at_rest
 from ..batched.plan import Plan
@@ -26,16 +25,13 @@ from ..dofs import component
 from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
 from ..names import found
-from .elimination import StackFactor
-from .load_stepping import LoadStepping
-from .model import Model
+from .clearances import start
+from .model import Model, with_hinges
 from .newton import Newton, bordered
 from .numbers import Where
-from .protocols import Linearisation, Mask, Place
-from .released import with_hinges
 from .search import Search
-from .start import start
-from .state import DisplacedState
+from .state import DisplacedState, Mask, StateOfEntries
+from .tree_equations import Linearisation
 
 # Iterations that a step is to take, at most takes, and how much its length may grow.
 _AIM, _MOST, _GROWTH = 5, 12, 1.5
@@ -93,10 +89,7 @@ class EquilibriumPath:
         """
         name = found("node", node, self.frame.nodes, self.frame.aliases)
         number = self._model.topology.number[name]
-        parts = [
-            np.concatenate([s.displacements[:, number], rotation.logarithm(s.rotations[:, number])])
-            for s in self._states
-        ]
+        parts = [state.moved(number) for state in self._states]
         shaped = np.moveaxis(np.stack(parts), 1, -1).reshape(len(parts), *self.shape, 6)
         return np.where(np.isnan(self.factor)[..., None], np.nan, shaped)
 
@@ -195,7 +188,7 @@ def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: st
 class _Corrected:
     """Ends of a step: states, load factors, iterations and whether the energy has a minimum there, (m,) each."""
 
-    state: Place
+    state: StateOfEntries
     factor: Array
     iterations: NDArray[np.int64]
     stable: Mask
@@ -208,13 +201,12 @@ class _Tracer(PathBatch[_Corrected]):
         self.model, self.newton = model, Newton(model)
         node, self.component, self.to = goal
         self.node = model.topology.number[node]
-        count = int(np.prod(model.frame.shape, dtype=np.int64))
-        where = LoadStepping(model, 1).where(np.arange(count))
+        count = len(model.present)
+        where = model.where(np.arange(count))
         self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
         self.state = self.newton.start(count)
         self.weight = self.whole.scale**2
-        absent = False if model.frame.absent is None else model.frame.absent
-        self.going = ~np.broadcast_to(absent, model.frame.shape).reshape(-1)
+        self.going = model.present.copy()
         self.reached = np.zeros(model.frame.shape, dtype=bool)
         self.factor = np.zeros(count)
         super().__init__(np.full(count, np.nan), 0.0)
@@ -263,7 +255,7 @@ class _Tracer(PathBatch[_Corrected]):
     def _turns_back(self) -> bool:
         """Whether some entry is kinematically unstable at rest."""
         at, _ = self._linear(self.state, None, self.factor)
-        return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.zero).all())
+        return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.elimination.zero).all())
 
     def _begin(self, where: Where) -> None:
         """Go to the equilibrium under the first share of the load at once."""
@@ -287,13 +279,12 @@ class _Tracer(PathBatch[_Corrected]):
         return self.newton.space(self.state.taken(np.arange(len(self.factor))))
 
     def _value(self, state: DisplacedState) -> Array:
-        both = np.concatenate([state.displacements[:, self.node], rotation.logarithm(state.rotations[:, self.node])])
-        return np.asarray(both[self.component])
+        return np.asarray(state.moved(self.node)[self.component])
 
     def _tangent(self) -> tuple[Array, Array]:
         """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
         at, load = self._linear(self.state, None, self.factor)
-        ahead = self._solved(at, self.newton.factor(at), load, self._prescribed())
+        ahead = self.newton.step(at, self.whole.prescribed_values, self.newton.factor(at).solve, load)
         size = np.sqrt(self._norm(ahead, ahead))
         slope = 1.0 / np.where(size > 0.0, size, np.nan)  # without a load there is no path
         return ahead * slope, slope
@@ -302,10 +293,9 @@ class _Tracer(PathBatch[_Corrected]):
         out: Array = contracted("im,im->m", self.weight * a, b)
         return out
 
-    def _prescribed(self) -> Array:
-        return self.whole.prescribed_values
-
-    def _linear(self, state: Place, stresses: list[Array] | None, factor: Array) -> tuple[Linearisation, Array]:
+    def _linear(
+        self, state: StateOfEntries, stresses: list[Array] | None, factor: Array
+    ) -> tuple[Linearisation, Array]:
         """Forces and tangent at a load factor (m,), and the loads (size, m)."""
         whole, none = (part.linearised(state, stresses) for part in (self.whole, self.none))
         mixed = replace(
@@ -315,12 +305,6 @@ class _Tracer(PathBatch[_Corrected]):
         )
         return mixed, none.forces - whole.forces
 
-    def _solved(self, at: Linearisation, factors: StackFactor, load: Array, prescribed_residual: Array) -> Array:
-        right = load[: self.model.free]
-        if len(prescribed_residual):
-            right = right - self.newton.elimination.prescribed_forces(at.values, prescribed_residual)
-        return np.concatenate([factors.solve(right), prescribed_residual])
-
     def _corrected(self, paths: Index) -> _Corrected:
         """Points of equilibrium in the plane at the ends of some steps; more iterations than allowed where none."""
         done = np.ones(len(self.factor), dtype=bool)
@@ -329,14 +313,15 @@ class _Tracer(PathBatch[_Corrected]):
         at, _ = self._linear(self.state, None, self.factor)
         state, factor = self.whole.advanced(self.state, step), self.factor + share
         stresses = self.whole.step_stresses(at, step)
-        stable = np.zeros(len(factor), dtype=bool)
+        prescribed, stable = self.whole.prescribed_values, np.zeros(len(factor), dtype=bool)
         iterations = np.zeros(len(factor), dtype=np.int64)
         aside = np.zeros_like(step)
         while not done.all() and iterations.max() <= _MOST:
             at, load = self._linear(state, stresses, factor)
             factors = self.newton.factor(at)
-            by_load = self._solved(at, factors, load, self._prescribed())
-            free = self._solved(at, factors, -at.forces, factor * self._prescribed() - self._present(state))
+            by_load = self.newton.step(at, prescribed, factors.solve, load)
+            there = prescribed - self.whole.prescribed_residual(state)
+            free = self.newton.step(at, factor * prescribed - there, factors.solve)
             step, change = bordered(self.weight * self.along, free, by_load)
             step = np.where(done, 0.0, step)
             usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
@@ -353,6 +338,3 @@ class _Tracer(PathBatch[_Corrected]):
             done |= close
         iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.step) ** 2)] = _MOST + 1
         return _Corrected(state, factor, iterations, stable)
-
-    def _present(self, state: Place) -> Array:
-        return self.whole.prescribed_values - self.whole.prescribed_residual(state)

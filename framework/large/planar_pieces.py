@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..elementwise import added, angle, is_recorded, rounded, square_root
-from .loading import Stack
-from .numbers import Numbers
+from .numbers import Numbers, Stack
 from .state import PlanarState
 
 # Elongation of the axis, its bow included, and the bow's derivatives by the end angles.

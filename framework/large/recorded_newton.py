@@ -18,14 +18,18 @@ from ..ldl import eliminated, substitute
 from ..program.arranging import arranged
 from ..program.program import Operation, Program
 from ..program.recording import Recording, Term, choose
-from .elimination import SymbolicFactorisation
-from .limits import CLEAR, CLOSE, ITERATIONS, LONGEST, NOTHING
+from .elimination import CLEAR, SymbolicFactorisation
+from .equations import EquilibriumEquations
 from .model import CONSTRAINED, Model
-from .planar import PlanarEquations
-from .recorded_numbers import GivenNumbers
-from .state import DisplacedState, PlanarState
+from .planar_equations import PlanarEquations
+from .state import DisplacedState, PlanarState, StateOfEntries
 
-State = PlanarState | DisplacedState
+# Work of the last Newton step, relative to the strain energy: squared again by the step itself.
+CLOSE = 1e-16
+# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
+ITERATIONS = 16
+# Longest step, and one that is nothing, in radians or sizes of the frame.
+LONGEST, NOTHING = 1.0, 1e-13
 # Share of what a constraint resists alone that is left where others resist the same.
 _INDEPENDENT = 1e-9
 _LARGEST = float(np.finfo(np.float64).max)
@@ -38,11 +42,11 @@ class StateNumber:
     array: str
     place: tuple[int, ...]
 
-    def of(self, state: State) -> Any:
+    def of(self, state: StateOfEntries) -> Any:
         """Its value (m,)."""
         return attrgetter(self.array)(state)[self.place]
 
-    def put(self, state: State, value: Any) -> None:
+    def put(self, state: StateOfEntries, value: Any) -> None:
         """Change its value."""
         attrgetter(self.array)(state)[self.place] = value
 
@@ -95,8 +99,8 @@ class RecordedNewton:
     Attributes
     ----------
     program
-        It takes what `GivenNumbers` are, then the inverse of the frame's length, the largest residual of prescribed
-        coordinates, and whether the first tangent holds the members' stresses there (1 or 0), then the numbers of the
+        It takes the numbers of the equations, the inverse of the frame's length, the largest residual of prescribed
+        coordinates, whether the first tangent holds the members' stresses there (1 or 0), then the numbers of the
         state: those that steps change, and those that stay as they are. It makes the former and those of nodes that are
         attached to others, whether that is an equilibrium, whether all pivots were above `CLEAR` in the last step, not
         the first, and the number of steps. Where joints have clearance, pivots are to be above rounding, and be it in
@@ -117,7 +121,7 @@ class RecordedNewton:
     constant: list[StateNumber]
     carried: list[StateNumber]
 
-    def state(self, outs: list[Array], before: State) -> State:
+    def state(self, outs: list[Array], before: StateOfEntries) -> StateOfEntries:
         """The state from what the program has made of that `before`, (m,) each."""
         arrays = (before.displacements.copy(), before.rotations.copy(), before.own.copy())
         out = replace(before, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
@@ -131,23 +135,26 @@ class NewtonRecording:
 
     Parameters
     ----------
-    numbers
-        Numbers that it takes.
+    recording
+        Where it is written down.
+    equations
+        The equations of one entry, their numbers terms of the recording.
     elimination
         Order of the elimination.
-    zero
-        Pivot, in units of the diagonal, that is rounding.
     """
 
-    def __init__(self, numbers: GivenNumbers, elimination: SymbolicFactorisation, zero: float) -> None:
-        self.elimination, self.zero, self.model = elimination, zero, numbers.space
-        self.recording = Recording(fixed=True, signless=True)
-        self.equations: Any = numbers.equations(self.recording)
-        self.flat = isinstance(self.equations, PlanarEquations)
-        self.moved = [*moved(self.model, numbers.columns), *multipliers(self.model)]
+    def __init__(
+        self,
+        recording: Recording,
+        equations: PlanarEquations | EquilibriumEquations,
+        elimination: SymbolicFactorisation,
+    ) -> None:
+        self.recording, self.elimination, self.model = recording, elimination, equations.model
+        self.equations: Any = equations
+        self.flat = isinstance(equations, PlanarEquations)
+        self.moved = [*moved(self.model, equations.columns), *multipliers(self.model)]
         self.carried = carried(self.model, self.flat)
         self.constant: list[tuple[StateNumber, Any]] = []
-        self.pressed = any(joint.clearance_directions for joint in self.model.edges)
         self.constraints = sorted(elimination.constrained)
         self.translations = set(self.model.columns[:3].reshape(-1).tolist())
         self.inverse_size, self.least, self.stressed = self._later(), self._later(), self._later()
@@ -160,7 +167,7 @@ class NewtonRecording:
         exact = self.equations.stresses(self._state(begin))
         self._shapes = [stress.shape for stress in exact]
         stresses = [term for stress in exact for term in stress.reshape(-1)]
-        if self.pressed:
+        if self.model.has_clearance:
             stresses = [choose(self.stressed < 1.0, 0.0, each) for each in stresses]
         begins = [*begin, *stresses, yes, ~yes, ~yes, 0.0]
         _, after = self.recording.rounds(begins, self._round, ITERATIONS)
@@ -176,7 +183,7 @@ class NewtonRecording:
 
     def _state(self, values: list[Any]) -> Any:
         """The state with these numbers, in which links carry their nodes along."""
-        start: State = PlanarEquations.start(self.model, 1) if self.flat else DisplacedState.start(self.model, 1)
+        start: StateOfEntries = (PlanarState if self.flat else DisplacedState).start(self.model, 1)
         arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
         known = start.contact_multipliers
         contacts = replace(known, force=known.force.astype(object), stiffness=known.stiffness.astype(object))
@@ -194,7 +201,13 @@ class NewtonRecording:
         state = self._state(values)
         at = self.equations.linearised(state, self._stresses(begins[n:-4]))
         first = count < 1.0
-        limit = CLEAR if self.constraints else self.zero if self.pressed else choose(first, self.zero, CLEAR)
+        limit = (
+            CLEAR
+            if self.constraints
+            else self.elimination.free
+            if self.model.has_clearance
+            else choose(first, self.elimination.free, CLEAR)
+        )
         step, positive = self._solved(at, self.equations.prescribed_residual(state), limit)
         usable = positive | ~first
         for each in step:
@@ -206,7 +219,7 @@ class NewtonRecording:
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
         new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
-        clear = positive if self.constraints or self.pressed else positive & ~first
+        clear = positive if self.constraints or self.model.has_clearance else positive & ~first
         converged, definite = choose(moving, close, converged), choose(moving, clear, definite)
         count = choose(moving, count + 1.0, count)
         moving = moving & usable & ~close

@@ -7,9 +7,9 @@ import numpy as np
 from ..clock import tell
 from .descent import Descent
 from .newton import Newton
-from .numbers import Where
-from .protocols import FoundEquilibria, Index, Mask, Place
+from .numbers import Where, at_index
 from .saddle import Saddle
+from .state import FoundEquilibria, Mask, StateOfEntries
 
 # Into how many steps a load step is cut where one is too long, and how often it is halved where that is still so.
 _CUTS, _HALVINGS = (4, 16), 6
@@ -35,7 +35,7 @@ class Search:
         self.newton, self.descent, self.saddle = newton, Descent(newton), Saddle(newton)
         self.before = 0
 
-    def solve(self, where: Where, begin: Place, low: float, high: float) -> FoundEquilibria:
+    def solve(self, where: Where, begin: StateOfEntries, low: float, high: float) -> FoundEquilibria:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`.
 
         Newton's method at once; where that fails but the tangent was regular, in smaller steps; out of an unstable
@@ -47,18 +47,18 @@ class Search:
         for cuts in _CUTS:
             bad = np.flatnonzero(~found.good & regular)
             if len(bad):
-                again = self._stepped(_part(where, bad), begin.taken(bad), low, high, cuts)
+                again = self._stepped(at_index(where, bad), begin.taken(bad), low, high, cuts)
                 found.improve(bad, again)
         self._leave(where, found, high)
         bad = np.flatnonzero(self._worth(found) & regular)
         if len(bad):
-            again = self._halved(_part(where, bad), begin.taken(bad), low, high, _HALVINGS)
+            again = self._halved(at_index(where, bad), begin.taken(bad), low, high, _HALVINGS)
             found.improve(bad, again)
-        if not self.newton.multiplier_count:  # the energy is no guide where constraints have multipliers
+        if not self.newton.model.constraints:  # the energy is no guide where constraints have multipliers
             self._descend(where, begin, high, found)
         return found
 
-    def _stepped(self, where: Where, begin: Place, low: float, high: float, cuts: int) -> FoundEquilibria:
+    def _stepped(self, where: Where, begin: StateOfEntries, low: float, high: float, cuts: int) -> FoundEquilibria:
         found = FoundEquilibria.nothing(begin)
         found.converged[:] = found.stable[:] = True
         rest = low == 0.0
@@ -66,42 +66,42 @@ class Search:
             going = np.flatnonzero(found.converged)
             if len(going):
                 at = found.state.taken(going)
-                found.take(going, self.newton.solve(_part(where, going), at, factor, at_rest=rest))
+                found.take(going, self.newton.solve(at_index(where, going), at, factor, at_rest=rest))
             rest = False
         return found
 
     def _leave(self, where: Where, found: FoundEquilibria, factor: float) -> None:
         """Leave unstable equilibria."""
         bad = np.flatnonzero(found.converged & ~found.stable)
-        if len(bad) and not self.newton.multiplier_count:
-            again = self.saddle.leave(_part(where, bad), found.state.taken(bad), factor)
+        if len(bad) and not self.newton.model.constraints:
+            again = self.saddle.leave(at_index(where, bad), found.state.taken(bad), factor)
             found.take(bad, again, again.good)
 
     def _worth(self, found: FoundEquilibria) -> Mask:
         """Entries worth more search: only where loads have an energy is there always a stable equilibrium to find."""
         return ~found.good if self.newton.model.symmetric else ~found.converged
 
-    def _halved(self, where: Where, begin: Place, low: float, high: float, depth: int) -> FoundEquilibria:
+    def _halved(self, where: Where, begin: StateOfEntries, low: float, high: float, depth: int) -> FoundEquilibria:
         """Equilibria by way of half the load, and of half of that where it must be."""
         half = 0.5 * (low + high)
         found = self._through(where, begin, low, half, depth)
         going = np.flatnonzero(~self._worth(found))
         found.converged[self._worth(found)] = False
         if len(going):
-            found.take(going, self._through(_part(where, going), found.state.taken(going), half, high, depth))
+            found.take(going, self._through(at_index(where, going), found.state.taken(going), half, high, depth))
         return found
 
-    def _through(self, where: Where, begin: Place, low: float, high: float, depth: int) -> FoundEquilibria:
+    def _through(self, where: Where, begin: StateOfEntries, low: float, high: float, depth: int) -> FoundEquilibria:
         found = self.newton.solve(where, begin, high, at_rest=low == 0.0)
         regular = found.iterations > 1
         self._leave(where, found, high)
         bad = np.flatnonzero(self._worth(found) & regular)
         if depth and len(bad):
-            again = self._halved(_part(where, bad), begin.taken(bad), low, high, depth - 1)
+            again = self._halved(at_index(where, bad), begin.taken(bad), low, high, depth - 1)
             found.improve(bad, again)
         return found
 
-    def _descend(self, where: Where, begin: Place, factor: float, found: FoundEquilibria) -> None:
+    def _descend(self, where: Where, begin: StateOfEntries, factor: float, found: FoundEquilibria) -> None:
         """Down the energy, from the beginning; an equilibrium that is unstable stays where no other is found."""
         index = np.flatnonzero(self._worth(found))
         known, had = found.state.taken(index), found.converged[index]
@@ -110,15 +110,15 @@ class Search:
         found.state.put(index[lost], known.taken(lost))
         found.converged[index[lost]] = True
 
-    def _fall(self, where: Where, begin: Place, factor: float, found: FoundEquilibria) -> None:
+    def _fall(self, where: Where, begin: StateOfEntries, factor: float, found: FoundEquilibria) -> None:
         iterations = _FIRST
         while iterations <= _LAST:
             bad = np.flatnonzero(self._worth(found))
             if not len(bad):
                 break
             start = begin.taken(bad) if iterations == _FIRST else found.state.taken(bad)
-            again = self.descent.run(_part(where, bad), start, factor, iterations)
-            self._finish(_part(where, bad), again, factor)
+            again = self.descent.run(at_index(where, bad), start, factor, iterations)
+            self._finish(at_index(where, bad), again, factor)
             found.take(bad, again)
             self._tell(found)
             iterations *= 2
@@ -132,11 +132,7 @@ class Search:
         if not len(left):
             return
         start = found.state.taken(left)
-        balance = self.newton.equations(_part(where, left), len(left), factor)
-        tried = self.newton.solve(_part(where, left), start, factor)
-        gained = balance.energy(tried.state) - balance.moment_work(start, tried.state)
-        found.take(left, tried, tried.good & (gained <= balance.energy(start)))
-
-
-def _part(where: Where, index: Index) -> Where:
-    return tuple(k[index] for k in where)
+        equations = self.newton.equations(at_index(where, left), len(left), factor)
+        tried = self.newton.solve(at_index(where, left), start, factor)
+        gained = equations.energy(tried.state) - equations.moment_work(start, tried.state)
+        found.take(left, tried, tried.good & (gained <= equations.energy(start)))

@@ -7,31 +7,31 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import rotation
 from ..batch import Array
 from ..batched.plan import Plan
-from ..clearances.contact import Contact
+from ..clearances.clearance import joints_with_clearance
 from ..description import Description
+from ..listing import Explanation
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
-from .contact import contact, touched, unbalanced
-from .directions import TurnedDirections
-from .equations import EquilibriumEquations
-from .explain import explain
-from .links import EdgeGeometry
+from .accuracy import ErrorBounds, definite_in_space
+from .clearances import touched
+from .elimination import LARGE
+from .equations import EquilibriumEquations, SpatialLinearisation
 from .load_stepping import History, LoadStepping
-from .model import Model
-from .numbers import batch_first
-from .protocols import FoundEquilibria
-from .released import with_hinges
-from .stability import definite_in_space
-from .state import DisplacedState, SpatialLinearisation
-from .stations import Stations
-from .trust import Trust
+from .model import Model, with_hinges
+from .newton_program import choice
+from .planar_model import PlanarModel
+from .recovery import RecoveredResults, Stations
+from .state import DisplacedState, FoundEquilibria
+
+# Largest unbalanced force over the largest force of an equilibrium that counts as certain.
+_BALANCED = 1e-6
+_PLANES = {5: "xy", 4: "xz", 3: "yz"}
 
 
-class LargeSolution(TurnedDirections, SavedResults):
+class LargeSolution(RecoveredResults, SavedResults):
     """Displacements and forces in an equilibrium at finite displacement and rotation, each of the frame's batch shape.
 
     Obtained from ``frame.solve(large=True)``. Loads keep their direction, moments their axis in space; line loads and
@@ -81,10 +81,7 @@ class LargeSolution(TurnedDirections, SavedResults):
             ``ux uy uz`` and the rotation vector, (..., 6), length and radians.
         """
         number = self.model.topology.number[self._node(node)]
-        state = self.displaced
-        return self._shaped(
-            np.concatenate([state.displacements[:, number], rotation.logarithm(state.rotations[:, number])])
-        )
+        return self._shaped(self.displaced.moved(number))
 
     def displacement_along(self, member: str, at: ArrayLike) -> Array:
         """Displacement and rotation along a member in global axes.
@@ -102,22 +99,6 @@ class LargeSolution(TurnedDirections, SavedResults):
             ``ux uy uz`` and the rotation vector, (..., k, 6).
         """
         return self._masked(self._recovery.displacement_along(self._member(member), np.atleast_1d(at)))
-
-    def joint_displacement(self, joint: str) -> Array:
-        """Displacement of a joint's second node relative to its first, in axes that follow the first.
-
-        Parameters
-        ----------
-        joint
-            Name of the joint.
-
-        Returns
-        -------
-        ndarray
-            ``ux uy uz rx ry rz``, (..., 6); imposed offsets included.
-        """
-        number = self._link(joint)
-        return self._shaped(self._edge(number).whole(self.equations.own(self.displaced, number)))
 
     # -- forces -----------------------------------------------------------------------------------------------------
 
@@ -154,47 +135,10 @@ class LargeSolution(TurnedDirections, SavedResults):
         number = self.model.topology.number[node]
         loops = [k for k, loop in enumerate(self.model.loops) if (loop.edge.kind, loop.edge.name) == ("support", node)]
         if loops:
-            return self._shaped(self._nodal[1][:, len(self.model.joints) + loops[0]])
-        force = self._nodal[0][:, number].copy()
+            return self._shaped(self.linear.own[:, len(self.model.joints) + loops[0]])
+        force = self.linear.nodal[:, number].copy()
         force[[k for k in range(6) if k not in self.frame.supports[node]]] = 0.0
         return self._shaped(force)
-
-    def joint_force(self, joint: str) -> Array:
-        """Force and moment that a joint exerts on its first node, in axes that follow it.
-
-        Parameters
-        ----------
-        joint
-            Name of the joint.
-
-        Returns
-        -------
-        ndarray
-            ``fx fy fz mx my mz``, (..., 6): of the springs, and of what holds ideal components.
-        """
-        number = self._link(joint)
-        return self._shaped(-self._edge(number).exerted(self._nodal[1][:, number]))
-
-    def contact(self, joint: str) -> Contact:
-        """Where a joint with clearance is in contact, and how hard it is pressed.
-
-        Parameters
-        ----------
-        joint
-            Name of the joint.
-
-        Returns
-        -------
-        Contact
-            Its normal in global axes where the frame has come to; `unresolved` where no equilibrium was found.
-
-        Raises
-        ------
-        FrameError
-            If the joint has no clearance, or clearances were left out.
-        """
-        name = self._with_clearance(joint, self.journals)
-        return contact(self, name, self._link(name))
 
     # -- trust ------------------------------------------------------------------------------------------------------
 
@@ -233,7 +177,7 @@ class LargeSolution(TurnedDirections, SavedResults):
         found = self._found
         out = self.converged.reshape(-1) & found.stable
         if len(self.model.components) < 6:
-            out &= definite_in_space(self._load_stepping, self.displaced, self.model)
+            out &= definite_in_space(self.model, self.displaced, self._load_stepping.pieces())
         return out.reshape(self.shape)
 
     @cached_property
@@ -243,7 +187,7 @@ class LargeSolution(TurnedDirections, SavedResults):
         Not told where joints move in clearances, where it is the smallest of forces that holds a journal in place,
         where loops are closed by ideal joints, and under moments in space.
         """
-        if any(joint.clearance_directions for joint in self.model.edges):
+        if self.model.has_clearance:
             return np.zeros(self.shape, dtype=bool)
         return self._found.neutral.reshape(self.shape) & self.converged
 
@@ -251,8 +195,8 @@ class LargeSolution(TurnedDirections, SavedResults):
     def converged(self) -> NDArray[np.bool_]:
         """Whether an equilibrium was found, (...)."""
         found = self._found.converged
-        if found.any() and any(joint.clearance_directions for joint in self.model.edges):
-            found = found & ~unbalanced(self)
+        if found.any() and self.model.has_clearance:
+            found = found & ~self._unbalanced()
         return found.reshape(self.shape)
 
     @property
@@ -318,7 +262,7 @@ class LargeSolution(TurnedDirections, SavedResults):
         str
             Lines for a reader: unknowns, load steps, and which way the equations are solved.
         """
-        return explain(self, self._steps)
+        return Explanation("\n".join(_explained(self.model, self.frame, self._steps)))
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
@@ -347,28 +291,34 @@ class LargeSolution(TurnedDirections, SavedResults):
     def equations(self) -> EquilibriumEquations:
         """Equations of the whole batch at the whole load."""
         index = np.arange(self._load_stepping.count)
-        return EquilibriumEquations(self.model, self._load_stepping.where(index), len(index))
+        return EquilibriumEquations(self.model, self.model.where(index), len(index))
 
     @cached_property
     def linear(self) -> SpatialLinearisation:
         """Forces of the whole batch; without its tangents."""
         return self.equations.linearised(self.displaced, tangents=False)
 
-    @property
-    def _nodal(self) -> tuple[Array, Array]:
-        return self.linear.nodal, self.linear.own
+    def _unbalanced(self) -> NDArray[np.bool_]:
+        """Where forces are left that are not small, and more than rounding or with a journal not pressed, (entries,).
+
+        Nothing resists such a journal, and forces below the rounding of others may still drive it.
+        """
+        out = np.asarray(self.residual > _BALANCED).reshape(-1)
+        if not out.any():
+            return out
+        own = np.setdiff1d(np.arange(self.model.free), self.model.multipliers)
+        # what is wrong is what is unbalanced, and the rounding in it
+        more: NDArray[np.bool_] = (2.0 * np.abs(self.trust.at.forces) > self.trust.wrong)[own].any(axis=0)
+        return out & (more | self._unpressed())
 
     @cached_property
-    def trust(self) -> Trust:
+    def trust(self) -> ErrorBounds:
         """Bounds on the numerical error of displacements."""
-        return Trust(self._load_stepping.newton, self.equations, self.displaced, self.neutral.reshape(-1))
+        return ErrorBounds(self.equations, self.displaced, self.neutral.reshape(-1))
 
     @cached_property
     def _recovery(self) -> Stations:
-        return Stations(self.model, self.equations, self.displaced)
-
-    def _shaped(self, array: Array) -> Array:
-        return self._masked(batch_first(array, self.shape, array.ndim - 1))
+        return Stations(self.equations, self.displaced, self.linear)
 
     def _masked(self, array: Array) -> Array:
         nothing = ~self.converged if self.frame.absent is None else ~self.converged | self.frame.absent
@@ -376,9 +326,29 @@ class LargeSolution(TurnedDirections, SavedResults):
             return array
         return np.where(nothing.reshape(*self.shape, *(1,) * (array.ndim - nothing.ndim)), np.nan, array)
 
-    def _edge(self, number: int) -> EdgeGeometry:
-        return self.model.edges[number].at(self.equations.where)
 
-    def _link(self, joint: str) -> int:
-        wanted = "joint", self._joint(joint)
-        return next(k for k, link in enumerate(self.model.edges) if (link.edge.kind, link.edge.name) == wanted)
+def _explained(model: Model, frame: Description, steps: int) -> list[str]:
+    """What is built and solved, line by line; nothing is computed for it."""
+    count = len(model.present)
+    absent = count - int(model.present.sum())
+    inside = f"is kept to the {_PLANES[model.components[-1]]} plane" if len(model.components) == 3 else "moves in space"
+    factors = "one factorisation for all" if model.free <= LARGE else "sparse factors of one entry after another"
+    return [
+        f"Large displacement: batch shape {frame.shape}, {count} entries"
+        + (f", of which {absent} are left out." if absent else "."),
+        f"Members are cut into {len(model.topology.pieces)} corotational pieces; the frame {inside}.",
+        f"Coordinates: {model.free} unknown, {len(model.prescribed)} given; {len(model.joints)} joints, links and "
+        f"supports carry nodes along, {len(model.loops)} close loops.",
+        _clearances(model, joints_with_clearance(frame) if model.clearance else []),
+        f"Load steps: {steps}. In each, Newton's method ({factors}) for the entries that it has not yet solved; "
+        "where it fails, smaller steps, the way out of a saddle along its mode, and the descent of the energy.",
+        f"Newton's method is done {choice(PlanarModel(model) if PlanarModel.suits(model) else model).reason}.",
+    ]
+
+
+def _clearances(model: Model, names: list[str]) -> str:
+    if not names:
+        return "No joint moves in a clearance."
+    rigid = [str(model.edges[number].edge.name) for number in model.contacts]
+    exact = f"; rigid contact in {', '.join(rigid)}: its force is found, with no stiffness" if rigid else ""
+    return f"Clearances: {', '.join(names)}, by the law of each joint{exact}."

@@ -1,4 +1,7 @@
-"""Where a frame is in space, and what one iteration knows of it."""
+"""Where a frame is at some entries of a batch, in space or in a plane, and what a search for equilibria found there.
+
+The entries come last on the axes of all arrays.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,13 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import rotation
 from ..batch import Array
-from .joint_law import ContactMultipliers
+from .joints import ContactMultipliers
 from .model import Model
-from .response import Response
+
+Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]
 
 
 @dataclass
@@ -23,7 +29,7 @@ class StateOfEntries:
     own: Array
     contact_multipliers: ContactMultipliers
 
-    def taken(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Self:
+    def taken(self, kept: Mask | Index) -> Self:
         """Some of the entries."""
         index = np.flatnonzero(kept) if kept.dtype == np.bool_ else kept
         return type(self)(
@@ -33,7 +39,7 @@ class StateOfEntries:
             self.contact_multipliers.taken(kept),
         )
 
-    def put(self, where: NDArray[np.bool_] | NDArray[np.int64], other: Self) -> None:
+    def put(self, where: Mask | Index, other: Self) -> None:
         """Replace some of the entries."""
         self.displacements[..., where] = other.displacements
         self.rotations[..., where] = other.rotations
@@ -44,6 +50,12 @@ class StateOfEntries:
 @dataclass
 class PlanarState(StateOfEntries):
     """Displacements (2, nodes, m), angles (nodes, m), own displacements and angles of links (3, links, m), contacts."""
+
+    @classmethod
+    def start(cls, model: Model, count: int) -> PlanarState:
+        """At rest."""
+        own, contacts = np.zeros((3, len(model.joints), count)), ContactMultipliers.none(len(model.contacts), count)
+        return cls(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contacts)
 
 
 @dataclass
@@ -61,36 +73,62 @@ class DisplacedState(StateOfEntries):
             np.zeros((3, model.count, count)), rotations, own, ContactMultipliers.none(len(model.contacts), count)
         )
 
+    def moved(self, node: int) -> Array:
+        """Displacement and rotation vector of a node (6, m)."""
+        return np.concatenate([self.displacements[:, node], rotation.logarithm(self.rotations[:, node])])
 
-@dataclass(frozen=True)
-class SpatialLinearisation:
-    """What one iteration knows.
+
+@dataclass
+class FoundEquilibria:
+    """Results for m entries.
 
     Attributes
     ----------
-    forces
-        Unbalanced force on all coordinates, unknown and prescribed (size, m): inner less outer.
-    values
-        Tangent on the pattern of `Equations.pattern`.
-    responses
-        By stack, how the deformations follow the ends.
-    stresses
-        By stack, the true forces on the deformations.
-    jacobians
-        By node that is attached to others, its displacement and spin by the coordinates of its chain (6, chain, m).
-    energy
-        Twice the strain energy, in members and joints (m,).
-    nodal
-        Force that holds each node with all that is attached to it (6, nodes, m).
-    own
-        Force of members and loads on the links' own coordinates (6, links, m).
+    state
+        Where they are.
+    converged, stable
+        Whether that is an equilibrium, and one at which the energy has a minimum.
+    neutral
+        Whether no stiffness beyond rounding resists some motion there.
+    left
+        Whether a saddle of the energy was left on the way.
+    iterations
+        Newton steps.
     """
 
-    forces: Array
-    values: Array
-    responses: list[Response]
-    stresses: list[Array]
-    jacobians: dict[int, Array]
-    energy: Array
-    nodal: Array
-    own: Array
+    state: StateOfEntries
+    converged: Mask
+    stable: Mask
+    neutral: Mask
+    left: Mask
+    iterations: Index
+
+    @classmethod
+    def nothing(cls, state: StateOfEntries, *, copied: bool = True) -> FoundEquilibria:
+        """Before the first iteration; what is found is put into the state, or a copy of it."""
+        count = state.displacements.shape[-1]
+        no = np.zeros(count, dtype=bool)
+        place = state.taken(np.arange(count)) if copied else state
+        return cls(place, no.copy(), no.copy(), no.copy(), no.copy(), np.zeros(count, dtype=np.int64))
+
+    @property
+    def good(self) -> Mask:
+        """Entries that need no more."""
+        return self.converged & self.stable
+
+    def improve(self, where: Index, other: FoundEquilibria) -> None:
+        """As `take`, of what is stable, or an equilibrium where there was none."""
+        self.take(where, other, other.good | (other.converged & ~self.converged[where]))
+
+    def take(self, where: Index, other: FoundEquilibria, which: Mask | None = None) -> None:
+        """Replace some of the entries by what was found later, those of it that `which` tells; iterations add up."""
+        self.iterations[where] += other.iterations
+        if which is None:
+            kept, state = np.arange(len(where)), other.state
+        else:
+            kept = np.flatnonzero(which)
+            where, state = where[kept], other.state.taken(kept)
+        self.state.put(where, state)
+        self.converged[where], self.stable[where] = other.converged[kept], other.stable[kept]
+        self.neutral[where] = other.neutral[kept]
+        self.left[where] |= other.left[kept]

@@ -11,10 +11,10 @@ from linkframe.framework import Frame, FrameError
 from linkframe.framework.batched.plan import Plan
 from linkframe.framework.large.equations import EquilibriumEquations
 from linkframe.framework.large.model import Model
-from linkframe.framework.large.planar import PlanarEquations
+from linkframe.framework.large.planar_equations import PlanarEquations
 from linkframe.framework.large.planar_model import PlanarModel
 from linkframe.framework.large.solution import LargeSolution
-from linkframe.framework.large.state import DisplacedState
+from linkframe.framework.large.state import DisplacedState, PlanarState
 
 STEEL = Material(E=200e3, nu=0.3, density=1.0)
 BAR = Rectangle(y=0.2, z=0.3)
@@ -199,7 +199,7 @@ def test_a_plane_gives_what_space_gives(normal: int) -> None:
     )
     step = 0.2 * np.random.default_rng(2).standard_normal((model.size, 2))
     there = space.advanced(DisplacedState.start(model, 2), step)
-    here = plane.advanced(PlanarEquations.start(model, 2), step)
+    here = plane.advanced(PlanarState.start(model, 2), step)
     in_space = plane.planar_model.space(here)
     for one, other in zip(
         (there.displacements, np.abs(there.rotations), there.own),

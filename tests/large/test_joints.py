@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.framework import rotation
-from linkframe.framework.large.links import EdgeGeometry, LinkChange
-from linkframe.framework.large.loops import LoopChange, displacement
+from linkframe.framework.large.links import EdgeGeometry, LinkChange, LoopChange, displacement
 
 COUNT, STEP = 3, 1e-6
 LOOSE = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 1, 0), (1, 1, 1)]
@@ -62,13 +61,13 @@ def test_a_node_that_hangs_on_another(loose: tuple[int, ...], forward: bool, fol
         return child, LinkChange(edge, here[1] if forward else child[1], inner)
 
     still, change = at(0, 0.0)
-    jacobian, geometric = change.jacobian(), change.geometric(force)
+    jacobian, geometric = change.jacobian, change.geometric(force)
     for k in range(12):
         ahead, behind = at(k, STEP)[0], at(k, -STEP)[0]
         turned = rotation.logarithm(rotation.product(ahead[1], rotation.conjugate(behind[1])))
         moved = np.concatenate([ahead[0] - behind[0], turned]) / (2.0 * STEP)
         assert moved == pytest.approx(jacobian[:, k], abs=1e-8)
-        found = slope(lambda k, by: np.einsum("jim,jm->im", at(k, by)[1].jacobian(), force), k)
+        found = slope(lambda k, by: np.einsum("jim,jm->im", at(k, by)[1].jacobian, force), k)
         assert found[3:] == pytest.approx(geometric[:, k - 3] if k >= 3 else np.zeros((9, COUNT)), abs=1e-8)
     assert np.isfinite(still[0]).all()
 
@@ -85,8 +84,8 @@ def test_an_edge_that_closes_a_loop(loose: tuple[int, ...], follows: bool) -> No
         one, other = (shifted(first, k, by), second) if k < 6 else (first, shifted(second, k - 6, by))
         return LoopChange(edge, (one[0], other[0]), (one[1], other[1]))
 
-    jacobian, geometric = at(0, 0.0).jacobian(), at(0, 0.0).geometric(force)
+    jacobian, geometric = at(0, 0.0).jacobian, at(0, 0.0).geometric(force)
     for k in range(12):
         assert slope(lambda k, by: at(k, by).own, k) == pytest.approx(jacobian[:, k], abs=2e-8)
-        found = slope(lambda k, by: np.einsum("jim,jm->im", at(k, by).jacobian(), force), k)
+        found = slope(lambda k, by: np.einsum("jim,jm->im", at(k, by).jacobian, force), k)
         assert found == pytest.approx(geometric[:, k], abs=5e-8)

@@ -10,39 +10,42 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..batch import Array, merged
-from ..elementwise import contracted, zeros
+from ..elementwise import contracted
 from ..structure.edge import GROUND
 from . import planar_pieces
-from .configuration import LoadedEntries
-from .joint_law import ContactMultipliers
-from .model import Model
 from .numbers import Where, summed
-from .planar_links import PlanarJoint, PlanarLink
-from .planar_model import PlanarModel
+from .planar_model import PlanarLink, PlanarModel
 from .state import PlanarState
+from .tree_equations import Linearisation, TreeEquations
 
 
 @dataclass(frozen=True)
-class PlanarLinearisation:
-    """What one iteration knows; see `equations.Linear`."""
+class PlanarLinearisation(Linearisation):
+    """What one iteration knows in the plane.
 
-    forces: Array
-    values: Array
+    Attributes
+    ----------
+    changes
+        By stack direction and length of the chords, and the stiffness against elongation and both angles.
+    stresses
+        By stack, the true forces on the deformations.
+    transfers
+        By link, motion of the child by those of the parent and the link's own (3, 6, m).
+    """
+
     changes: list[tuple[Array, Array, Array]]
     stresses: list[Array]
     transfers: list[Array]
-    energy: Array
 
 
-class PlanarEquations(LoadedEntries):
-    """A model in the plane at some entries; see `Equations`.
+class PlanarEquations(TreeEquations):
+    """A model in the plane at some entries; see `EquilibriumEquations`.
 
     Parameters
     ----------
-    planar_joint
+    planar_model
         The model.
     where
         Indices of the entries along each batch axis.
@@ -53,69 +56,47 @@ class PlanarEquations(LoadedEntries):
     """
 
     def __init__(self, planar_model: PlanarModel, where: Where, count: int, factor: float = 1.0) -> None:
-        self.planar_model, self.model = planar_model, planar_model.model
-        self.where, self.count, self.factor = where, count, factor
+        super().__init__(planar_model.model, planar_model.columns, where, count, factor)
+        self.planar_model = planar_model
         self.pieces = [
             (stack.direction.at(where), stack.length.at(where), stack.stiffness.at(where))
             for stack in planar_model.stacks
         ]
-        self.links = [PlanarLink.of(joint, where, factor) for joint in planar_model.joints]
         self.loads = factor * planar_model.loads.at(where)
 
-    @classmethod
-    def start(cls, model: Model, count: int) -> PlanarState:
-        """At rest."""
-        own, contact_multipliers = (
-            np.zeros((3, len(model.joints), count)),
-            ContactMultipliers.none(len(model.contacts), count),
-        )
-        return PlanarState(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contact_multipliers)
+    @cached_property
+    def geometry(self) -> list[PlanarLink]:
+        """Links of the tree."""
+        return [PlanarLink.of(joint, self.where, self.factor) for joint in self.planar_model.joints]
+
+    @cached_property
+    def ground(self) -> tuple[Array, Array]:
+        """Displacement and angle of the ground."""
+        return np.zeros((2, self.count)), np.zeros(self.count)
 
     # -- motion -----------------------------------------------------------------------------------------------------
 
-    def prescribed_residual(self, state: PlanarState) -> Array:
-        """Difference of the prescribed coordinates from their values (prescribed, m)."""
-        out = self.prescribed_values.copy()
-        if not len(out):
-            return out
-        for number, link in enumerate(self.planar_model.joints):
-            self._reduce(out, self.planar_model.columns[:, link.joint.child], state.own[:, number])
-        for node in np.flatnonzero(self.model.plain & (self.planar_model.columns >= self.model.free).any(axis=0)):
-            self._reduce(
-                out, self.planar_model.columns[:, node], [*state.displacements[:, node], state.rotations[node]]
-            )
+    def coordinate(self, state: PlanarState, node: int, component: int) -> Array:
+        """Value of a coordinate of a node, or of the link that carries it, by its number in space (m,)."""
+        out: Array
+        if self.model.plain[node]:
+            place = self.planar_model.components.index(component)
+            out = state.displacements[place, node] if place < 2 else state.rotations[node]
+        else:
+            number = self.model.link_of[node]
+            out = state.own[self.planar_model.joints[number].places.index(component), number]
         return out
-
-    def _reduce(self, prescribed_residual: Array, columns: NDArray[np.int64], values: Array | list[Array]) -> None:
-        for column, value in zip(columns.tolist(), values, strict=True):
-            if column >= self.model.free:
-                prescribed_residual[column - self.model.free] -= value
 
     def advanced(self, state: PlanarState, step: Array) -> PlanarState:
         """The state after a step of the coordinates (size, m)."""
-        nodal = self._nodal(step)
+        nodal = self.nodal(step)
         new = PlanarState(
             state.displacements + nodal[:2], state.rotations + nodal[2], state.own, state.contact_multipliers
         )
-        if self.links:
-            new.own = state.own + nodal[:, [planar_joint.joint.child for planar_joint in self.planar_model.joints]]
+        if self.geometry:
+            new.own = state.own + nodal[:, [joint.child for joint in self.model.joints]]
         self.follow(new)
         return new
-
-    def follow(self, state: PlanarState) -> None:
-        """Place the nodes that are attached to others."""
-        for number, (planar_joint, link) in enumerate(zip(self.planar_model.joints, self.links, strict=True)):
-            joint = planar_joint.joint
-            free = joint.parent == GROUND
-            place = np.zeros((2, self.count)) if free else state.displacements[:, joint.parent]
-            turn = np.zeros(self.count) if free else state.rotations[joint.parent]
-            state.displacements[:, joint.child], state.rotations[joint.child] = link.child(
-                place, turn, state.own[:, number]
-            )
-
-    def _nodal(self, step: Array) -> Array:
-        padded = np.concatenate([step, np.zeros((1, step.shape[-1]))])
-        return padded[self.planar_model.columns]
 
     # -- energy -----------------------------------------------------------------------------------------------------
 
@@ -124,10 +105,9 @@ class PlanarEquations(LoadedEntries):
         total = np.zeros(self.count)
         for stack, pieces in zip(self.planar_model.stacks, self.pieces, strict=True):
             _, _, deformation = planar_pieces.shape(stack, pieces, state)
-            total += 0.5 * planar_pieces.strain_energy(
-                pieces[2], deformation, planar_pieces.bent(pieces[2], deformation)
-            )
-        for number in range(len(self.links)):
+            bow = planar_pieces.bent(pieces[2], deformation)
+            total += 0.5 * planar_pieces.strain_energy(pieces[2], deformation, bow)
+        for number in range(len(self.geometry)):
             total += self.resistance(state, number)[0]
         total -= contracted(
             "ijm,ijm->m", np.broadcast_to(self.loads[:2], state.displacements.shape), state.displacements
@@ -137,10 +117,11 @@ class PlanarEquations(LoadedEntries):
 
     def resistance(self, state: PlanarState, number: int) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs of a link, or of its own law."""
-        elastic, joint = self.links[number].elastic(state.own[:, number]), self.planar_model.joints[number]
+        link, joint = self.geometry[number], self.planar_model.joints[number]
+        elastic = state.own[:, number] - link.offset
         if joint.joint.law is not None:
             return joint.law_response(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
-        return self.links[number].springs(elastic)
+        return link.springs(elastic)
 
     def moment_work(self, old: PlanarState, new: PlanarState) -> Array:
         """Nothing: in a plane moments have a potential, and `energy` holds it."""
@@ -150,16 +131,14 @@ class PlanarEquations(LoadedEntries):
     # -- derivatives ------------------------------------------------------------------------------------------------
 
     def linearised(self, state: PlanarState, stresses: list[Array] | None = None) -> PlanarLinearisation:
-        """Forces and tangent; see `Equations.linearised`."""
+        """Forces and tangent; the geometric stiffness of members is that of `stresses`, or of the true ones."""
         nodal = np.repeat(-self.loads, self.count, axis=-1) if self.loads.shape[-1] == 1 else -self.loads
         nodal = merged(nodal, 0, 1)
         assumed = nodal
         changes, true, data = [], [], []
         energy = np.zeros(self.count)
-        arms = [
-            link.rotated_arm(self._turn(state, planar_joint), own) for planar_joint, link, own in self._linked(state)
-        ]
-        transfers = [link.transfer(*each) for link, each in zip(self.links, arms, strict=True)]
+        arms = [self._arm(state, number) for number in range(len(self.geometry))]
+        transfers = [link.transfer(*arm) for link, arm in zip(self.geometry, arms, strict=True)]
         for k, (stack, pieces) in enumerate(zip(self.planar_model.stacks, self.pieces, strict=True)):
             axes, chord, deformation = planar_pieces.shape(stack, pieces, state)
             bow = planar_pieces.bent(pieces[2], deformation)
@@ -176,16 +155,16 @@ class PlanarEquations(LoadedEntries):
             true.append(exact)
             data += self._tangents(k, planar_pieces.terms(stiffness, axes, chord, used), transfers)
         shape = (3, self.model.count, self.count)
+        assumed = (nodal if stresses is None else assumed).reshape(shape).copy()
         nodal = nodal.reshape(shape)
-        assumed = nodal.copy() if stresses is None else assumed.reshape(shape)
-        resisted = [self.resistance(state, number) for number in range(len(self.links))]
-        forces = self._reduced(nodal, transfers, [force for _, force, _ in resisted])
-        data += self._link_tangents(arms, assumed, transfers, [tangent for *_, tangent in resisted])
+        resisted = [self.resistance(state, number) for number in range(len(self.geometry))]
+        forces, _ = self._reduced(nodal, transfers, [force for _, force, _ in resisted])
+        data += self._link_tangents(assumed, arms, transfers, [tangent for *_, tangent in resisted], transfers)
         for stored, _, _ in resisted:
             energy = energy + 2.0 * stored
         blocks = [np.zeros((0, self.count)), *(merged(block, 0, -2) for block in data)]
         values = summed(self.planar_model.pattern[0], np.concatenate(blocks))
-        return PlanarLinearisation(forces, values, changes, true, transfers, energy)
+        return PlanarLinearisation(forces, values, energy, changes, true, transfers)
 
     def stresses(self, state: PlanarState) -> list[Array]:
         """By stack, the true forces on the deformations (3, n, m)."""
@@ -198,11 +177,8 @@ class PlanarEquations(LoadedEntries):
 
     def step_stresses(self, at: PlanarLinearisation, step: Array) -> list[Array]:
         """Forces on the deformations after a step, predicted by the linear change of the deformations."""
-        nodal = self._nodal(step)
-        for (planar_joint, _), transfer in zip(
-            zip(self.planar_model.joints, self.links, strict=True), at.transfers, strict=True
-        ):
-            joint = planar_joint.joint
+        nodal = self.nodal(step)
+        for joint, transfer in zip(self.model.joints, at.transfers, strict=True):
             own = nodal[:, joint.child]
             parent = np.zeros_like(own) if joint.parent == GROUND else nodal[:, joint.parent]
             nodal[:, joint.child] = contracted("ijm,jm->im", transfer, np.concatenate([parent, own]))
@@ -212,25 +188,18 @@ class PlanarEquations(LoadedEntries):
             (c, s), chord, stiffness = at.changes[k]
             x, y = nodal[:2, second] - nodal[:2, first]
             chord_rotation = (c * y - s * x) / chord
-            stretch, one, two = (
-                c * x + s * y,
-                nodal[2, first] - chord_rotation,
-                nodal[2, second] - chord_rotation,
-            )
+            stretch = c * x + s * y
+            one, two = nodal[2, first] - chord_rotation, nodal[2, second] - chord_rotation
             k00, k01, k02, k11, k12, k22 = stiffness
             change = [k00 * stretch + k01 * one + k02 * two, k01 * stretch + k11 * one + k12 * two]
             out.append(at.stresses[k] + np.stack([*change, k02 * stretch + k12 * one + k22 * two]))
         return out
 
-    def _linked(self, state: PlanarState) -> list[tuple[PlanarJoint, PlanarLink, Array]]:
-        owns = [state.own[:, number] for number in range(len(self.links))]
-        return list(zip(self.planar_model.joints, self.links, owns, strict=True))
-
-    def _turn(self, state: PlanarState, planar_joint: PlanarJoint) -> Array:
-        """Angle of a joint's first node."""
-        joint = planar_joint.joint
-        first = joint.parent if joint.forward else joint.child
-        return np.zeros(self.count) if first == GROUND else np.asarray(state.rotations[first])
+    def _arm(self, state: PlanarState, number: int) -> tuple[Array, Array]:
+        """Axes of a link's translations, and its arm, both turned with its first node."""
+        joint = self.model.joints[number]
+        _, angle = self.at(state, joint.parent if joint.forward else joint.child)
+        return self.geometry[number].rotated_arm(angle, state.own[:, number])
 
     def _tangents(self, k: int, terms: Array, transfers: list[Array]) -> list[Array]:
         """Different entries of plain pieces as they are, the others in the terms of their chains."""
@@ -244,16 +213,12 @@ class PlanarEquations(LoadedEntries):
             out.append(np.concatenate([self._up(whole[:3], first, transfers), self._up(whole[3:], second, transfers)]))
         return out
 
-    @cached_property
-    def _number(self) -> dict[int, int]:
-        return {planar_joint.joint.child: number for number, planar_joint in enumerate(self.planar_model.joints)}
-
     def _up(self, rows: Array, node: int, transfers: list[Array]) -> Array:
         """Rows (3, k, m) of a node's coordinates as rows of those of its chain."""
-        if node not in self._number:
+        number = self.model.link_of.get(node)
+        if number is None:
             return rows
-        number = self._number[node]
-        transfer, parent = transfers[number], self.planar_model.joints[number].joint.parent
+        transfer, parent = transfers[number], self.model.joints[number].parent
         own: Array = contracted("ijm,ikm->jkm", transfer[:, 3:], rows)
         if parent == GROUND:
             return own
@@ -261,35 +226,12 @@ class PlanarEquations(LoadedEntries):
         above[2] += transfer[0, 2] * rows[0] + transfer[1, 2] * rows[1]
         return np.concatenate([self._up(above, parent, transfers), own])
 
-    def _link_tangents(
-        self, arms: list[tuple[Array, Array]], nodal: Array, transfers: list[Array], tangents: list[Array]
-    ) -> list[Array]:
-        """Springs of the links, and what turning them does to the forces that they pass on."""
-        out: list[Array] = []
-        for number in range(len(self.links) - 1, -1, -1):
-            joint, link = self.planar_model.joints[number].joint, self.links[number]
-            force = nodal[:, joint.child]
-            matrix = link.geometric(force, *arms[number])
-            matrix[3:, 3:] += tangents[number]
-            if joint.parent == GROUND:
-                out.append(matrix[3:, 3:])
-                continue
-            nodal[:, joint.parent] += contracted("ijm,im->jm", transfers[number][:, :3], force)
-            half = np.concatenate([self._up(matrix[:3], joint.parent, transfers), matrix[3:]])
-            half = np.swapaxes(half, 0, 1)
-            out.append(np.concatenate([self._up(half[:3], joint.parent, transfers), half[3:]]))
-        return out[::-1]
+    def _geometric(self, number: int, change: tuple[Array, Array], force: Array) -> Array:
+        """Tangent of what a constant force on the child does: by the parent, and by the link's own (6, 6, m)."""
+        return self.geometry[number].geometric(force, *change)
 
-    def _reduced(self, nodal: Array, transfers: list[Array], resisted: list[Array]) -> Array:
-        """Forces on the coordinates from forces on the nodes, leaves first."""
-        out = zeros((self.model.size + 1, self.count), nodal)
-        nodal = nodal.copy()
-        for number in range(len(self.links) - 1, -1, -1):
-            joint = self.planar_model.joints[number].joint
-            pushed = contracted("ijm,im->jm", transfers[number], nodal[:, joint.child])
-            out[self.planar_model.columns[:, joint.child]] = pushed[3:] + resisted[number]
-            if joint.parent != GROUND:
-                nodal[:, joint.parent] += pushed[:3]
-        plain = self.model.plain
-        out[self.planar_model.columns[:, plain]] = nodal[:, plain]
-        return out[:-1]
+    def _in_chain(self, node: int, matrix: Array, moved: list[Array]) -> Array:
+        """That tangent in terms of the chain of the parent."""
+        for _ in range(2):
+            matrix = np.swapaxes(np.concatenate([self._up(matrix[:3], node, moved), matrix[3:]]), 0, 1)
+        return matrix

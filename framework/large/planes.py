@@ -17,9 +17,9 @@ from ..structure.member_loads import strain_forces
 from ..structure.parts import is_zero
 from ..structure.topology import Group, Topology
 from .joints import offsets
-from .loading import Loads
-from .protocols import Mask
+from .numbers import Loads
 
+Mask = NDArray[np.bool_]
 WHOLE = (0, 1, 2, 3, 4, 5)
 # Displacement components in the planes across z, y and x, two translations and the rotation about the normal; in space.
 _PLANES = ((0, 1, 5), (0, 2, 4), (1, 2, 3), WHOLE)
