@@ -226,7 +226,12 @@ def _found(
     shape: Shape,
     switch: bool,
 ) -> Found:
-    """Poses of a batch; those at which one drive alone has moved lie on one line."""
+    """Poses of a batch; those at which one drive alone has moved lie on one line.
+
+    Where the drives tell all, as on open chains, there is no path to follow.
+    """
+    if not loops.unknown_states:
+        return _standing(loops, start, starts, driven, shape)
     moving = _moving(loops, start, driven)
     if len(moving) <= 1 and not loops.driven_spherical and loops.driven_states:
         along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
