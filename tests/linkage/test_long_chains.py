@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.models import Linkage, Motion, PoseState
+from linkframe.models.linkage import KINDS
+from linkframe.models.linkage.continuation import assemble, one_pose
+from numpy.typing import NDArray
 from reference.linkages import scissor
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("stages", [8, 16])
@@ -48,3 +54,55 @@ def test_links_of_a_chain_are_evaluated_together(shape: tuple[int, ...], monkeyp
     for k in range(12):
         lever = (places[k + 1 :, ..., 0] - places[k, ..., 0]).sum(axis=0)
         np.testing.assert_allclose(found.drive(f"P{k}")[..., 0], 2.0 * 9.81 * lever, rtol=1e-12)
+
+
+def along_chain(kinds: list[str], axes: Array, places: Array, values: list[Array]) -> Array:
+    """End of a chain drawn with its joints at places along x, by the product of what its joints do."""
+    reached = places[-1]
+    for kind, axis, place, value in reversed(list(zip(kinds, axes, places[:-1], values, strict=True))):
+        z = axis / np.linalg.norm(axis)
+        x = np.cross(np.cross(z, [1.0, 0.0, 0.0]), z)
+        along = {"x": x / np.linalg.norm(x), "z": z}
+        along["y"] = np.cross(along["z"], along["x"])
+        arm, coordinates = reached - place, KINDS[kind].coordinates
+        for k in np.argsort([name == "rz" for name in coordinates], kind="stable"):
+            vector = value[..., k, None] * along[coordinates[k][1]]
+            arm = Rotation.from_rotvec(vector).apply(arm) if coordinates[k][0] == "r" else arm
+        shifts = [k for k, name in enumerate(coordinates) if name[0] == "u"]
+        reached = place + arm + sum(value[..., k, None] * along[coordinates[k][1]] for k in shifts)
+    return np.asarray(reached)
+
+
+@pytest.mark.parametrize("count", [1, 7])
+def test_an_open_chain_is_where_its_drives_say(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However far they go, in whatever order they were described: no path is followed there."""
+
+    def refuse(*_: object) -> None:
+        raise AssertionError("a path is followed on an open chain")
+
+    for module, name in ((assemble, "from_one"), (assemble, "Along"), (one_pose, "at_once"), (one_pose, "_on_path")):
+        monkeypatch.setattr(module, name, refuse)
+    rng = np.random.default_rng(5)
+    kinds = ["planar", "revolute", "universal", "prismatic", "cylindrical", "planar", "universal"] * 3
+    axes = np.array([0.3, 0.5, 1.0]) + 0.2 * rng.normal(size=(len(kinds), 3))
+    places = np.stack([np.arange(len(kinds) + 1.0), *rng.uniform(-1.0, 1.0, (2, len(kinds) + 1))], axis=-1)
+    linkage = Linkage({f"P{k}": place for k, place in enumerate(places)})
+    values = [rng.uniform(-20.0, 20.0, (count, KINDS[kind].freedom)) for kind in kinds]
+    for k in range(len(kinds)):
+        linkage.link(f"L{k}", f"P{k}", f"P{k + 1}")
+    for k in rng.permutation(len(kinds)):
+        along_x = np.array([1.0, 0.0, 0.0]) - axes[k, 0] * axes[k] / (axes[k] @ axes[k])
+        more = {"second": along_x} if kinds[k] == "universal" else {}
+        first = f"L{k - 1}" if k else "ground"
+        getattr(linkage, kinds[k])(f"P{k}", first, f"L{k}", axis=axes[k], **more)
+    for k in rng.permutation(len(kinds)):
+        linkage.drive(f"P{k}")
+    drives = {f"P{k}": value if value.shape[-1] > 1 else value[..., 0] for k, value in enumerate(values)}
+    if count == 1:
+        drives = {name: value[0] for name, value in drives.items()}
+        values = [value[0] for value in values]
+    motion = linkage.move(drives)
+    assert np.all(motion.is_regular)
+    np.testing.assert_allclose(
+        motion.position(f"P{len(kinds)}"), along_chain(kinds, axes, places, values), rtol=0.0, atol=1e-10
+    )

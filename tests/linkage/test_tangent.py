@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import runpy
+from pathlib import Path
+
 import mpmath
 import numpy as np
 import pytest
@@ -176,3 +179,26 @@ def test_a_cross_at_large_displacement(springs: tuple[float, float]) -> None:
     least = minimize(lambda turn: 0.5 * np.dot(springs, turn**2) - force @ moved(turn), np.zeros(2), tol=1e-12).x
     found = linkage.move().frame().solve(large=True).displacement("B")[:3]
     assert_allclose(found, moved(least), atol=1e-6)
+
+
+def test_a_delta_robot_under_load_on_rigid_rods_that_spin() -> None:
+    """``C^-1 = k q'^T q' + t . q''`` by the closed form q of its arms, whose drives hold a force on the platform."""
+    delta = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "delta_robot.py"))
+    linkage, arms, spring = delta["linkage"], delta["arm_angles"], 200.0
+    for k in range(3):
+        given = {"axis": delta["tangent"][k], "reference": delta["start"][k], "stiffness": (INF,) * 5 + (spring,)}
+        linkage.revolute(f"A{k}", "ground", f"arm {k}", replace=True, drive=True, **given)
+    force = np.array([3.0, -2.0, 10.0])
+    linkage.load("P", link="platform", **dict(zip(("fx", "fy", "fz"), force, strict=True)))
+    places = delta["home"] + [[0.05, 0.03, 0.01], [-0.08, 0.02, -0.03]]
+    found = linkage.move({f"A{k}": arms(places)[:, k] for k in range(3)}).compliance_matrix("P")
+    step, units, signs = 1e-3, np.eye(3), np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)])
+    for place, matrix in zip(places, found, strict=True):
+        around = arms(place + step * np.array([-2, -1, 1, 2])[:, None, None] * units)
+        slope = ((1, -8, 8, -1) @ around.reshape(4, -1)).reshape(3, 3).T / (12.0 * step)
+        held = np.linalg.solve(slope.T, force)
+        ways = np.einsum("sa,ijak->ijsk", signs, np.stack(np.broadcast_arrays(units[:, None], units), axis=2))
+        near, far = (((arms(place + h * ways) @ held) @ (1, -1, -1, 1)) / (4 * h**2) for h in (step, 2 * step))
+        wanted = np.linalg.inv(spring * slope.T @ slope + (4.0 * near - far) / 3.0)
+        assert_allclose(matrix[:3, :3], wanted, rtol=1e-7, atol=1e-7 * np.abs(wanted).max())
+        assert_allclose(matrix[3:], 0.0, atol=1e-12)

@@ -230,7 +230,12 @@ def _found(
     shape: Shape,
     switch: bool,
 ) -> Found:
-    """Poses of a batch, grouped by the drives that have moved: poses of one moving drive lie on one path."""
+    """Poses of a batch, grouped by the drives that have moved: poses of one moving drive lie on one path.
+
+    Where the drives determine the whole state, as on open chains, there is no path to follow.
+    """
+    if not loops.unknown_states:
+        return _standing(loops, start, starts, driven, shape)
     moving = _moving(loops, start, driven)
     if len(moving) <= 1 and not loops.driven_spherical and loops.driven_states:
         along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)

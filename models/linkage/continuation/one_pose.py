@@ -41,6 +41,9 @@ def one_pose(
     """
     if loops.driven_spherical or not driven:
         return None
+    if not loops.unknown_states:
+        state = [value for _, value in sorted(zip(loops.driven_states, driven, strict=True))]
+        return _closed(loops, parameters, state, closed)
     origin = [start.state[place] for place in loops.driven_states]
     moving = [k for k, (x, y) in enumerate(zip(driven, origin, strict=True)) if abs(x - y) > STILL]
     signs: list[float] = []

@@ -59,6 +59,8 @@ class Tangent:
         Number of rods that can spin between two balls.
     stiffness
         (..., n, n).
+    spins
+        The unknowns while each of these rods turns about itself by a unit, (..., n, idle).
     stable
         Poses that are assembled, and at which finite forces keep the linkage in equilibrium, (...).
     """
@@ -79,7 +81,8 @@ class Tangent:
         )
         with np.errstate(all="ignore"):  # of mechanisms
             loaded = geometric_stiffness(self.plan, rest.bounds.whole())
-        loaded = _without_spin(self.plan, freed, np.where(self.stable[..., None, None], loaded, 0.0))
+        self.spins, mean = _spins(self.plan, freed)
+        loaded = _without_spin(np.where(self.stable[..., None, None], loaded, 0.0), self.spins, mean)
         self.stiffness = dense.stiffness(self.plan) + loaded
 
     def compliance_matrix(self, node: str) -> Array:
@@ -89,14 +92,17 @@ class Tangent:
         """
         at = self.plan.topology.number[self.plan.frame.aliases.get(node, node)]
         change = dense.global_substitution(self.plan, [at])
-        matrix, root = dense.scaled(self.stiffness)
-        values, vectors = np.linalg.eigh(matrix)
-        moved = change @ (root[..., :, None] * vectors)
+        held = _unknown_of_each(self.spins)
+        matrix, root = dense.scaled(np.where(held[..., :, None] | held[..., None, :], 0.0, self.stiffness))
+        values, vectors = np.linalg.eigh(matrix + held[..., None] * np.eye(held.shape[-1]))
+        moved = np.where(held[..., None, :], 0.0, change) @ (root[..., :, None] * vectors)
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
         # what a free motion moves has no compliance
         size = np.abs(moved).max(axis=-1, keepdims=True)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
+        reach = np.repeat([self.plan.frame.size, 1.0], 3)[:, None]
+        lost = lost | (np.abs(change @ self.spins) > _STILL * reach).any(axis=-1)
         lost = lost[..., :, None] | lost[..., None, :] | ~self.stable[..., None, None]
         return np.where(lost, np.nan, out)
 
@@ -151,14 +157,14 @@ class Tangent:
         return 1.0 / values - shift[..., None], vectors / np.sqrt(values)[..., None, :]
 
 
-def _without_spin(plan: Plan, freed: list[IdleRotation], loaded: Array) -> Array:
-    """What loads add to the stiffness, (..., n, n), while rods that they do not spin rest, on the mean of their nodes.
+def _spins(plan: Plan, freed: list[IdleRotation]) -> tuple[Array, Array]:
+    """What the unknowns are in a unit of each idle rotation, and what they turn its rod by, (..., n, idle) each.
 
-    That a rod which its load bends stays bent in the same direction while it spins is beyond what is linear, and would
-    otherwise pass for a stiffness against the spin.
+    The rotation of a rod is the sum of that of its nodes about its axis.
     """
     if not freed:
-        return loaded
+        none = np.zeros((len(plan.unknowns), 0))
+        return none, none
     count = len(plan.topology.number)
     change = dense.global_substitution(plan, list(range(count)))
     back = np.swapaxes(change, -1, -2)
@@ -168,10 +174,36 @@ def _without_spin(plan: Plan, freed: list[IdleRotation], loaded: Array) -> Array
         for node in _nodes_of(plan, idle.body):
             spins[..., node, 3:, k] = idle.axis
     mean = back @ spins.reshape(*axes.shape[:-2], 6 * count, len(freed))
-    motions, mean = np.linalg.solve(back @ change, mean), np.swapaxes(mean, -1, -2)
-    away = loaded - (loaded @ motions) @ np.linalg.solve(mean @ motions, mean)
+    return np.asarray(np.linalg.solve(back @ change, mean)), mean
+
+
+def _without_spin(loaded: Array, spins: Array, mean: Array) -> Array:
+    """What loads add to the stiffness, (..., n, n), while rods that they do not spin rest, on the mean of their nodes.
+
+    That a rod which its load bends stays bent in the same direction while it spins is beyond what is linear, and would
+    otherwise pass for a stiffness against the spin.
+    """
+    if not spins.shape[-1]:
+        return loaded
+    mean = np.swapaxes(mean, -1, -2)
+    away = loaded - (loaded @ spins) @ np.linalg.solve(mean @ spins, mean)
     back = np.swapaxes(away, -1, -2)
-    return np.asarray(back - (back @ motions) @ np.linalg.solve(mean @ motions, mean))
+    return np.asarray(back - (back @ spins) @ np.linalg.solve(mean @ spins, mean))
+
+
+def _unknown_of_each(spins: Array) -> NDArray[np.bool_]:
+    """As many unknowns as there are spins, which do not all rest in any of them, (..., n).
+
+    Without these, nothing spins, and what is stiff stays as it is. The stiffness of an unknown that is nothing but a
+    spin is rounding, which must not be brought to the size of that of others.
+    """
+    left, out = spins, np.zeros(spins.shape[:-1], dtype=bool)
+    for k in range(spins.shape[-1]):
+        row = np.abs(left[..., k]).argmax(axis=-1)[..., None]
+        np.put_along_axis(out, row, True, axis=-1)
+        pivot = np.take_along_axis(left, row[..., None], axis=-2)
+        left = left - left[..., k : k + 1] * (pivot / pivot[..., k : k + 1])
+    return out
 
 
 def _nodes_of(plan: Plan, body: str) -> list[int]:
