@@ -181,8 +181,11 @@ def _distribution(source: Source, path: tuple[str, str]) -> Deviation:
         if key not in ("of", "distribution"):
             value = source.get((*path, key))
             numbers[key] = value if isinstance(value, str) else source.number((*path, key))
-    with source.at(*path):
+    try:
         return distributed(name, numbers)
+    except FrameError as error:
+        key, _, told = str(error).partition(" ")
+        source.fail((*path, key) if key in numbers else path, told if key in numbers else str(error))
 
 
 def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, float], description: str) -> None:
