@@ -115,7 +115,7 @@ def called(text: str) -> tuple[str, dict[str, float | str]] | None:
     Raises
     ------
     FrameError
-        If a number is none, or has no name.
+        If a number is none, has no name, or is given twice.
 
     Examples
     --------
@@ -134,6 +134,8 @@ def called(text: str) -> tuple[str, dict[str, float | str]] | None:
                 f"{text!r}: {match['name']} takes {', '.join(names)}, and there is one more number: {given}"
             )
         key, value = key.strip() if equal else names[index], value.strip()
+        if key in found:
+            raise FrameError(f"{text!r}: {key} is given twice: write it as 'norm(0.1, 0.002)' or 'norm(scale=5 %)'")
         if not re.fullmatch(rf"{_NUMBER}\s*%?|±\s*{_NUMBER}\s*%", value):
             raise FrameError(f"{text!r}: {value!r} is no number; write it as 'norm(0.1, 0.002)' or 'norm(scale=5 %)'")
         found[key] = value if value.endswith("%") else float(value)
@@ -211,14 +213,26 @@ def frozen(name: str, numbers: Mapping[str, float]) -> Distribution:
     try:
         found = continuous(name, numbers)
     except (TypeError, ValueError) as error:
-        raise FrameError(f"{name} does not take {', '.join(numbers) or 'nothing'}: {error}") from error
+        raise FrameError(_not_taken(name, numbers)) from error
     if found is None:
         raise FrameError(f"there is no distribution {name!r}: give a continuous one of scipy.stats, such as norm")
-    if np.isnan(found.ppf(np.array(0.5))):
+    with np.errstate(all="ignore"):
+        undefined = np.isnan(found.ppf(np.array(0.5)))
+    if undefined:
         given = ", ".join(f"{key} = {value:g}" for key, value in numbers.items())
         why = "scale must be above 0" if numbers.get("scale", 1.0) <= 0.0 else f"see scipy.stats.{name} for its range"
         raise FrameError(f"{name} is not defined for {given}: {why}")
     return found
+
+
+def _not_taken(name: str, numbers: Mapping[str, float]) -> str:
+    """What a distribution was given that it does not take, or what it lacks."""
+    taken = [*_shape_names(name), "loc", "scale"]
+    more = [key for key in numbers if key not in taken]
+    less = [key for key in taken[:-2] if key not in numbers]
+    if more:
+        return f"{name} does not take {', '.join(more)}: it takes {', '.join(taken)}"
+    return f"{name} lacks {', '.join(less)}: it takes {', '.join(taken)}, and loc and scale may be left out"
 
 
 def distribution_of(name: str, given: object) -> Distribution:

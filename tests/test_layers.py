@@ -63,8 +63,8 @@ LAYERS = {
 # The layers of models, likewise.
 ROOMS = {
     "plane, samples, statistics": (
-        "clearance planar newton_euler intervals histograms convergence distributions given_distributions quantiles "
-        "moments normality sampling spread propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
+        "clearance planar newton_euler intervals histograms convergence distributions given_distributions "
+        "given_deviations quantiles moments normality sampling spread propagation/* sensitivity failure/* fits/* fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",

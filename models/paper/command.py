@@ -239,13 +239,14 @@ def _number(text: str, good: Callable[[float], bool], wanted: str) -> float:
 
 
 class _Formatter(ArgumentDefaultsHelpFormatter):
-    """Defaults as a reader writes them: no (default: None), tuples without brackets."""
+    """Defaults as a reader writes them: none of what is off, several without brackets."""
 
     def _get_help_string(self, action: Action) -> str | None:
-        if action.default is None or action.default == "==SUPPRESS==":
+        default = action.default
+        if default is None or default is False or default == "==SUPPRESS==":
             return action.help
-        if isinstance(action.default, tuple):
-            return f"{action.help} (default: {' '.join(f'{value:g}' for value in action.default)})"
-        if isinstance(action.default, float):
-            return f"{action.help} (default: {action.default:g})"
+        if isinstance(default, tuple | list | float):
+            several = default if isinstance(default, tuple | list) else [default]
+            shown = " ".join(f"{value:g}" if isinstance(value, float) else str(value) for value in several)
+            return f"{action.help} (default: {shown})"
         return super()._get_help_string(action)

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
 from ..four_bar.description import JOINTS, LINKS
 from ..four_bar.tolerances import COMPONENTS, NAMES
-from ..given_distributions import called, distribution_of, frozen, tolerance
+from ..given_deviations import Rescaled, deviation
 
 if TYPE_CHECKING:
     from ..sampling import Distribution
@@ -26,38 +24,10 @@ ALIASES = (
     (r"load|loads\.0\.fy", "fy"),
     (r"loads\.0\.(fx|mz)", r"\1"),
 )
-IN_PERCENT = re.compile(r"(?:±\s*|\+/?-\s*)?([\d.eE+-]+)\s*%")
 
-
-@dataclass(frozen=True)
-class Rescaled:
-    """A distribution in another unit.
-
-    Attributes
-    ----------
-    distribution
-        That in the unit of the command line.
-    factor
-        From there to what is computed with.
-    """
-
-    distribution: Distribution
-    factor: float
-
-    def ppf(self, q: NDArray[np.float64], /) -> NDArray[np.float64]:
-        """Quantile at probability `q`.
-
-        Parameters
-        ----------
-        q
-            Probabilities in (0, 1), (...).
-
-        Returns
-        -------
-        ndarray
-            Quantiles, (...).
-        """
-        return np.asarray(self.factor * self.distribution.ppf(q))
+# What no sample may take below zero, but for one in a million.
+NOT_NEGATIVE = (*LINKS, "ground", "E", "stiffness", "clearance", *COMPONENTS)
+RAREST = 1e-6
 
 
 def given_tolerances(inputs: Inputs) -> dict[str, Distribution]:
@@ -70,10 +40,10 @@ def given_tolerances(inputs: Inputs) -> dict[str, Distribution]:
     """
     found = {}
     # One of all joints or links stands before those of one, which rule.
-    given = [(parameter(name), text) for name, text in inputs.tolerance]
-    for name, text in sorted(given, key=lambda each: "." in each[0]):
+    given = [(parameter(option), option, text) for option, text in inputs.tolerance]
+    for name, option, text in sorted(given, key=lambda each: "." in each[0]):
         nominal, factor = _nominal(inputs, name)
-        distribution = _in_words(f"--tolerance {name}={text}", nominal, text)
+        distribution = _in_words(option, text, nominal)
         for each in _own(inputs, name):
             found[each] = distribution if factor == 1.0 else Rescaled(distribution, factor)
     return found
@@ -121,37 +91,20 @@ def _nominal(inputs: Inputs, name: str) -> tuple[float, float]:
     return float(found), float(np.radians(1.0)) if what == "drive" else 1.0
 
 
-def _in_words(option: str, nominal: float, text: str) -> Distribution:
-    """A deviation from the nominal value, or a distribution, in the unit of the command line."""
+def _in_words(name: str, text: str, nominal: float) -> Distribution:
+    """The distribution that is given, in the unit of the command line."""
+    option = f"--tolerance {name}={text}"
     if not np.isfinite(nominal):
         raise FrameError(f"{option}: the nominal value is {nominal}, which cannot vary: leave the tolerance out")
     try:
-        table = called(text)
-        if table is not None:
-            return _called(option, nominal, *table)
-        words, _, kind = text.rpartition(" ")
-        kind = kind if kind in ("uniform", "normal") else ""
-        words = words if kind else text
-        if IN_PERCENT.fullmatch(words):
-            words = f"± {IN_PERCENT.fullmatch(words)[1]} %"  # type: ignore[index]
-        elif re.fullmatch(r"[\d.eE+-]+", words):
-            words = f"± {words}"
-        if words.startswith(("±", "+")):
-            return tolerance(nominal, words, kind or "uniform")
-        return distribution_of(option, text)
+        found = deviation(name, nominal, text)
+        found.require_near(nominal, name)
+        distribution = found.about(nominal)
+        least = float(distribution.ppf(np.array(RAREST)))
+        if parameter(name).partition(".")[0] in NOT_NEGATIVE and least < 0.0:
+            raise FrameError(
+                f"samples would go below zero, one in a million to {least:g}: give a narrower distribution"
+            )
+        return distribution
     except FrameError as error:
         raise FrameError(f"{option}: {error}") from error
-
-
-def _called(option: str, nominal: float, name: str, numbers: Mapping[str, float | str]) -> Distribution:
-    """A distribution of SciPy; numbers in percent are deviations from the nominal value, as a share of it."""
-    values = {key: value for key, value in numbers.items() if not isinstance(value, str)}
-    shares = {key: 0.01 * float(value.strip("±% ")) for key, value in numbers.items() if isinstance(value, str)}
-    if shares and not (nominal and shares.keys() <= {"loc", "scale"} and not {"loc", "scale"} & values.keys()):
-        raise FrameError(
-            f"percentages are for loc and scale together, as deviations from the nominal value {nominal:g} (not 0), "
-            "and loc may be left out: give other numbers without a percentage"
-        )
-    if shares:
-        values |= {"loc": nominal * (1.0 + shares.get("loc", 0.0)), "scale": abs(nominal) * shares.get("scale", 0.0)}
-    return distribution_of(option, frozen(name, values))

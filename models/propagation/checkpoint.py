@@ -51,6 +51,11 @@ class Checkpoint:
     def _owner(self) -> str:
         return owner()
 
+    @property
+    def is_there(self) -> bool:
+        """Whether the folder is there, with what was stored in it."""
+        return self.folder.is_dir()
+
     @classmethod
     def open(cls, folder: str | os.PathLike[str], about: Mapping[str, Any]) -> Checkpoint:
         """Take up the run of a folder, or begin one there.
@@ -202,6 +207,8 @@ class Checkpoint:
                 part.unlink(missing_ok=True)
                 raise
         except OSError as error:
+            if not self.is_there:
+                raise FrameError(f"checkpoint {self.folder} is gone, and what was stored there: start again") from error
             raise FrameError(f"{self.folder / name} cannot be written: {error.strerror or error}; {remedy}") from error
 
 

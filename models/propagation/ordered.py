@@ -185,7 +185,7 @@ def gather(
             if folder is not None:
                 with suppress(FrameError):  # where there is no room, there is none for these either
                     folder.flush()
-                done += folder.written - computed
+                done = done + folder.written - computed if folder.checkpoint.is_there else 0
             told = folder is not None and done and isinstance(error, FrameError)
             if told or isinstance(error, KeyboardInterrupt):
                 error.add_note(receiver.progress(done, len(ranges)))

@@ -39,9 +39,14 @@ def processes(task: Callable[[Any], Any], count: int, start: str | None) -> Iter
     try:
         yield pool
     except BaseException:
+        results = getattr(getattr(pool, "_result_queue", None), "_writer", None)
         for process in list((getattr(pool, "_processes", None) or {}).values()):
             process.terminate()
         pool.shutdown(wait=False, cancel_futures=True)
+        # A worker that is ended half way through a result leaves the thread that reads it waiting for the rest, and
+        # this process for the thread. Once nobody can write any longer there is no rest.
+        if results is not None:
+            results.close()
         raise
     pool.shutdown()
 

@@ -216,6 +216,12 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
         ('["links.rod.mass"]', 'distribution = "norm"\nloc = "1 %"', "", "has no scale"),
         (
             '["links.rod.mass"]',
+            'distribution = "norm"\nloc = 2.0\nscale = 0',
+            "",
+            "is not defined for loc = 2, scale = 0",
+        ),
+        (
+            '["links.rod.mass"]',
             'distribution = "norm"\nscale = 0.1',
             "",
             "has the mean 0 and spreads by 0.1, but links.rod.mass is 2",

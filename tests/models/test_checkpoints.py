@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -205,6 +206,22 @@ def test_a_full_disk_leaves_the_chunks_before_it_good(tmp_path, monkeypatch):
     rest = Counted()
     same(go(tmp_path, rest), wanted)
     assert rest.samples == 4 * BLOCK
+
+
+def test_a_folder_that_vanishes_is_told(tmp_path, monkeypatch):
+    """Nothing is left there to go on from."""
+    monkeypatch.setattr(run, "StoredChunks", partial(StoredChunks, pause=0.0))
+    counted = Counted()
+
+    def removes(a, b):
+        result = counted(a, b)
+        if counted.samples == 6 * BLOCK:
+            shutil.rmtree(tmp_path / "run")
+        return result
+
+    with pytest.raises(FrameError, match=r"checkpoint .*run is gone, and what was stored there: start again") as error:
+        go(tmp_path / "run", removes)
+    assert not getattr(error.value, "__notes__", [])
 
 
 def test_runs_that_are_killed_go_on_to_the_same_bits():

@@ -115,7 +115,7 @@ def test_a_file_may_have_words(tmp_path):
         (("fy", "a bit"), r"with --tolerance fy=a bit: .* write it as"),
         (("fy", "norm(100, 5, 3)"), r"with --tolerance fy=.*norm takes loc, scale, and there is one more number: 3"),
         (("fy", "norm(100, wide)"), r"'wide' is no number"),
-        (("fy", "nrom(100, 5)"), r"is 'nrom': give a continuous distribution"),
+        (("fy", "nrom(100, 5)"), r"no distribution 'nrom': give a continuous one"),
         (("fy", "norm(200, 5)"), r"with --tolerance fy=norm\(200, 5\): .*has the mean 200"),
         (("joints.B.stiffness.ux", "5 %"), r"joints.B.stiffness.0 is in tolerance 'stiffness.B', too"),
     ],
@@ -161,6 +161,17 @@ def same(found, wanted, rtol=0.0):
 def test_words_for_what_options_give(name, text, more, rtol):
     """The same laws as by default."""
     same(laws((name, text), **more), laws(**more), rtol)
+
+
+@pytest.mark.parametrize(
+    "text", ["± 5", "5", "+/- 5", "5 normal", "± 5 %", "+/- 5 %", "5 % normal", "+6/-3", "+6/-3 normal", "100 ± 5",
+             "norm(100, 5)", "norm(scale=5 %)", "norm(1 %, 5 %)", "uniform(95, 10)", "triang(0.5, -5 %, 10 %)"]
+)  # fmt: skip
+def test_the_file_and_the_four_bar_read_the_same(text):
+    """The load of both is 100 N; a number alone is a half width."""
+    of_load, of_job = of_file(("fy", text))["fy"], laws(("load", text))["fy"]
+    draws = of_load.samples(("loads", 0, "fy"), of_load.distribution.ppf(Q))
+    assert_allclose(of_job.ppf(Q), draws, rtol=1e-15)
 
 
 def test_what_has_no_tolerance_by_default():
@@ -212,7 +223,14 @@ def test_contact_that_follows_from_forces_has_none():
         (["clearance=a bit"], "--tolerance clearance=a bit: "),
         (["fx=5 %"], "of a nominal value of zero"),
         (["load=poisson(3)"], "there is no distribution 'poisson'"),
-        (["load=norm(100, scale=5 %)"], "percentages are for loc and scale together"),
+        (["load=norm(100, scale=5 %)"], "--tolerance load=norm(100, scale=5 %): loc is 100 beside scale in percent"),
+        (["clearance.B=norm(1, 0.2)"], "but clearance.B is 0.001: give it the value about which it spreads"),
+        (["clearance.B=norm(1, 2)"], "--tolerance clearance.B=norm(1, 2): samples would go below zero, one in a mill"),
+        (["clearance=± 2e-3"], "below zero, one in a million to -0.000999996: give a narrower"),
+        (["clearance=beta(2, 3)"], "beta has no scale: give one"),
+        (["clearance=norm(± 5 %)"], "loc is '± 5 %': give a number"),
+        (["load=norm(100, loc=90, scale=5)"], "loc is given twice"),
+        (["load=norm(100, 5, wide=3)"], "norm does not take wide: it takes loc, scale"),
     ],
 )
 def test_what_is_no_tolerance_of_the_four_bar(words, told, tmp_path, capsys):

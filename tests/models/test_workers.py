@@ -7,6 +7,7 @@ import os
 import pickle
 import random
 import sys
+import threading
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from time import sleep
 
@@ -15,6 +16,7 @@ import pytest
 from linkframe.framework.errors import FrameError
 from linkframe.models import propagate
 from linkframe.models.propagation.chunk import cuts
+from linkframe.models.propagation.processes import of_this_process, processes
 from linkframe.models.propagation.progress import told
 from linkframe.models.sampling import BLOCK
 from numpy.testing import assert_array_equal
@@ -127,6 +129,23 @@ def test_a_function_that_cannot_be_sent_is_told_at_once(monkeypatch):
 def test_a_worker_that_dies_is_told():
     with ProcessPoolExecutor(1) as pool, pytest.raises(FrameError, match="a worker came to an end before its chunk"):
         propagate(dies, INPUTS, workers=pool, **COMMON)
+
+
+def long_result(cut):
+    return bytes(30_000_000)
+
+
+def test_workers_that_are_ended_in_the_middle_of_a_result_leave_nothing_waiting():
+    """The thread that reads the results once waited for the rest of one, and the process for the thread, for ever."""
+    for _ in range(3):
+        before = set(threading.enumerate())
+        with pytest.raises(KeyboardInterrupt), processes(long_result, 2, None) as pool:  # noqa: PT012
+            sent = [pool.submit(of_this_process, cut) for cut in range(4)]
+            sent[0].result()
+            raise KeyboardInterrupt
+        for thread in set(threading.enumerate()) - before:
+            thread.join(20.0)
+            assert not thread.is_alive()
 
 
 def test_a_map_that_returns_something_else():
