@@ -23,8 +23,10 @@ from .parts import Extended
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
-# What follows from the places of nodes alone.
-_OF_NODES = ("plain_positions", "_chords")
+# What follows from the places of nodes alone, and from the members' elements alone.
+_OF_NODES, _OF_ELEMENTS = ("plain_positions", "_chords"), ("strained",)
+# Pieces of which all take no longer than some.
+_FEW = 16
 
 
 @dataclass(slots=True)
@@ -173,8 +175,8 @@ class Topology(NumberedPieces):
         if others and not (len(self.ends) == len(self.counts) and all(new.exact for new in after)):
             return Topology.of(frame, cut=False)
         clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
-        if not moved:
-            vars(clone).update({name: vars(self)[name] for name in _OF_NODES if name in vars(self)})
+        kept = (*(() if moved else _OF_NODES), *(() if others else _OF_ELEMENTS))
+        vars(clone).update({name: vars(self)[name] for name in kept if name in vars(self)})
         known = self.gathered
         if "groups" in vars(self):
             known = FormerStacks(self.groups, frozenset(), set())
@@ -220,7 +222,9 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
         if not at:
             return stack
-        if len(at) == len(group.pieces) or stack.dtype != Extended or not group.element.elementwise:
+        assert self.gathered is not None
+        all_of_them = len(at) == len(stack) or (len(stack) <= _FEW and not self.gathered.changed)
+        if all_of_them or stack.dtype != Extended or not group.element.elementwise:
             return self.groups[number].extended_stiffness()
         assert isinstance(self._chords, np.ndarray)
         pieces, out = group.pieces[at], stack.copy()
