@@ -25,8 +25,6 @@ __all__ = ["Group", "Index", "Piece", "Topology"]
 
 # What follows from the places of nodes alone, and from the members' elements alone.
 _OF_NODES, _OF_ELEMENTS = ("plain_positions", "_chords"), ("strained",)
-# Pieces of which all take no longer than some.
-_FEW = 16
 
 
 @dataclass(slots=True)
@@ -222,16 +220,11 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
         if not at:
             return stack
-        assert self.gathered is not None
-        all_of_them = len(at) == len(stack) or (len(stack) <= _FEW and not self.gathered.changed)
-        if all_of_them or stack.dtype != Extended or not group.element.elementwise:
+        if len(at) == len(stack) or stack.dtype != Extended or not group.element.elementwise:
             return self.groups[number].extended_stiffness()
-        assert isinstance(self._chords, np.ndarray)
-        pieces, out = group.pieces[at], stack.copy()
-        element = self._stacked(self._elements_of(pieces.tolist()))
-        chord = self._chords[pieces].reshape(len(at), *group.chord.shape[1:])
-        some = Group(element, pieces, group.dofs[at], chord, group.counts[at], group.axes, group.body)
-        out[at] = some.extended_stiffness()
+        assert self.gathered is not None
+        out, some = stack.copy(), np.array(at)
+        out[some] = self._remade(group.part(some), self.gathered.changed).extended_stiffness()
         return out
 
     @property

@@ -31,7 +31,7 @@ class LinkageDescription(Joining):
 
     @property
     def version(self) -> tuple[object, ...]:
-        """What the compiled mechanism depends on: points, links, joints and drives as they are now, after their names."""
+        """What the compiled mechanism depends on: points, links, joints and drives of now, after their names."""
         points, links, joints, drives = self.points, self.links, self.joints, self.drives
         return (
             *(*points, *points.values()),
