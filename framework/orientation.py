@@ -18,10 +18,10 @@ def default_axes(chord: Array) -> Array:
     """
     numbers = default_axis_numbers(chord)
     shape = np.shape(numbers[0])
-    axes = np.empty((9, *shape), np.result_type(numbers[0]))
+    axes = np.empty((*shape, 9), np.result_type(numbers[0]))
     for k, number in enumerate(numbers):
-        axes[k] = number
-    return np.ascontiguousarray(axes.reshape(9, -1).T).reshape(*shape, 3, 3)
+        axes[..., k] = number
+    return axes.reshape(*shape, 3, 3)
 
 
 def default_axis_numbers(chord: Array) -> list[Array | float]:

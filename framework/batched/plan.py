@@ -65,7 +65,6 @@ class Plan:
         self.frame, self.unloaded, self.times, self.again = frame, unloaded, times, again
         # properties of members are computed once, for the first loads and all others
         self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
-        self.rhs_parameters = unloaded.rhs_parameters.copy()
         self._blocks: dict[int, Block] = {}
         # Number of the only part of the frame that counts as loaded; None where all loaded parts do.
         self._island: int | None = None
@@ -106,6 +105,11 @@ class Plan:
         clone._of(self.frame, unloaded, {}, again=False)
         clone.chains, clone.chained, clone.forces, clone.entry = [], chained, forces, None
         return clone
+
+    @cached_property
+    def rhs_parameters(self) -> RightHandSideParameters:
+        """Those of the frame without loads, to which loads that vary add theirs."""
+        return self.unloaded.rhs_parameters.copy()
 
     @cached_property
     def entry(self) -> EntrySolution | None:

@@ -5,6 +5,8 @@ If there are none the plan is reused; if members are the same, what is known of 
 
 from __future__ import annotations
 
+from operator import attrgetter
+
 from ..cache import alike
 from ..description import Description
 
@@ -12,6 +14,7 @@ from ..description import Description
 _MEMBERS = frozenset({"nodes", "members", "bodies"})
 _LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
 _PARTS = _MEMBERS | _LINKS | {"masses", "size"}
+_values = attrgetter(*_PARTS)
 _NOT_NODES, _NOT_ELEMENTS = _MEMBERS - {"nodes"}, _MEMBERS - {"members"}
 
 
@@ -29,7 +32,7 @@ class Differences:
         if one.shape != other.shape:
             self._parts = set(_PARTS)
             return
-        each = [(part, getattr(one, part), getattr(other, part)) for part in _PARTS]
+        each = zip(_PARTS, _values(one), _values(other), strict=True)
         # identical objects and empty ones need no comparison
         self._parts = {part for part, a, b in each if a is not b and (a or b) and not alike(a, b)}
 

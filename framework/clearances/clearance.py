@@ -44,9 +44,12 @@ from .unit_offsets import Solve, against_offsets
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
-    given = ((name, joint.element.clearance) for name, joint in frame.joints.items())
-    # that of one entry is asked as a number, which takes a tenth of the time
-    return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
+    # that of one entry is asked as a number, which takes a quarter of the time
+    return [
+        name
+        for name, joint in frame.joints.items()
+        if (gap.item() if (gap := joint.element.clearance).size == 1 else np.count_nonzero(gap))
+    ]
 
 
 class Clearances:

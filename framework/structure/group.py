@@ -223,14 +223,8 @@ class Group:
 
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
-        return replace(
-            self,
-            element=self.of(part),
-            pieces=self.pieces[part],
-            dofs=self.dofs[part],
-            chord=self.chord[part],
-            counts=self.counts[part],
-        )
+        pieces, dofs, chord, counts = (each[part] for each in (self.pieces, self.dofs, self.chord, self.counts))
+        return Group(self.of(part), pieces, dofs, chord, counts, self.axes, self.body)
 
     def cut(self, axis: int, indices: slice) -> Group:
         """The pieces at some indices of a batch axis."""

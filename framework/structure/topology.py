@@ -23,8 +23,8 @@ from .parts import Extended
 
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
-# Cached properties that follow from the positions of nodes alone.
-_OF_NODES = ("plain_positions", "_chords")
+# Cached properties that follow from the positions of nodes alone, and from the elements of members alone.
+_OF_NODES, _OF_ELEMENTS = ("plain_positions", "_chords"), ("strained",)
 
 
 @dataclass(slots=True)
@@ -173,8 +173,8 @@ class Topology(NumberedPieces):
         if others and not (len(self.ends) == len(self.counts) and all(new.exact for new in after)):
             return Topology.of(frame, cut=False)
         clone = Topology(frame, self.number, self.bodies, self.counts, self.ends)
-        if not moved:
-            vars(clone).update({name: vars(self)[name] for name in _OF_NODES if name in vars(self)})
+        kept = (*(() if moved else _OF_NODES), *(() if others else _OF_ELEMENTS))
+        vars(clone).update({name: vars(self)[name] for name in kept if name in vars(self)})
         known = self.gathered
         if "groups" in vars(self):
             known = FormerStacks(self.groups, frozenset(), set())
@@ -220,14 +220,11 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
         if not at:
             return stack
-        if len(at) == len(group.pieces) or stack.dtype != Extended or not group.element.elementwise:
+        if len(at) == len(stack) or stack.dtype != Extended or not group.element.elementwise:
             return self.groups[number].extended_stiffness()
-        assert isinstance(self._chords, np.ndarray)
-        pieces, out = group.pieces[at], stack.copy()
-        element = self._stacked(self._elements_of(pieces.tolist()))
-        chord = self._chords[pieces].reshape(len(at), *group.chord.shape[1:])
-        some = Group(element, pieces, group.dofs[at], chord, group.counts[at], group.axes, group.body)
-        out[at] = some.extended_stiffness()
+        assert self.gathered is not None
+        out, some = stack.copy(), np.array(at)
+        out[some] = self._remade(group.part(some), self.gathered.changed).extended_stiffness()
         return out
 
     @property

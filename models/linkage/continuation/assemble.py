@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
+from ....framework.lazily import cached_property
 from ..kinematics.blocks import blocks, cut_all, taken
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops

@@ -54,8 +54,8 @@ def given_drives(
     """Check the values given for the drives, and put them in the order of the mechanism's drives."""
     for what, given in (("value", values), ("rate", rates), ("acceleration", accelerations)):
         for name in given:
-            linkage.joint(name)
             if name not in linkage.drives:
+                linkage.joint(name)
                 driven = ", ".join(linkage.drives) or "none"
                 raise FrameError(
                     f"{what} of joint {name!r} is given, but nothing drives it (driven: {driven}): "
@@ -66,9 +66,8 @@ def given_drives(
     first: list[Array] = []
     second: list[Array] = []
     for name, components in linkage.drives.items():
-        pair = linkage.joint(name)
         scales = [mechanism.size if component[0] == "u" else 1.0 for component in components]
-        states += _states(pair, components, values.get(name), scales, shapes)
+        states += _states(linkage.joints[name], components, values.get(name), scales, shapes)
         for out, what, given in ((first, "rate", rates), (second, "acceleration", accelerations)):
             if name not in given:
                 out += [_STILL] * len(components)
@@ -78,7 +77,7 @@ def given_drives(
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
             out += list(np.moveaxis(array / scales, -1, 0))
     shape = _broadcast({state.shape for state in states})
-    full = _broadcast({shape, *(x.shape for x in (*first, *second))})
+    full = _broadcast({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
     return Drives(states, first, second, shape, full)
 
 
@@ -108,10 +107,9 @@ def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Arr
 def _states(
     pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: list[float], shapes: dict[str, Shape]
 ) -> list[Array]:
-    what = f"value of joint {pair.name!r}"
     if isinstance(value, float) and pair.reference.shape == (1,) and math.isfinite(value):
-        shapes[what] = ()
-        return [np.asarray((value - pair.reference[0]) / scales[0])]
+        return [np.asarray((value - pair.reference.item()) / scales[0])]
+    what = f"value of joint {pair.name!r}"
     chosen = pair.kind.places_of(components)
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")

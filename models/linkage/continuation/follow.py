@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from ....framework.lazily import cached_property
 from ..kinematics.blocks import blocks
 from .interpolation import shares
 from .predictor_corrector import RayPath

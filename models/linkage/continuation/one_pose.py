@@ -77,7 +77,7 @@ def _on_path(
     s = driven[drive] - start.state[loops.driven_states[drive]]
     if abs(s) > MANY:
         return None, []
-    guide = SingleDrive(loops, parameters, start, drive, switch=False).guide_to(s)
+    guide = SingleDrive(loops, parameters, start, drive, switch=False).guide_over(s, s)
     if len(guide.s) == 1 or not guide.low <= s <= guide.high:
         return None, []
     if guide.crossings.size and any(abs(s - where) < ASIDE for where in guide.crossings.tolist()):

@@ -52,21 +52,9 @@ class SingleDrive:
         again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
         return self._followed(s) if again is None else again
 
-    def guide_to(self, s: float) -> Guide:
-        """The path both ways from the reference configuration, at least to s if it leads there.
-
-        Nodes do not depend on how far a path is followed, so a path that was followed farther before serves as well.
-        """
-        kept, key, none = self.loops.kept, (self.start, self.drive, self.switch), (None, None)
-        paths = [kept.get(ahead, none)[1] for ahead in (True, False) if kept.get(ahead, none)[0] == key]
-        needs = (max(s, 0.0) + BEYOND, max(-s, 0.0) + BEYOND)
-        if len(paths) < 2 or any(x.complete and x.end < need for x, need in zip(paths, needs, strict=True)):
-            paths = [self._path(sign, need) for sign, need in zip((1.0, -1.0), needs, strict=True)]
-        return self._guide(*paths)
-
     def guide_over(self, low: float, high: float) -> Guide:
         """The path both ways from the reference configuration, from `low` to `high` if it leads there."""
-        return self._guide(*(self._path(sign, max(end, 0.0) + BEYOND) for sign, end in ((1.0, high), (-1.0, -low))))
+        return self._guide(self._path(1.0, max(high, 0.0) + BEYOND), self._path(-1.0, max(-low, 0.0) + BEYOND))
 
     def exactly(self, s: float) -> list[float] | None:
         """The state at one value of the drive, in short steps from the node before it; None if they fail."""
@@ -132,11 +120,18 @@ class SingleDrive:
         return PredictorCorrector(self.loops, self.parameters, self.start, direction, self.switch)
 
     def _path(self, sign: float, until: float) -> RayPath:
-        """The path of the drive in one direction, at least to `until`; the last one is kept and extended."""
-        key, continuation = (self.start, self.drive, self.switch), self._continue(sign)
-        if self.loops.kept.get(sign > 0.0, (None, None))[0] != key:
-            self.loops.kept[sign > 0.0] = key, continuation.begin(self.start)
-        return continuation.extend(self.loops.kept[sign > 0.0][1], until)
+        """The path of the drive in one direction, at least to `until`; the last one is kept and extended.
+
+        Nodes do not depend on how far a path is followed, so a path that was followed farther before serves as well.
+        """
+        kept, key = self.loops.kept, (self.start, self.drive, self.switch)
+        known, path = kept.get(sign > 0.0, (None, None))
+        if known == key and not (path.complete and path.end < until):
+            return path  # type: ignore[no-any-return]
+        continuation = self._continue(sign)
+        if known != key:
+            kept[sign > 0.0] = key, continuation.begin(self.start)
+        return continuation.extend(kept[sign > 0.0][1], until)
 
     def _other_way_round(self, s: Array, ended: RayPath, sign: float) -> RayPath:
         """The path in the other direction, far enough to reach all values beyond the end of `ended`."""

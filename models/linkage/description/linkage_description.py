@@ -22,8 +22,14 @@ class LinkageDescription(SimpleJoints):
 
     @property
     def version(self) -> tuple[object, ...]:
-        """What the compiled mechanism depends on: points, links, joints and drives as they are now."""
-        return dict(self.points), dict(self.links), dict(self.joints), dict(self.drives)
+        """What the compiled mechanism depends on: points, links, joints and drives of now, after their names."""
+        points, links, joints, drives = self.points, self.links, self.joints, self.drives
+        return (
+            *(*points, *points.values()),
+            *(*links, *links.values()),
+            *(*joints, *joints.values()),
+            *(*drives, *drives.values()),
+        )
 
     def alike(self) -> Self:
         """Independent copy.

@@ -9,8 +9,13 @@ from .terms import Value
 
 def combined(axes: Sequence[Sequence[Value]], components: Sequence[Value]) -> list[Value]:
     """Vector with these components along three axes."""
-    used = [(axis, x) for axis, x in zip(axes, components, strict=True) if not _is_zero(x)]
-    return [_sum([(axis[k], x) for axis, x in used]) for k in range(3)]
+    out: list[Value] = [0.0, 0.0, 0.0]
+    for axis, x in zip(axes, components, strict=True):
+        if not isinstance(x, float) or x != 0.0:
+            for k, a in enumerate(axis):
+                if not isinstance(a, float) or a != 0.0:
+                    out[k] = out[k] + a * x
+    return out
 
 
 def _sum(pairs: Iterable[tuple[Value, Value]]) -> Value:

@@ -12,9 +12,10 @@ from .terms import Value
 
 def unit_length(e: Sequence[Value]) -> list[Value]:
     """Euler parameters scaled to unit length."""
-    square = sum((x * x for x in e), start=0.0)
+    a, b, c, d = e
+    square = a * a + b * b + c * c + d * d
     norm = math.sqrt(square) if isinstance(square, float) else np.sqrt(square)
-    return [x / norm for x in e]
+    return [a / norm, b / norm, c / norm, d / norm]
 
 
 def euler_parameter_rate(e: Sequence[Value], omega: Sequence[Value]) -> list[Value]:

@@ -56,6 +56,8 @@ class LoopCoordinates:
                 else:
                     self.singles.append((place + offset, mechanism.unknown.index(k)))
 
+        # where the Euler parameters of balls begin
+        self.balls = self.driven_spherical + [place for place, _ in self.spherical]
         for place in sorted(self._driven, key=self._driven.__getitem__):
             self.driven_states += range(place, place + (4 if place in self.driven_spherical else 1))
 
@@ -108,7 +110,7 @@ class LoopCoordinates:
 
     def unit(self, state: list[Value]) -> list[Value]:
         """`state`, in place, with the Euler parameters of all spherical joints scaled to unit length."""
-        for place in self.driven_spherical + [place for place, _ in self.spherical]:
+        for place in self.balls:
             state[place : place + 4] = unit_length(state[place : place + 4])
         return state
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
+from ....framework.lazily import cached_property
 from ....framework.program.calculation import worth_compiling
 from ....framework.program.sines import FARTHEST
 from ....framework.program.source import Functions
@@ -194,8 +194,8 @@ class AssembledPoses:
         self, links: Iterable[str], program: Functions, *inputs: Sequence[Value]
     ) -> dict[str, list[list[Value]]]:
         """By link the four vectors that a program has of it."""
-        numbers = iter(self._run(program, self.assembly.state, *inputs))
-        return {link: [[next(numbers) for _ in range(3)] for _ in range(4)] for link in links}
+        numbers = self._run(program, self.assembly.state, *inputs)
+        return {link: [numbers[k : k + 3] for k in range(12 * n, 12 * n + 12, 3)] for n, link in enumerate(links)}
 
     def _run(self, program: Functions, *inputs: Sequence[Value]) -> list[Value]:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""

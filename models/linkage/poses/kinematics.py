@@ -267,8 +267,8 @@ class Kinematics(AssembledPoses):
         ground = self.mechanism.bodies[GROUND]
         if link == GROUND:
             return np.broadcast_to(place, (*np.broadcast_shapes(self.shape, place.shape[:-1]), 3))
-        found = None if link in self._poses or place.ndim > 1 or self.linkage.shape else self._swept(link, place)
-        if found is not None:
+        one_by_one = link in self._poses or place.ndim > 1 or self.linkage.shape or not self.shape
+        if not one_by_one and (found := self._swept(link, place)) is not None:
             return found
         origin, axes = self._pose(link)
         there = [x + y for x, y in zip(origin, self._arm(link, axes, place), strict=True)]
