@@ -192,6 +192,32 @@ def test_summary_and_figures(tmp_path: Path) -> None:
     assert (tmp_path / "summary.md").read_text(encoding="utf-8").count("\n| 3 ") == len(targets) > 0
 
 
+def test_peer_that_cannot_be_loaded_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As one that is not installed, whatever it fails of; the reason is told once."""
+    (tmp_path / "unlinked_peer.py").write_text("raise RuntimeError('libblas.so.3: no such file')", encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    for _ in range(2):
+        found = [harness.importable(name) for name in ("numpy", "unlinked_peer", "missing_peer.solver")]
+        assert found == [True, False, False]
+    assert capsys.readouterr().out.splitlines() == [
+        "unlinked_peer is left out: RuntimeError: libblas.so.3: no such file",
+        "missing_peer.solver is left out: ModuleNotFoundError: No module named 'missing_peer'",
+    ]
+
+
+def test_benchmarks_go_on_without_a_peer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No benchmark looks for a peer but by `importable`."""
+    monkeypatch.setitem(sys.modules, "openseespy.opensees", None)
+    harness.importable.cache_clear()
+    try:
+        assert not any("openseespy" in name for name in paper_job.ways(plane=True))
+        assert one_frame.OPENSEES not in one_frame.peers([])
+    finally:
+        harness.importable.cache_clear()
+
+
 def test_unknown_benchmark_is_refused() -> None:
     done = subprocess.run([sys.executable, run.__file__, "paper"], capture_output=True, text=True, check=False)
     assert done.returncode == 2

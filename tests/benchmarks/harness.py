@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time
@@ -65,6 +66,17 @@ def main(name: str, run: Callable[[Path, bool], list[Target]]) -> None:
     with one_core():
         targets = run(given.out, given.quick)
     (given.out / f"{name}.targets.json").write_text(json.dumps([asdict(t) for t in targets]), encoding="utf-8")
+
+
+@cache
+def importable(module: str) -> bool:
+    """Whether a peer is there; it is told of one that is not, or that fails as it is loaded, why it is left out."""
+    try:
+        import_module(module)
+    except Exception as error:  # such as that of a shared library that it does not find
+        print(f"{module} is left out: {type(error).__name__}: {error}", flush=True)
+        return False
+    return True
 
 
 # -- clock and memory -------------------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from unittest.mock import patch
@@ -23,7 +22,7 @@ from linkframe.models import FourBar
 from numpy.typing import NDArray
 from reference.rod_four_bar import FORCE, PIN, E, L, Y, Z, shot
 
-from .harness import COLOURS, Row, Target, figure, least_each, main, write
+from .harness import COLOURS, Row, Target, figure, importable, least_each, main, write
 
 Array = NDArray[np.float64]
 OURS, SPACE, FEW = "linkframe, plane", "linkframe, space", "linkframe, plane, few"
@@ -220,9 +219,9 @@ def ways() -> dict[str, tuple[Way, tuple[int, ...], tuple[int, int]]]:
     }
     if not machine_code.available():
         found[SPACE] = (*found[SPACE][:2], (37, 40))
-    if find_spec("exudyn"):
+    if importable("exudyn"):
         found[EXUDYN] = (exudyn, (1, 2, 4), (7, 10))
-    if find_spec("openseespy"):
+    if importable("openseespy.opensees"):
         found[OPENSEES] = (opensees, (1, 4, 16), (7, 3))
     return found
 

@@ -9,12 +9,11 @@ than a limit; the table says so.
 from __future__ import annotations
 
 import subprocess
-from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 from typing import Any
 
-from .harness import COLOURS, Row, Target, child, figure, main, write
+from .harness import COLOURS, Row, Target, child, figure, importable, main, write
 
 SIZES = {
     "tower": ((4, 4, 28), (7, 7, 75), (13, 13, 205)),
@@ -35,10 +34,10 @@ WAYS = {
     "bare CHOLMOD": ("raw", ("cholmod",), "cvxopt", 2.0),
     "bare PARDISO": ("raw", ("pardiso",), "pypardiso", 2.0),
     "bare CG, Jacobi": ("raw", ("gradients",), "scipy", 1.5),
-    "openseespy BandSPD": ("opensees", ("RCM", "BandSPD"), "openseespy", 2.0),
-    "openseespy UmfPack": ("opensees", ("RCM", "UmfPack"), "openseespy", 2.0),
-    "openseespy SparseSYM": ("opensees", ("RCM", "SparseSYM"), "openseespy", 2.2),
-    "openseespy Mumps": ("opensees", ("AMD", "Mumps"), "openseespy", 2.0),
+    "openseespy BandSPD": ("opensees", ("RCM", "BandSPD"), "openseespy.opensees", 2.0),
+    "openseespy UmfPack": ("opensees", ("RCM", "UmfPack"), "openseespy.opensees", 2.0),
+    "openseespy SparseSYM": ("opensees", ("RCM", "SparseSYM"), "openseespy.opensees", 2.2),
+    "openseespy Mumps": ("opensees", ("AMD", "Mumps"), "openseespy.opensees", 2.0),
 }
 STAGES = ("description", "numbering", "assembly", "solution", "rest", "total")
 # Of these `quick` compares those that may be the fastest, at one size.
@@ -67,7 +66,7 @@ def run(out: Path, quick: bool) -> list[Target]:
 def measure(kind: str, sizes: tuple[tuple[int, int, int], ...], names: tuple[str, ...]) -> list[Row]:
     """A row for each size and way."""
     rows: list[Row] = []
-    expected = {name: 0.0 for name in names if find_spec(WAYS[name][2])}
+    expected = {name: 0.0 for name in names if importable(WAYS[name][2])}
     before = _beams(sizes[0])
     for size in sizes:
         beams = _beams(size)

@@ -13,6 +13,8 @@ import numpy as np
 from linkframe.models import Linkage
 from numpy.typing import NDArray
 
+from .harness import importable
+
 Array = NDArray[np.float64]
 Pins = dict[str, Array]
 Way = Callable[[], Pins]
@@ -203,16 +205,14 @@ def exudyn(links: Mapping[str, str], angles: Array) -> Way:
 
 def ways() -> dict[str, Callable[[Mapping[str, str], Array], Way]]:
     """All contenders that are installed."""
-    from importlib.util import find_spec
-
     found: dict[str, Callable[[Mapping[str, str], Array], Way]] = {
         "linkframe": linkframe,
         "linkframe, description anew": linkframe_anew,
     }
-    if find_spec("pylinkage"):
+    if importable("pylinkage"):
         found["pylinkage step"] = pylinkage_steps
-        if find_spec("numba"):
+        if importable("numba"):
             found["pylinkage step_fast (numba)"] = pylinkage_fast
-    if find_spec("exudyn"):
+    if importable("exudyn"):
         found["exudyn"] = exudyn
     return found

@@ -11,7 +11,6 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the benchmarks run on one core; more threads would wait for it
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from scipy.linalg.lapack import dpbsv, dpbtrf, dpbtrs
 from scipy.sparse import coo_matrix, csc_matrix, tril
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
+from .harness import importable
 from .large_ways import AREA, IY, IZ, LOAD, TORSION, E, G, Size, members, opensees, places
 
 Array = NDArray[Any]
@@ -125,8 +125,8 @@ def peers(size: Size, scales: Array, shares: Array, *, anew: bool = False) -> di
         return Arrays(size) if anew else ready
 
     found: dict[str, Solve] = {"LAPACK": lambda: lapack(arrays(), scales, shares)}
-    if find_spec("cvxopt"):
+    if importable("cvxopt"):
         found["CHOLMOD"] = lambda: cholmod(arrays(), scales, shares)
-    if find_spec("openseespy") and len(shares) == 1:
+    if importable("openseespy.opensees") and len(shares) == 1:
         found["openseespy"] = lambda: np.array([opensees(size, "RCM", "ProfileSPD")[1] for _ in scales])
     return found

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from reference.four_bar import ENDS, JOINTS, LENGTH
 from reference.structure import LOADS
 
-from .harness import Row, Target, least_each, main, write
+from .harness import Row, Target, importable, least_each, main, write
 from .job import BAR, NODES, STEEL, Job, error, job
 
 Array = NDArray[Any]
@@ -179,19 +179,15 @@ def peers(jobs: list[Job]) -> dict[str, Way]:
     def exact(k: int) -> Array:
         return jobs[k].truth(0, 0).astype(float)
 
-    try:
+    if importable("openseespy.opensees"):
         from .opensees import Opensees
 
         models = [Opensees(one) for one in jobs]
         found[OPENSEES] = Way(lambda k: models[k].rebuilt()[0, 0], exact)
-    except ImportError:
-        pass
-    try:
+    if importable("Pynite"):
         from . import pynite
 
         found[PYNITE] = Way(lambda k: pynite.solve(jobs[k])[0, 0], exact)
-    except ImportError:
-        pass
     return found
 
 

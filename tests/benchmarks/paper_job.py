@@ -5,7 +5,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -13,7 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .harness import COLOURS, Row, Target, figure, least, least_each, main, operations, rate, write
+from .harness import (
+    COLOURS,
+    Row,
+    Target,
+    figure,
+    importable,
+    least,
+    least_each,
+    main,
+    operations,
+    rate,
+    write,
+)
 from .job import Job, error, job
 from .stacked import Stacked
 
@@ -55,18 +66,18 @@ def ways(*, plane: bool) -> dict[str, Way]:
     if plane:
         found["numpy, solve of 18 x 18 alone"] = partial(bare, plane=True)
         found["numpy, 18 x 18 with assembly"] = lambda work: Stacked(work, plane=True).solve
-    if find_spec("openseespy"):
+    if importable("openseespy.opensees"):
         from .opensees import Opensees
 
         found["openseespy, rebuilt"] = lambda work: Opensees(work).rebuilt
         found["openseespy, updated in place"] = lambda work: Opensees(work).updated
         if plane:
             found["openseespy, plane model updated"] = lambda work: Opensees(work, plane=True).updated
-    if find_spec("Pynite"):
+    if importable("Pynite"):
         from . import pynite
 
         found[SLOWEST] = lambda work: partial(pynite.solve, work)
-    if find_spec("calfem"):
+    if importable("calfem.core"):
         from . import calfem_frame
 
         found["calfem"] = lambda work: partial(calfem_frame.solve, work)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
-from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -24,7 +23,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 from scipy.stats import norm
 
-from .harness import COLOURS, Row, Target, figure, main, write
+from .harness import COLOURS, Row, Target, figure, importable, main, write
 from .monte_carlo import FORCE, GAP, GAP_SPREAD, INPUTS, MEDIAN, SHAPE, SPREAD, displacement
 
 Array = NDArray[np.float64]
@@ -205,7 +204,7 @@ def ways(powers: range, most: int) -> Iterator[tuple[str, str, Callable[[int], F
 
 def other_ways(powers: range, most: int) -> Iterator[tuple[str, str, Callable[[int], Found]]]:
     """The same methods of OpenTURNS on the same frame; nothing where it is not installed."""
-    if find_spec("openturns") is None:
+    if not importable("openturns"):
         return
     from . import reliability_openturns as other
 

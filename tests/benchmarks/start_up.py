@@ -5,11 +5,10 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections import defaultdict
-from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from .harness import COLOURS, Row, Target, figure, main, wall, write
+from .harness import COLOURS, Row, Target, figure, importable, main, wall, write
 
 FIRST = """
 from linkframe.elements import Beam, Material, Section
@@ -36,7 +35,7 @@ PEERS = ("openseespy.opensees", "Pynite", "calfem.core")
 
 def run(out: Path, quick: bool) -> list[Target]:
     """Medians over processes that take turns."""
-    rows = measure(3 if quick else 9, 1)
+    rows = measure(3 if quick else 5, 1)
     write(out, "start_up", rows)
     write(out, "start_up_imports", imports())
     draw(out, rows)
@@ -52,7 +51,7 @@ def run(out: Path, quick: bool) -> list[Target]:
 
 def measure(repeats: int, jobs: int) -> list[Row]:
     """A row for each start; the first solution tells its error against F L^3/3EI."""
-    installed = [name for name in PEERS if find_spec(name.split(".")[0])]
+    installed = [name for name in PEERS if importable(name)]
     programs = {"python alone": "pass"} | {f"import {name}": f"import {name}" for name in (*IMPORTS, *installed)}
     programs["first solution"] = FIRST
     commands = {name: [sys.executable, "-c", program] for name, program in programs.items()}
