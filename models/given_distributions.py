@@ -151,6 +151,15 @@ def _shape_names(name: str) -> list[str]:
     return [*filter(None, re.split(r",\s*", getattr(getattr(stats, name, None), "shapes", None) or ""))]
 
 
+def is_known(name: str) -> bool:
+    """Whether `scipy.stats` has a continuous distribution of this name."""
+    if name in ("norm", "uniform"):
+        return True
+    from scipy import stats
+
+    return isinstance(getattr(stats, name, None), stats.rv_continuous)
+
+
 def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
     """A continuous distribution by its name in `scipy.stats`.
 
@@ -186,8 +195,7 @@ def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
             return Interval(loc, loc + scale)
     from scipy import stats
 
-    kind = getattr(stats, name, None)
-    return kind(**numbers) if isinstance(kind, stats.rv_continuous) else None
+    return getattr(stats, name)(**numbers) if is_known(name) else None
 
 
 def frozen(name: str, numbers: Mapping[str, float]) -> Distribution:

@@ -290,7 +290,7 @@ def test_poses_that_cannot_be_assembled_are_told_and_the_others_done(tmp_path: P
             "loc = 0.4\nscale = -1e-4",
             "[tolerances.rod]",
             "tolerances.rod",
-            "is no distribution",
+            "scale must be above 0",
         ),
         ("loc = 0.4\nscale = 1e-4", "mean = 0.4", "[tolerances.rod]", "tolerances.rod", "norm does not take mean"),
         ("mass = 2.0", "mass = -2.0", None, "links.piston.mass", "give zero or above"),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ...given_deviations import Deviation, deviation, distributed
+from ...given_distributions import is_known
 from ..files.read import Described, linkage_of
 from ..files.source import Source
 from ..files.toml import Path
@@ -177,6 +178,10 @@ def dotted(place: Path) -> str:
 def _distribution(source: Source, path: tuple[str, str]) -> Deviation:
     """The distribution of a table, its numbers by name."""
     name, numbers = source.text_at((*path, "distribution")), {}
+    if not is_known(name):
+        source.fail(
+            (*path, "distribution"), f"is {name!r}: give a continuous distribution of scipy.stats, such as norm"
+        )
     for key in source.table(path, (), tuple(source.get(path))):
         if key not in ("of", "distribution"):
             value = source.get((*path, key))
