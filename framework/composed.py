@@ -34,6 +34,10 @@ class OfAnother(LineElement):
         """The same where the innermost is another element."""
         return self.made_of(self.own.of_innermost(own) if isinstance(self.own, OfAnother) else own)
 
+    def of_length(self, length: Array) -> Self:
+        """The same in a member of another length, (...), where the element has something of that in itself."""
+        return self.made_of(self.own.of_length(length)) if isinstance(self.own, OfAnother) else self
+
     @property
     def shape(self) -> tuple[int, ...]:
         return self.own.shape

@@ -11,7 +11,7 @@ import numpy as np
 
 from .added_forms import LOAD, MASS, STIFFNESS, AddedForm
 from .batch import Array
-from .composed import Composed
+from .composed import Composed, OfAnother
 from .entries import Change
 from .errors import FrameError
 from .protocol import LineElement
@@ -98,6 +98,11 @@ class FormedElement(Composed):
         if any(form.placed for form in self.forms):
             return replace(self, own=own, index=self.index * count + index, count=self.count * count)
         return self if own is self.own else replace(self, own=own)
+
+    def of_length(self, length: Array) -> Self:
+        """The element and its forms in a member of another length, (...)."""
+        own = self.own.of_length(length) if isinstance(self.own, OfAnother) else self.own
+        return replace(self, own=own, length=None if self.length is None else length)
 
     def cut(self, change: Change) -> Self:
         """The element and its forms at some entries of the batch."""

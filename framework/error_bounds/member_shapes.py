@@ -18,8 +18,9 @@ from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..composed import OfAnother
 from ..errors import FrameError
+from ..protocol import LineElement
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
-from ..structure.topology import Group
+from ..structure.topology import Group, Piece
 from .adjoint import Adjoint
 from .equilibrium import Statics
 from .kinematic_edge import KinematicEdge
@@ -28,6 +29,8 @@ from .link_forces import working_forces
 # Relative step, and weights of the differences over one, two and three steps.
 STEP = 1e-3
 WEIGHTS = ((1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0))
+# Sections of a beam, and what goes before the names of their sizes.
+_SECTIONS = {"section": "", "end": "end."}
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,23 +143,28 @@ def by_sizes(plan: Plan, work: MemberWork) -> dict[str, dict[str, Array]]:
     topology = plan.topology
     out: dict[str, dict[str, Array]] = {}
     for group in topology.groups:
-        for name, size, change in _sizes(group):
-            slope = _difference(plan, group, work, change) / np.asarray(size, np.float64)
-            for at, piece in enumerate(group.pieces):
+        for pieces, name, size, change in _sizes(plan, group):
+            slope = _difference(plan, pieces, work, change) / np.asarray(size, np.float64)
+            for at, piece in enumerate(pieces.pieces):
                 of = out.setdefault(topology.pieces[piece].member, {})
                 of[name] = of.get(name, 0.0) + slope[at]
     return out
 
 
 Change = Callable[[float], Group]
+Larger = Callable[[float], LineElement]
 
 
 def _shifted(group: Group, component: int) -> Change:
     """A group whose chords are longer along one axis by a share of their length."""
     length = np.linalg.norm(group.chord, axis=-1)[..., None]
+    element = group.element
 
     def change(step: float) -> Group:
-        return replace(group, chord=group.chord + step * length * np.eye(3)[component])
+        chord = group.chord + step * length * np.eye(3)[component]
+        if not isinstance(element, OfAnother):
+            return group.between(chord)
+        return group.between(chord, element.of_length(np.linalg.norm(chord, axis=-1)))
 
     return change
 
@@ -175,23 +183,53 @@ def _rotated(group: Group, component: int) -> Change:
     return change
 
 
-def _sizes(group: Group) -> Iterator[tuple[str, Any, Change]]:
-    """Sizes of a group's sections by name, and the group with one of them thicker by a share."""
-    whole = group.element
+def _sizes(plan: Plan, group: Group) -> Iterator[tuple[Group, str, Any, Change]]:
+    """Pieces of a group, a size of their members' sections by name, and the pieces with it larger by a share."""
+    pieces = [plan.topology.pieces[piece] for piece in group.pieces]
+    wholes = [plan.frame.members[piece.member].element for piece in pieces]
+    if all(piece.count == 1 or _uniform(whole) for piece, whole in zip(pieces, wholes, strict=True)):
+        for name, size, larger in _larger(group.element):
+            yield group, name, size, _made_larger(group, larger)
+        return
+    # each piece of a taper has its own share of the sizes of its member
+    for at, (piece, whole) in enumerate(zip(pieces, wholes, strict=True)):
+        one = group.part(slice(at, at + 1))
+        for name, size, larger in _larger(whole):
+            yield one, name, size, _made_larger(one, larger, piece)
+
+
+def _made_larger(group: Group, larger: Larger, piece: Piece | None = None) -> Change:
+    """A group whose element is larger by a share, or of that the part that a `piece` is."""
+
+    def change(step: float) -> Group:
+        element = larger(step)
+        return replace(group, element=element if piece is None else element.part(piece.index, piece.count))
+
+    return change
+
+
+def _uniform(element: LineElement) -> bool:
+    """Whether the parts of an element have its own section."""
+    whole, part = (each.innermost if isinstance(each, OfAnother) else each for each in (element, element.part(0, 2)))
+    return all(getattr(whole, field, None) is getattr(part, field, None) for field in _SECTIONS)
+
+
+def _larger(whole: LineElement) -> Iterator[tuple[str, Any, Larger]]:
+    """Sizes of an element's sections by name, and the element with one of them larger by a share."""
     element: Any = whole.innermost if isinstance(whole, OfAnother) else whole
     own = {each.name for each in fields(element)} if is_dataclass(element) else set()
-    for field, prefix in (("section", ""), ("end", "end.")):
+    for field, prefix in _SECTIONS.items():
         section = getattr(element, field, None) if field in own else None
         if section is None or not hasattr(section, "sizes"):
             continue
         for name, size in section.sizes().items():
 
-            def change(step: float, field: str = field, name: str = name, section: Any = section) -> Group:
-                thicker = replace(section, **{name: getattr(section, name) * (1.0 + step)})
-                found = _made_again(element, field, thicker)
-                return replace(group, element=whole.of_innermost(found) if isinstance(whole, OfAnother) else found)
+            def larger(step: float, field: str = field, name: str = name, section: Any = section) -> LineElement:
+                other = replace(section, **{name: getattr(section, name) * (1.0 + step)})
+                found: LineElement = _made_again(element, field, other)
+                return whole.of_innermost(found) if isinstance(whole, OfAnother) else found
 
-            yield prefix + name, size, change
+            yield prefix + name, size, larger
 
 
 def _made_again(element: Any, field: str, section: Any) -> Any:

@@ -370,3 +370,53 @@ def test_a_batch_of_a_form_that_varies_along_several_members() -> None:
 
     batch = np.array([1e4, 2e4, 5e4])
     assert_allclose(sunk(batch), [sunk(k) for k in batch], rtol=1e-12)
+
+
+@pytest.mark.parametrize("segments", [1, 3])
+def test_heat_that_depends_on_the_place_counts_where_nodes_are_moved(segments: int) -> None:
+    """A strain that grows from the start on lengthens a rod by ``F L^2 / (2 E A)``, by ``F L / (E A)`` a length."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.0, 0.0))
+    frame.add("AB", Beam(BAR, STEEL, segments=segments), "A", "B")
+    frame.fix("A")
+    frame.add_form(skfem.LinearForm(lambda v, w: w.force * w.x[0] * v.grad[0]), on="AB", force=5e4)
+    solution = frame.solve()
+    found = solution.sensitivity("B", "ux").nodes
+    assert_allclose(solution.displacement("B")[0], 5e4 * LENGTH**2 / (2.0 * E * AREA), rtol=1e-12)
+    assert_allclose([found["B"][0], -found["A"][0]], 5e4 * LENGTH / (E * AREA), rtol=1e-9)
+
+
+@pytest.mark.parametrize("size", ["y", "end.z"])
+def test_a_taper_on_a_foundation_by_the_sizes_of_its_ends(size: str) -> None:
+    """Its parts have their shares of both ends: differences of solutions in one batch."""
+    step = 1e-4 * np.array([0.0, 1.0, -1.0, 2.0, -2.0])
+    start, end = {"y": DEPTH, "z": WIDTH}, {"y": DEPTH / 2.0, "z": WIDTH / 3.0}
+    of, name = (end, size[-1]) if size.startswith("end") else (start, size)
+    value = of[name]
+    of[name] = value * (1.0 + step)
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (LENGTH, 0.3, 0.2))
+    frame.add("AB", Beam(Rectangle(**start), STEEL, end=Rectangle(**end), segments=3), "A", "B")
+    frame.fix("A")
+    frame.add_form(skfem.BilinearForm(lambda u, v, w: w.k * (u[1] * v[1] + u[2] * v[2])), on="AB", k=2e4)
+    frame.load("B", fy=10.0, fz=30.0)
+    solution = frame.solve()
+    found, moved = solution.sensitivity("B", "uz").sections["AB"][size][0], solution.displacement("B")[:, 2]
+    expected = (8.0 * (moved[1] - moved[2]) - (moved[3] - moved[4])) / (12.0 * step[1] * value)
+    assert_allclose(found, expected, rtol=1e-8)
+
+
+def test_a_form_on_a_batch_of_tapers_is_taken_whatever_its_last_digits() -> None:
+    """What is summed along a taper differs in its last bit where less of the batch is summed at once."""
+    rng = np.random.default_rng(0)
+    for release in ((), "end ux", ("start rz", "start ry")):
+        thick, thin = rng.uniform(0.02, 0.05, (2, 16))
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", (1.0, 0.3, 0.2))
+        frame.add("AB", Beam(Circle(diameter=thick), STEEL, end=Circle(diameter=thin), release=release), "A", "B")
+        frame.fix("A")
+        frame.add_form(carried, on="AB", into="mass", m=rng.uniform(1.0, 2.0, 16))
+        assert frame.modes(1).frequencies.shape == (16, 1)
