@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linkframe.framework import FrameError
-from linkframe.models import Linkage
+from linkframe.models import Linkage, PoseState
 from numpy.testing import assert_allclose
+from numpy.typing import NDArray
 from reference.linkages import bennett, four_bar, rssr
 from scipy.spatial.transform import Rotation
 
@@ -153,6 +154,36 @@ def test_conditioning_has_no_unit(unit: float) -> None:
     theta = np.linspace(0.0, 3.0, 7)
     one, other = (slider_crank(scale).move(A=theta).conditioning for scale in (1.0, unit))
     assert_allclose(one, other, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("pitch", "lean"), [(0.1, 0.3), (0.02, 0.6)])
+def test_what_a_screw_closes_after_many_turns_can_be_assembled(pitch: float, lean: float) -> None:
+    """A nut carries a ball along a helix, an arm of two bars follows to all heights of the helix within its reach."""
+    upper, fore, radius, foot = 0.8, 0.7, 0.3, np.array([0.6, 0.2, 0.0])
+    axis, across = np.array([np.cos(lean), 0.0, np.sin(lean)]), np.array([0.0, 1.0, 0.0])
+
+    def helix(turned: NDArray[np.float64]) -> NDArray[np.float64]:
+        round_it = np.cos(turned)[..., None] * across + np.sin(turned)[..., None] * np.cross(axis, across)
+        return foot + radius * round_it + (pitch * turned / (2.0 * np.pi))[..., None] * axis
+
+    ball = helix(np.zeros(()))
+    reach = float(np.hypot(*ball[:2]))
+    heading = np.arctan2(ball[1], ball[0]) + angle((upper, reach, fore))
+    elbow = upper * np.cos(heading), upper * np.sin(heading), ball[2]
+    linkage = Linkage(A=(0, 0, 0), E=elbow, P=ball, S=foot)
+    linkage.link("upper", "A", "E")
+    linkage.link("fore", "E", "P")
+    linkage.link("nut", "S", "P")
+    linkage.revolute("A", "ground", "upper")
+    linkage.cylindrical("E", "upper", "fore", drive="uz")
+    linkage.spherical("P", "fore", "nut")
+    linkage.screw("S", "ground", "nut", axis=axis, pitch=pitch)
+    met = helix(np.linspace(-2.4 * np.pi, 2.4 * np.pi, 100) / pitch)
+    away = np.hypot(met[:, 0], met[:, 1])
+    within = (away < 0.98 * (upper + fore)) & (away > 1.02 * (upper - fore))
+    motion = linkage.move(E=met[within, 2] - ball[2])
+    assert within.sum() > 50
+    assert np.mean(motion.state == PoseState.NOT_ASSEMBLED) < 0.05
 
 
 @pytest.mark.parametrize("turn", [Rotation.identity(), TILTED])

@@ -15,6 +15,8 @@ from ..kinematics.terms import Value
 
 # Number of starting states near the reference configuration, and their distance from it.
 TRIES, FAR = 8, 2.0
+# From how many more where a screw may have to make many turns: few of them lead to the one at which the loop closes.
+TURNED = 64
 CLOSED = 1e-12
 # Number of poses that are tried together.
 TOGETHER = 512
@@ -26,9 +28,9 @@ def least_gaps(
     """States (n, poses) that close the loops, or have the least gap found; that gap, (poses,), and its largest row.
 
     Each pose is tried from `begin`, the last on the path to it, from the reference configuration and from positions
-    at random around that. Of those that close, the first is taken; if it is to be `alike`, the first whose determinants
-    have the signs that they have in the reference configuration, as far as there is one: they tell the open
-    configuration of a four-bar from the crossed one.
+    at random around that, screws many turns away among them. Of those that close, the first is taken; if it is to be
+    `alike`, the first whose determinants have the signs that they have in the reference configuration, as far as there
+    is one: they tell the open configuration of a four-bar from the crossed one.
     """
     states, error = begin.copy(), np.empty(begin.shape[1])
     row = np.zeros(begin.shape[1], dtype=np.intp)
@@ -61,12 +63,27 @@ def _best(loops: Loops, parameters: Sequence[Value], begin: Array, enough: float
 def _trials(loops: Loops, begin: Array) -> list[Array]:
     """Starting states with the given drives: the last on the path, the reference configuration, and some near it."""
     reference_state: list[Value] = [np.full(begin.shape[1], x) for x in loops.reference_state]
-    steps = FAR * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIES, loops.columns))
+    turns = _turns(loops)
+    count = TRIES if turns is None else TRIES + TURNED
+    steps = FAR * np.random.default_rng(0).uniform(-1.0, 1.0, (count, loops.columns))
     steps[0] = 0.0
+    if turns is not None:
+        steps[TRIES:] *= turns
     out = [begin, *(np.stack(np.broadcast_arrays(*loops.advance(reference_state, step.tolist()))) for step in steps)]
     for trial in out[1:]:
         trial[loops.driven_states] = begin[loops.driven_states]
     return out
+
+
+def _turns(loops: Loops) -> Array | None:
+    """By how much farther screws turn than other joints, to travel as far as those, (columns,); None without any."""
+    mechanism, out = loops.mechanism, np.ones(loops.columns)
+    for name, those in mechanism.velocities.items():
+        pitch = mechanism.linkage.joints[name].pitch
+        if pitch is not None and np.any(pitch) and those.start in mechanism.unknown:
+            size = 2.0 * np.pi * mechanism.size / np.abs(pitch).max()
+            out[mechanism.unknown.index(those.start)] = max(size, 1.0)
+    return out if np.any(out > 1.0) else None
 
 
 def _signs(loops: Loops) -> Array:
