@@ -91,6 +91,11 @@ def increasing(times: ArrayLike | None, count: int, path: Path) -> list[float]:
     if times is None:
         return [float(pose) for pose in range(count)]
     given = finite(times, f"times of {path.name}")
-    if given.shape != (count,) or np.any(np.diff(given) <= 0.0):
+    if given.shape != (count,):
         raise FrameError(f"times of {path.name} have shape {given.shape}: give {count} increasing numbers, one a pose")
+    if (back := np.flatnonzero(np.diff(given) <= 0.0)).size:
+        before, after = given[back[0]], given[back[0] + 1]
+        raise FrameError(
+            f"times of {path.name} go from {before:g} to {after:g}: give {count} increasing numbers, one a pose"
+        )
     return [float(time) for time in given]

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import meshio
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linkframe.elements import Beam, Circle, Joint, Material, Rectangle, Section, Spring
-from linkframe.framework import Frame, FrameError
+from linkframe.framework import Frame, FrameError, MechanismWarning
 from linkframe.framework.results.base import Results
 from linkframe.framework.solvers.sparse import SparseSolver
 from numpy.testing import assert_allclose, assert_array_equal
@@ -172,3 +173,19 @@ def test_fractions_are_checked(wrong: list[float]) -> None:
     frame = arm(np.random.default_rng(1), ())
     with pytest.raises(FrameError, match="fractions of the members' lengths"):
         frame.solve().forces_at(wrong)
+
+
+def test_a_spring_that_can_turn_is_a_mechanism_without_other_warnings(tmp_path):
+    """Across its axis nothing resists: results are NaN, the file says so, and no warning of NumPy comes through."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (0.1, 0.0, 0.0))
+    frame.add("spring", Spring(1e5), "A", "B")
+    frame.fix("A")
+    frame.load("B", fy=1.0)
+    for result in ("all_end_forces", "all_results"):
+        with pytest.warns(MechanismWarning, match="kinematically unstable"):
+            getattr(frame.solve(), result)()
+    with pytest.warns(MechanismWarning, match="kinematically unstable"):
+        frame.solve().save(tmp_path / "spring.vtu")
+    assert not meshio.read(tmp_path / "spring.vtu").cell_data["solved"][0].any()

@@ -252,7 +252,7 @@ def test_file_names_that_xml_would_misread(tmp_path: Path) -> None:
         ("x.pvd", {"axis": 0}, r"other axes \(3,\) with entry="),
         ("x.pvd", {"axis": 0, "entry": 3}, r"entry=3: give one index for each of the batch axes \(3,\)"),
         ("x.pvd", {"axis": 0, "entry": 0, "times": [0.0]}, r"shape \(1,\): give 2 increasing numbers"),
-        ("x.pvd", {"axis": 0, "entry": 0, "times": [1.0, 1.0]}, r"give 2 increasing numbers"),
+        ("x.pvd", {"axis": 0, "entry": 0, "times": [1.0, 1.0]}, r"go from 1 to 1: give 2 increasing numbers"),
         ("x.pvd", {"axis": 0, "entry": 0, "times": [0.0, np.nan]}, r"times of x\.pvd contains nan"),
         ("x.pvd", {"axis": 0, "entry": 0, "stations": 0}, r"0 stations a member: give a whole number"),
     ],
