@@ -16,11 +16,6 @@ from ..framework.protocol import Array
 Real = float | Array
 
 
-def array_of(owner: str, name: str, value: ArrayLike) -> Array:
-    """`value` as a read-only array of its own."""
-    return numbers(value, f"{owner}: {name}")
-
-
 def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:
     """Refuse `array` unless `ok` holds everywhere, naming the first value at fault."""
     if np.all(ok):
@@ -34,7 +29,7 @@ def number(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number, or an array of them; single numbers stay Python floats, which are cheap."""
     if type(value) is float and isfinite(value):
         return value
-    array = array_of(owner, name, value)
+    array = numbers(value, f"{owner}: {name}")
     require(owner, name, array, np.isfinite(array), "finite; give a number")
     return as_real(array)
 
@@ -57,11 +52,15 @@ def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
     return checked
 
 
-def derived_number(owner: str, name: str, value: Array | float) -> Real:
-    """What follows from checked numbers: above zero and finite unless those leave the range of floats."""
+def derived_numbers(owner: str, given: Mapping[str, Array | float]) -> dict[str, Real]:
+    """What follows from checked numbers, by name: above zero and finite unless those leave the range of floats."""
+    return {name: _derived_number(owner, name, value) for name, value in given.items()}
+
+
+def _derived_number(owner: str, name: str, value: Array | float) -> Real:
     if type(value) is float and 0.0 < value < inf:
         return value
-    array = array_of(owner, name, value)
+    array = numbers(value, f"{owner}: {name}")
     require(owner, name, array, np.isfinite(array) & (array > 0.0), "within the range of floats; take another unit")
     return as_real(array)
 

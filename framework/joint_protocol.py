@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -29,6 +30,8 @@ class JointElement(ABC):
         Indices of these components, of equal stiffness; empty for none.
     pitch
         (...), advance along z per turn about z: the spring along z acts on what differs from it.
+    has_law
+        Whether `resistance` is its own and not that of springs and contact.
     """
 
     stiffness: Array
@@ -36,6 +39,11 @@ class JointElement(ABC):
     clearance: Array
     clearance_directions: tuple[int, ...]
     pitch: Array
+    has_law: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        cls.has_law = cls.resistance is not JointElement.resistance
 
     @property
     @abstractmethod
@@ -98,11 +106,6 @@ class JointElement(ABC):
             tangent[np.ix_(range(len(force)), free, free)] = turning
             energy = energy + stored
         return energy, force, tangent
-
-    @property
-    def has_law(self) -> bool:
-        """Whether `resistance` is its own and not that of springs and contact."""
-        return type(self).resistance is not JointElement.resistance
 
     def springs_matrix(self) -> Array:
         """Stiffness that finite springs, axes and pitch make of the two nodes.

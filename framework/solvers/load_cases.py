@@ -26,7 +26,11 @@ class Loaded(Protocol):
     """What tells how loads vary: a plan whose stiffness does not."""
 
     frame: Description
-    rhs_parameters: RightHandSideParameters
+
+    @property
+    def rhs_parameters(self) -> RightHandSideParameters:
+        """Given numbers that loads are combinations of."""
+        ...
 
     @property
     def grid(self) -> Grid:

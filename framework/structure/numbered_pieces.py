@@ -107,8 +107,13 @@ class NumberedPieces:
 
     def axes(self, node: int) -> Array | None:
         """Axes of a node as columns (..., 3, 3), None where they are the global ones."""
-        body = self.bodies[node]
-        return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
+        return self.axes_of[self.bodies[node]]
+
+    @cached_property
+    def axes_of(self) -> dict[str | None, Array | None]:
+        """Axes of the bodies as columns (..., 3, 3); None for those of what is on none, the global ones."""
+        bodies, ndim = self.frame.bodies.items(), len(self.frame.shape)
+        return {None: None} | {name: aligned(body.axes, ndim, 2) for name, body in bodies}
 
     def position(self, node: int) -> Array:
         """Global position of a described node, (..., 3), with all batch axes."""

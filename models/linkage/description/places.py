@@ -22,5 +22,6 @@ def place(linkage: Sketch, link: str, point: str) -> Array:
 
 
 def places(linkage: Sketch, link: str) -> dict[str, Array]:
-    """Where all points of a link are, as `place` has it."""
-    return {point: place(linkage, link, point) for point in linkage.links[link].points}
+    """Where all points of a link are, as `place` has it; of the ground, those of the whole linkage."""
+    points = linkage.links[link].points if link in linkage.links else linkage.points
+    return {point: place(linkage, link, point) for point in points}

@@ -150,7 +150,7 @@ class Sketch:
             beams_of(name, points, beam, beams, self.points),
             None if mass is None else not_negative(mass, f"mass of link {name!r}"),
             None if centre is None else vector(centre, f"centre of link {name!r}", flat=True),
-            inertia_of(name, inertia),
+            None if inertia is None else inertia_of(name, inertia),
             true,
         )
         if true is not None:

@@ -31,6 +31,8 @@ class LoopCoordinates:
         self.mechanism, self.tolerance = mechanism, tolerance
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
+        # whether the drives and the closing equations leave nothing free
+        self.determined = self.linear.rank == self.columns
         self.kept: dict[bool, tuple[object, Any]] = {}
         self.guide: tuple[object, Any] | None = None
         self.derivatives: tuple[Pose, Any] | None = None
@@ -65,11 +67,6 @@ class LoopCoordinates:
         other = copy(self)
         other.kept, other.guide = {}, None
         return other
-
-    @property
-    def determined(self) -> bool:
-        """True where the drives and the closing equations leave nothing free."""
-        return self.linear.rank == self.columns
 
     @cached_property
     def equations(self) -> Equations:
