@@ -127,11 +127,13 @@ class Beam(BeamSectionLaw):
         return matrix
 
     def springs(self, length: Array | float) -> tuple[Array, Array]:
+        arm = np.asarray(length)
         # deformations come in the precision of the length
-        arm, length = np.asarray(length), as_real(length)
         if self.end is None and not self.releases:
-            stiffness, rows = prismatic_springs(self._flexibilities, length), prismatic_rows(arm)
+            plain = np.asarray(arm, dtype=np.float64)
+            stiffness, rows = prismatic_springs(self._flexibilities, plain), prismatic_rows(arm)
         else:
+            length = as_real(arm)
             planes = [self._plane(direction, length) for direction in DIRECTIONS]
             stiffness = self._springs([plane.springs for plane in planes], length)
             # Deformations vary with the sections only if these move the elastic centre.
@@ -151,10 +153,10 @@ class Beam(BeamSectionLaw):
         return [np.broadcast_to(number, shape) for number in numbers], deformations(planes, arm)
 
     def spring_stiffness(self, length: Array | float) -> Array:
-        length = as_real(length)
         if self.end is None and not self.releases:
-            stiffness = prismatic_springs(self._flexibilities, length)
+            stiffness = prismatic_springs(self._flexibilities, np.asarray(length, dtype=np.float64))
         else:
+            length = as_real(length)
             stiffness = self._springs([self._plane(direction, length).springs for direction in DIRECTIONS], length)
         return stiffness.transpose(*range(1, stiffness.ndim), 0)
 

@@ -9,13 +9,14 @@ from typing import Self
 
 import numpy as np
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from ..framework.orientation import axes_towards, default_axes, default_axis_numbers
 from ..framework.protocol import Array, LineElement
 from .cross_section import CrossSection
 from .flexibility import POINTS, Six, spread_points
 from .material import Material
-from .parameters import Real, array_of, as_real, common_shape, given_state, require, shape_of
+from .parameters import Real, as_real, common_shape, given_state, require, shape_of
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
@@ -37,7 +38,7 @@ class BeamSectionLaw(LineElement):
     def __post_init__(self) -> None:
         _check_parts(self)
         if self.up is not None:
-            up = array_of("Beam", "up", self.up)
+            up = numbers(self.up, "Beam: up")
             if up.shape[-1:] != (3,):
                 raise FrameError(f"Beam: up has shape {up.shape}; give three numbers, (..., 3)")
             require("Beam", "up", up, np.any(up != 0.0, axis=-1, keepdims=True) & np.isfinite(up), "a direction")

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from ..framework.protocol import Array
-from .parameters import Real, common_shape, derived_number, given_state, positive, shape_of
+from .parameters import Real, common_shape, derived_numbers, given_state, positive, shape_of
 
 
 @cache
@@ -60,8 +60,7 @@ class CrossSection(ABC):
                 derived = self._derive()
         except ArithmeticError:
             derived = {"A": np.inf}
-        for each, value in derived.items():
-            object.__setattr__(self, each, derived_number(name, each, value))
+        vars(self).update(derived_numbers(name, derived))
 
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)

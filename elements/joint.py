@@ -9,16 +9,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..framework.batch import rotation
+from ..framework.batch import numbers, rotation
 from ..framework.errors import FrameError
 from ..framework.joint_protocol import JointElement
+from ..framework.lazily import cached_property
 from ..framework.protocol import Array, proven
 from ..framework.renamed import RenamedAttribute, renamed_keywords
 from .clearance_directions import checked_directions
-from .parameters import array_of, common_shape, require, shape_of
+from .parameters import common_shape, given_state, require, shape_of
 
 # Default of clearance and pitch: zero.
-_NONE = array_of("Joint", "clearance", 0.0)
+_NONE = numbers(0.0, "Joint: clearance")
 
 
 @proven
@@ -98,27 +99,30 @@ class Joint(JointElement):
 
     # separate from __init__, so that a subclass can be a plain dataclass with further fields
     def __post_init__(self) -> None:
-        springs = array_of("Joint", "stiffness", self.stiffness)
+        springs = numbers(self.stiffness, "Joint: stiffness")
         if springs.shape[-1:] != (6,):
             raise FrameError(f"Joint: stiffness has shape {springs.shape}; give six springs, (..., 6)")
         require("Joint", "stiffness", springs, springs >= 0.0, "0 (free) to inf (ideal)")
         rotated = None if self.axes is None else rotation(self.axes, "Joint: axes")
         gap = advance = _NONE
         if not _is_zero(self.clearance):
-            gap = array_of("Joint", "clearance", self.clearance)
+            gap = numbers(self.clearance, "Joint: clearance")
             require("Joint", "clearance", gap, np.isfinite(gap) & (gap >= 0.0), "a length, zero or above")
         if not _is_zero(self.pitch):
-            advance = array_of("Joint", "pitch", self.pitch)
+            advance = numbers(self.pitch, "Joint: pitch")
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
-        common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
+        shape = common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
         directions = () if none and not gap.any() else checked_directions(springs, names)
         vars(self).update(
-            stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
+            stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance, shape=shape
         )
+
+    def __getstate__(self) -> dict[str, object]:
+        return given_state(self)
 
     def along(self, axes: Array) -> Joint:
         """The joint with other axes.
@@ -137,7 +141,7 @@ class Joint(JointElement):
         object.__setattr__(clone, "axes", axes)
         return clone
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of stiffness, axes, clearance and pitch."""
         axes = () if self.axes is None else self.axes.shape[:-2]

@@ -8,13 +8,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from .parameters import (
     Real,
-    array_of,
     as_real,
     common_shape,
-    derived_number,
+    derived_numbers,
     not_negative,
     number,
     positive,
@@ -82,8 +82,8 @@ class Material:
         else:
             raise FrameError(f"Material: nu = {nu!r}, G = {G!r}: give one of the two, nu or G")
         object.__setattr__(self, "E", young)
-        object.__setattr__(self, "nu", as_real(array_of("Material", "nu", ratio)))
-        object.__setattr__(self, "G", derived_number("Material", "G", shear))
+        object.__setattr__(self, "nu", as_real(numbers(ratio, "Material: nu")))
+        object.__setattr__(self, "G", derived_numbers("Material", {"G": shear})["G"])
         object.__setattr__(self, "density", not_negative("Material", "density", density))
         common_shape("Material", {name: np.shape(getattr(self, name)) for name in ("E", "G", "density")})
 

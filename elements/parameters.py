@@ -16,11 +16,6 @@ from ..framework.protocol import Array
 Real = float | Array
 
 
-def array_of(owner: str, name: str, value: ArrayLike) -> Array:
-    """`value` as a read-only copy, an array of floats."""
-    return numbers(value, f"{owner}: {name}")
-
-
 def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:
     """Raise a `FrameError` unless `ok` holds everywhere, naming the first value at which it does not."""
     if np.all(ok):
@@ -34,7 +29,7 @@ def number(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number, or an array of them; single numbers become Python floats, which are cheap."""
     if type(value) is float and isfinite(value):
         return value
-    array = array_of(owner, name, value)
+    array = numbers(value, f"{owner}: {name}")
     require(owner, name, array, np.isfinite(array), "finite; give a number")
     return as_real(array)
 
@@ -57,11 +52,15 @@ def not_negative(owner: str, name: str, value: ArrayLike) -> Real:
     return checked
 
 
-def derived_number(owner: str, name: str, value: Array | float) -> Real:
-    """A positive number computed from checked ones; a `FrameError` where it overflows or underflows."""
+def derived_numbers(owner: str, given: Mapping[str, Array | float]) -> dict[str, Real]:
+    """Positive numbers computed from checked ones, by name; a `FrameError` where one overflows or underflows."""
+    return {name: _derived_number(owner, name, value) for name, value in given.items()}
+
+
+def _derived_number(owner: str, name: str, value: Array | float) -> Real:
     if type(value) is float and 0.0 < value < inf:
         return value
-    array = array_of(owner, name, value)
+    array = numbers(value, f"{owner}: {name}")
     require(owner, name, array, np.isfinite(array) & (array > 0.0), "within the range of floats; take another unit")
     return as_real(array)
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from ..framework.protocol import Array, PointElement, proven
-from .parameters import Real, array_of, common_shape, not_negative, require
+from .parameters import Real, common_shape, not_negative, require
 
 # Asymmetry and negative moments up to this share of a tensor's largest entry are rounding, as after a rotation.
 _ROUNDING = 1e-12
@@ -56,8 +57,8 @@ class PointMass(PointElement):
         self, mass: ArrayLike, inertia: ArrayLike = (0.0, 0.0, 0.0), offset: ArrayLike = (0.0, 0.0, 0.0)
     ) -> None:
         object.__setattr__(self, "mass", not_negative("PointMass", "mass", mass))
-        object.__setattr__(self, "inertia", _tensor(array_of("PointMass", "inertia", inertia)))
-        object.__setattr__(self, "offset", array_of("PointMass", "offset", offset))
+        object.__setattr__(self, "inertia", _tensor(numbers(inertia, "PointMass: inertia")))
+        object.__setattr__(self, "offset", numbers(offset, "PointMass: offset"))
         if self.offset.shape[-1:] != (3,):
             raise FrameError(f"PointMass: offset has shape {self.offset.shape}; give three numbers, (..., 3)")
         require("PointMass", "offset", self.offset, np.isfinite(self.offset), "finite; give a length")
@@ -109,12 +110,12 @@ def _tensor(inertia: Array) -> Array:
     require("PointMass", "inertia", inertia, np.isfinite(inertia), "finite; give a moment of inertia")
     if inertia.shape[-2:] != (3, 3):
         require("PointMass", "inertia", inertia, inertia >= 0.0, "zero or above; give its magnitude")
-        return array_of("PointMass", "inertia", inertia[..., :, None] * np.eye(3))
+        return numbers(inertia[..., :, None] * np.eye(3), "PointMass: inertia")
     rounding = _ROUNDING * np.max(np.abs(inertia), axis=(-2, -1))
     other = np.swapaxes(inertia, -1, -2)
     if np.any(np.abs(inertia - other) > rounding[..., None, None]):
         raise FrameError("PointMass: inertia is not symmetric; give the tensor with Ixy = Iyx, Ixz = Izx, Iyz = Izy")
-    inertia = array_of("PointMass", "inertia", 0.5 * inertia + 0.5 * other)
+    inertia = numbers(0.5 * inertia + 0.5 * other, "PointMass: inertia")
     least: Array = np.asarray(np.linalg.eigvalsh(inertia)[..., 0], dtype=np.float64)
     require("PointMass", "inertia (least principal moment)", least, least >= -rounding, "zero or above")
     return inertia

@@ -54,13 +54,13 @@ class Mirrored(NamedTuple):
         matrix[..., v2, r1] = matrix[..., r1, v2] = -far
 
 
-def prismatic_springs(flexibility: Array, length: Real) -> Array:
+def prismatic_springs(flexibility: Array, length: Array) -> Array:
     """Stiffness of the springs of `linkframe.elements.Beam`, (6, ...), from the flexibility of its section, (6, ...).
 
     ``E A / L``, ``G J / L``, ``E I / L``, and ``12 E I / (L^3 (1 + phi))``, computed as
     ``1 / (L^3 / (12 E I) + L / (k G A))`` (Przemieniecki 1968, Eq. 5.116).
     """
-    missing = (1,) * (np.ndim(length) + 1 - flexibility.ndim)
+    missing = (1,) * (length.ndim + 1 - flexibility.ndim)
     out: Array = flexibility.reshape(6, *missing, *flexibility.shape[1:]) * length
     # 1/12 about the middle, rounded as in `UniformPart`
     out[1:3] += out[5:3:-1] * length * length * (0.25 - 1.0 / 6.0)

@@ -10,11 +10,12 @@ from typing import Self
 
 import numpy as np
 
+from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from ..framework.protocol import Array
 from .analysed_section import properties_of
 from .cross_section import CrossSection, greatest, split, von_mises
-from .parameters import Real, array_of, common_shape, positive, shape_of
+from .parameters import Real, common_shape, positive, shape_of
 
 NOT_GIVEN = float("nan")
 # Size of an array of fibres times batch entries that still stays in the processor's cache.
@@ -216,7 +217,7 @@ class Section(CrossSection):
 
 
 def _checked(fibres: object) -> Array:
-    array = array_of("Section", "fibres", fibres)  # type: ignore[arg-type]
+    array = numbers(fibres, "Section: fibres")  # type: ignore[arg-type]
     if array.ndim != 2 or array.shape[1] != 8 or not len(array) or not np.isfinite(array).all():
         raise FrameError(f"Section: fibres of shape {array.shape} must be rows of eight finite numbers, (n, 8)")
     return array

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from time import perf_counter
 
 # Told how many entries of a batch are solved.
@@ -29,17 +30,16 @@ def tell(solved: int) -> None:
         watcher(solved)
 
 
+@dataclass(slots=True)
 class timed:
     """Adds the seconds spent inside to ``times[stage]``."""
 
-    __slots__ = ("_begin", "_stage", "_times")
-
-    def __init__(self, times: dict[str, float], stage: str) -> None:
-        self._times, self._stage = times, stage
+    times: dict[str, float]
+    stage: str
+    begin: float = 0.0
 
     def __enter__(self) -> None:
-        self._begin = perf_counter()
+        self.begin = perf_counter()
 
     def __exit__(self, *_: object) -> None:
-        times, stage = self._times, self._stage
-        times[stage] = times.get(stage, 0.0) + perf_counter() - self._begin
+        self.times[self.stage] = self.times.get(self.stage, 0.0) + perf_counter() - self.begin

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,6 +31,8 @@ class JointElement(ABC):
         Indices of the components with clearance, all of equal stiffness; empty for none.
     pitch
         Advance along z per turn about z, (...), length: the spring along z acts on ``uz - pitch rz / (2 pi)``.
+    has_law
+        Whether the joint defines a nonlinear law, overriding `resistance`.
     """
 
     stiffness: Array
@@ -37,6 +40,11 @@ class JointElement(ABC):
     clearance: Array
     clearance_directions: tuple[int, ...]
     pitch: Array
+    has_law: ClassVar[bool] = False
+
+    def __init_subclass__(cls, **given: Any) -> None:
+        super().__init_subclass__(**given)
+        cls.has_law = cls.resistance is not JointElement.resistance
 
     @property
     @abstractmethod
@@ -99,11 +107,6 @@ class JointElement(ABC):
             tangent[np.ix_(range(len(force)), free, free)] = turning
             energy = energy + stored
         return energy, force, tangent
-
-    @property
-    def has_law(self) -> bool:
-        """Whether the joint defines a nonlinear law, overriding `resistance`."""
-        return type(self).resistance is not JointElement.resistance
 
     def springs_matrix(self) -> Array:
         """Stiffness matrix of the two nodes for finite springs, by axes and pitch.

@@ -15,7 +15,7 @@ from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
 
 from ..cache import ORDERS
-from ..structure.parts import Grid, Matrix, Row, Value, mask_of, masks_of
+from ..structure.parts import Grid, Matrix, Row, Value, masks_of
 
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
@@ -64,11 +64,9 @@ class Masks:
     @classmethod
     def of(cls, rows: dict[int, Row], springs: Springs) -> Masks:
         """The masks of given rows and springs."""
-        own = masks_of([row for row, _ in springs])
-        return cls(
-            dict(zip(rows, masks_of(rows.values()), strict=True)),
-            [(of_row, mask_of(k)) for of_row, (_, k) in zip(own, springs, strict=True)],
-        )
+        (stiff,) = masks_of([dict(enumerate(k for _, k in springs))])
+        own = zip(masks_of([row for row, _ in springs]), stiff.values(), strict=True)
+        return cls(dict(zip(rows, masks_of(rows.values()), strict=True)), list(own))
 
 
 def link(pattern: Pattern, i: int, j: int, mask: int) -> None:

@@ -26,7 +26,11 @@ class Loaded(Protocol):
     """What is needed of a plan, whose stiffness is constant, to see how its loads vary."""
 
     frame: Description
-    rhs_parameters: RightHandSideParameters
+
+    @property
+    def rhs_parameters(self) -> RightHandSideParameters:
+        """Given numbers that loads are combinations of."""
+        ...
 
     @property
     def grid(self) -> Grid:

@@ -73,8 +73,7 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
     grid = rhs_parameters.grid
 
     def put(dof: int, source: int, value: Value) -> None:
-        if not is_zero(value):
-            add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
+        add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
         global_axes, number = topology.bodies[node] is None, grid.value(value)
@@ -90,7 +89,8 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
             for dof, push in scaled(shares, factor).items():
                 put(dof, -1 - key, push)
     for dof, share in member_and_mass_loads(topology, grid):
-        put(dof, 0, share)
+        if not is_zero(share):
+            put(dof, 0, share)
     return forces
 
 

@@ -223,8 +223,8 @@ class Group:
 
     def part(self, part: slice | Index) -> Group:
         """Some of the pieces as a stack of their own."""
-        pieces, dofs, chord, counts = (each[part] for each in (self.pieces, self.dofs, self.chord, self.counts))
-        return Group(self.of(part), pieces, dofs, chord, counts, self.axes, self.body)
+        pieces, dofs, counts = self.pieces[part], self.dofs[part], self.counts[part]
+        return Group(self.of(part), pieces, dofs, self.chord[part], counts, self.axes, self.body)
 
     def cut(self, axis: int, indices: slice) -> Group:
         """The pieces at some indices of a batch axis."""

@@ -107,8 +107,13 @@ class NumberedPieces:
 
     def axes(self, node: int) -> Array | None:
         """Axes of a node as columns in global components, (..., 3, 3); None for the global axes."""
-        body = self.bodies[node]
-        return None if body is None else aligned(self.frame.bodies[body].axes, len(self.frame.shape), 2)
+        return self.axes_of[self.bodies[node]]
+
+    @cached_property
+    def axes_of(self) -> dict[str | None, Array | None]:
+        """Axes of the bodies by name, as columns (..., 3, 3); None for the global axes, those of nodes on no body."""
+        bodies, ndim = self.frame.bodies.items(), len(self.frame.shape)
+        return {None: None} | {name: aligned(body.axes, ndim, 2) for name, body in bodies}
 
     def position(self, node: int) -> Array:
         """Global position of a described node, (..., 3), with all batch axes."""

@@ -72,6 +72,9 @@ class Grid:
         batch = array.ndim - trailing
         flat = array.reshape(*array.shape[:batch], math.prod(array.shape[batch:]))
         used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
+        if flat.size > flat.shape[-1]:
+            flat = aligned(flat, len(self.shape), 1)
+            return [np.ascontiguousarray(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
         return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
 
 

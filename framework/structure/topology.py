@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import ZERO, Array, Shape, aligned, distinct
+from ..batch import ZERO, Array, Shape, distinct
 from ..description import Description
 from ..entries import Stretch
 from ..examined import Examined, examined
@@ -284,15 +284,13 @@ class Topology(NumberedPieces):
         # numbers are in order, so that as many as there are pieces are all of them
         every: slice | Index = slice(None) if len(numbers) == len(self.ends) else numbers
         element, nodes = self._stacked(chosen), self.ends[every]
-        if isinstance(chords, np.ndarray):
-            chord = chords[every].reshape(-1, *(1,) * ndim, 3)
-        else:
-            chord = np.stack([aligned(chords[k], ndim, 1) for k in numbers])
+        chord = chords[every] if isinstance(chords, np.ndarray) else np.stack([chords[k] for k in numbers])
+        chord = chord.reshape(len(chord), *(1,) * (ndim + 2 - chord.ndim), *chord.shape[1:])
         counts = self.counts[every if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
         first, second = (self.bodies[node] for node in nodes[0].tolist())
         shared = first == second
-        start = None if first is None else self.axes(int(nodes[0, 0]))
-        ends = (None, None) if shared else (start, self.axes(int(nodes[0, 1])))
+        start = self.axes_of[first]
+        ends = (None, None) if shared else (start, self.axes_of[second])
         dofs = (6 * nodes[:, :, None] + np.arange(6)).reshape(-1, 12)
         return Group(element, numbers, dofs, chord, counts, ends, start if shared else None)
 

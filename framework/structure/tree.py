@@ -29,7 +29,6 @@ from .parts import (
     add_row,
     combined_each,
     is_zero,
-    nonzero,
     product,
     scaled_each,
 )
@@ -169,7 +168,7 @@ class JointTree:
         if body is None:
             return None
         if body not in self.turn_of_body:
-            self.turn_of_body[body] = entries(self.grid, self.topology.axes(node))
+            self.turn_of_body[body] = entries(self.grid, self.topology.axes_of[body])
         return self.turn_of_body[body]
 
     def axes(self, edge: Edge) -> Matrix3:
@@ -205,7 +204,7 @@ class JointTree:
                     add_row(rows[i], offset, factor)
                 if free:
                     rows[i][6 * child + k] = factor
-        if edge.kind == "joint" and not is_zero(edge.pitch):
+        if edge.kind == "joint" and (isinstance(edge.pitch, np.ndarray) or edge.pitch != 0.0):
             turn: Row = edge.offset[ABOUT] if ABOUT in edge.ideal else {**edge.offset[ABOUT], 6 * child + ABOUT: 1.0}
             for i, factor in columns[ALONG].items():
                 add_row(rows[i], turn, product(edge.pitch, factor))
@@ -234,8 +233,9 @@ class JointTree:
         """Add the springs of an edge, given the rows of its elastic displacement."""
         if edge.kind != "joint":
             return
-        stiff = nonzero(dict(enumerate(edge.stiffness)))
-        self.springs += [TreeSpring(elastic[k], stiffness) for k, stiffness in stiff.items() if k not in edge.ideal]
+        for k, stiffness in enumerate(edge.stiffness):
+            if k not in edge.ideal and (isinstance(stiffness, np.ndarray) or stiffness != 0.0):
+                self.springs.append(TreeSpring(elastic[k], stiffness))
 
     def _hold(self) -> None:
         """Eliminate the ideal components of the edges that close a loop."""

@@ -155,11 +155,10 @@ class Linkage(RangeOfMotion):
         >>> bool(abs(motion.position("C")[:, 0] - np.cos(t) - np.sqrt(9.0 - np.sin(t)**2)).max() < 1e-14)
         True
         """
-        given = by_joint("drives", drives)
+        given, first, second = by_joint(drives=drives, rates=rates, accelerations=accelerations)
         for name in named.keys() & given.keys():
             raise FrameError(f"joint {name!r} is given twice, by keyword and in the mapping: give it once")
-        numbers = {**given, **named}, by_joint("rates", rates), by_joint("accelerations", accelerations)
-        return Motion.of(self, *numbers, branch, tolerance, other_modes)
+        return Motion.of(self, {**given, **named}, first, second, branch, tolerance, other_modes)
 
     def study(
         self,

@@ -86,11 +86,12 @@ def _broadcast(shapes: set[Shape]) -> Shape:
     return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
-def by_joint(what: str, given: Mapping[str, ArrayLike] | None) -> Mapping[str, ArrayLike]:
-    """Numbers by joint, as given; an empty mapping for None."""
-    if given is None or isinstance(given, Mapping):
-        return given or {}
-    raise FrameError(f"{what} is {given!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
+def by_joint(**given: Mapping[str, ArrayLike] | None) -> list[Mapping[str, ArrayLike]]:
+    """Numbers by joint, as given under names such as ``rates``; an empty mapping for None."""
+    for what, numbers in given.items():
+        if numbers is not None and not isinstance(numbers, Mapping):
+            raise FrameError(f"{what} is {numbers!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
+    return [numbers or {} for numbers in given.values()]
 
 
 def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Array:

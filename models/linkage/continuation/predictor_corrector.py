@@ -122,7 +122,7 @@ class PredictorCorrector:
         out = list(state)
         for place, value, slope in zip(self.loops.driven_states, self.origin, self.direction, strict=True):
             out[place] = value + s * slope
-        return self.loops.unit(out)  # type: ignore[arg-type, return-value]
+        return self.loops.unit(out) if self.loops.balls else out  # type: ignore[arg-type, return-value]
 
     def begin(self, start: Pose) -> RayPath:
         """The path at the beginning of the ray."""

@@ -12,8 +12,8 @@ from ....framework.checked import not_negative
 from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
-from .joints import COMPONENTS, Kind
-from .parts import GROUND, Pair, joint_axes, kind_of
+from .joints import COMPONENTS, KINDS, Kind
+from .parts import GROUND, Pair, axes_along
 
 
 class JoinedSketch(LoadedSketch):
@@ -82,16 +82,16 @@ class JoinedSketch(LoadedSketch):
         pitch: ArrayLike = 0.0,
         contact: ArrayLike | None = None,
     ) -> None:
-        kind = kind_of(kind_name)
+        kind = KINDS[kind_name]
         name = self._joint_name(name, point, kind, links, replace=replace)
         what = f"joint {name!r}"
         self._check_links(what, point, links)
         driven = driven_coordinates(name, kind, drive)
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
-        axes = joint_axes(name, axis, second_axis)
-        second = None if second_axis is None else vector(second_axis, what, flat=True)
-        given = vector(axis, what, flat=True), second
+        second = None if second_axis is None else vector(second_axis, f"second axis of {what}", flat=True)
+        given = vector(axis, f"axis of {what}", flat=True), second
+        axes = axes_along(name, *given)
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
         springs = None if stiffness is None else _springs(what, kind, stiffness)
@@ -137,13 +137,13 @@ class JoinedSketch(LoadedSketch):
         return next((own for own in there if (own.first, own.second) in ends), None)
 
     def _check_links(self, what: str, point: str, links: tuple[str, ...]) -> None:
-        self._point(point, what)
         if len(links) < 2:
             raise FrameError(f"{what} joins only {links[0]!r}: name the links that it joins, such as 'ground'")
         if len(set(links)) < len(links):
             raise FrameError(f"{what} joins {' and '.join(links)}: name different links")
         for link in links:
             if link != GROUND and point not in self._link(link, what).points:
+                self._point(point, what)
                 raise FrameError(
                     f"{what}: link {link!r} has no point {point!r}: add it to the link, which has "
                     f"{', '.join(self.links[link].points)}"

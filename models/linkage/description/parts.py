@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from ....framework.arm import crossed
 from ....framework.batch import Array, finite, vector
 from ....framework.errors import FrameError
+from ....framework.lazily import cached_property
 from ....framework.protocol import LineElement
 from .elastic_axis import neighbours
-from .joints import KINDS, Kind
+from .joints import Kind
 
 GROUND = "ground"
 # An axis is taken as parallel, perpendicular or zero below this.
@@ -91,7 +92,7 @@ class Pair:
     contact: Array | None = None
     directions: tuple[Array, Array | None] | None = None
 
-    @property
+    @cached_property
     def full_stiffness(self) -> Array:
         """Six springs in joint axes, (..., 6): as given, or inf on what the joint holds and 0 on what it lets go."""
         if self.stiffness is not None:
@@ -155,10 +156,8 @@ def beams_of(
     return out
 
 
-def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
+def inertia_of(link: str, value: ArrayLike) -> Array:
     """Inertia tensor (..., 3, 3) from a tensor, from six numbers xx yy zz xy yz zx, or from one, about z."""
-    if value is None:
-        return None
     given = finite(value, f"inertia of link {link!r}")
     if given.shape[-2:] == (3, 3):
         tensor = given
@@ -180,7 +179,10 @@ def inertia_of(link: str, value: ArrayLike | None) -> Array | None:
 
 def unit_vector(value: ArrayLike, what: str) -> Array:
     """A unit vector (..., 3) along one (..., 3), or (..., 2) in the plane z = 0."""
-    given = vector(value, what, flat=True)
+    return _unit(vector(value, what, flat=True), what)
+
+
+def _unit(given: Array, what: str) -> Array:
     norm = np.linalg.norm(given, axis=-1, keepdims=True)
     if np.any(norm == 0.0):
         raise FrameError(f"{what} is {given.tolist()}: give a direction, such as (0, 0, 1)")
@@ -188,31 +190,30 @@ def unit_vector(value: ArrayLike, what: str) -> Array:
 
 
 def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> Array:
+    """`axes_along` directions (..., 3), or (..., 2) in the plane z = 0, that are yet to be looked at."""
+    x = None if second is None else vector(second, f"second axis of joint {what!r}", flat=True)
+    return axes_along(what, vector(axis, f"axis of joint {what!r}", flat=True), x)
+
+
+def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
     """Columns x y z (..., 3, 3): z along `axis`, x along `second` or as near to global x as it can be.
 
     Where the axis is within some 25° of global x, x is as near to global y as it can be.
     """
-    z = unit_vector(axis, f"axis of joint {what!r}")
+    z = _unit(axis, f"axis of joint {what!r}")
     if second is None:
         along_x = np.abs(z[..., :1]) > 0.9
         near = np.where(along_x, np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]))
         x = near - np.sum(near * z, axis=-1, keepdims=True) * z
         x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     else:
-        x = unit_vector(second, f"second axis of joint {what!r}")
+        x = _unit(second, f"second axis of joint {what!r}")
         lean = np.sum(x * z, axis=-1, keepdims=True)
         if (skew := np.abs(lean).max()) > ROUNDING:
             raise FrameError(
                 f"joint {what!r}: axis and second are not perpendicular (cosine {skew:.2g}): "
                 "give the two axes of the cross at a right angle"
             )
-        x = unit_vector(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
+        x = _unit(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
     z, x = np.broadcast_arrays(z, x)
     return np.stack([x, crossed(z, x), z], axis=-1)
-
-
-def kind_of(name: str) -> Kind:
-    """Entry of the catalogue."""
-    if name not in KINDS:
-        raise FrameError(f"no kind of joint is called {name!r}: choose one of {', '.join(KINDS)}")
-    return KINDS[name]

@@ -150,7 +150,7 @@ class Sketch:
             beams_of(name, points, beam, beams, self.points),
             None if mass is None else not_negative(mass, f"mass of link {name!r}"),
             None if centre is None else vector(centre, f"centre of link {name!r}", flat=True),
-            inertia_of(name, inertia),
+            None if inertia is None else inertia_of(name, inertia),
             true,
         )
         if true is not None:
@@ -256,5 +256,6 @@ def place(linkage: Sketch, link: str, point: str) -> Array:
 
 
 def places(linkage: Sketch, link: str) -> dict[str, Array]:
-    """Where all points of a link are, as `place` has it."""
-    return {point: place(linkage, link, point) for point in linkage.links[link].points}
+    """Reference positions of all points of a link, as by `place`; of the ground, those of the whole linkage."""
+    points = linkage.links[link].points if link in linkage.links else linkage.points
+    return {point: place(linkage, link, point) for point in points}

@@ -15,7 +15,7 @@ import numpy as np
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..description.sketch import place as place_of
+from ..description.sketch import places
 from .terms import Value
 from .tree import Tree, spanning_tree
 
@@ -90,7 +90,7 @@ class Dimensions:
         self.size = _size(linkage)
         self.parameters: list[Value] = []
         self._met: dict[tuple[tuple[int, ...], bytes], Parameter] = {}
-        self._points: dict[tuple[str, str], Array] = {}
+        self._places: dict[str, dict[str, Array]] = {}
         self._arms: dict[tuple[str, bytes], list[Value]] = {}
         self.bodies: dict[str, ReferenceLink] = {GROUND: self._ground()}
         self.mounts: dict[tuple[str, str], Mount] = {}
@@ -140,10 +140,10 @@ class Dimensions:
 
     def place(self, link: str, point: str) -> Array:
         """Position of a point of a link in the reference configuration, (..., 3), with the link's true length."""
-        own = self.tree.twins.get(link, link), point
-        if own not in self._points:
-            self._points[own] = place_of(self.linkage, *own)
-        return self._points[own]
+        own = self.tree.twins.get(link, link)
+        if own not in self._places:
+            self._places[own] = places(self.linkage, own)
+        return self._places[own][point]
 
     def arm(self, link: str, place: Array) -> list[Value]:
         """Components, over `size`, of the vector from a link's reference point to a position on it, in the link's axes.

@@ -32,6 +32,8 @@ class LoopCoordinates:
         self.mechanism, self.tolerance = mechanism, tolerance
         self.linear = Linear(mechanism.pattern, rank)
         self.rows, self.columns = len(mechanism.active), len(mechanism.unknown)
+        # whether the drives and the closing equations leave nothing free
+        self.determined = self.linear.rank == self.columns
         self.kept: dict[bool, tuple[object, Any]] = {}
         self.guide: tuple[object, Any] | None = None
         self.derivatives: tuple[Pose, Any] | None = None
@@ -66,11 +68,6 @@ class LoopCoordinates:
         other = copy(self)
         other.kept, other.guide = {}, None
         return other
-
-    @property
-    def determined(self) -> bool:
-        """Whether the drives and the closing equations determine all unknowns."""
-        return self.linear.rank == self.columns
 
     @cached_property
     def equations(self) -> Equations:

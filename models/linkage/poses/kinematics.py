@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -197,17 +196,16 @@ class Kinematics(AssembledPoses):
         now = self._global_columns(self._pose(link)[1])
         return np.asarray(np.einsum("...ij,...kj->...ik", now, self.mechanism.bodies[link].reference_axes))
 
-    def origins_and_axes(self) -> Iterator[tuple[str, Array, Array]]:
+    def origins_and_axes(self) -> list[tuple[str, Array, Array]]:
         """Evaluate `origin` and `axes` of all links, which is quicker together than link by link.
 
-        Yields
-        ------
-        tuple
-            A link, its origin (..., 3) and its axes (..., 3, 3), in the order of the links.
+        Returns
+        -------
+        list of tuple
+            Each link, its origin (..., 3) and its axes (..., 3, 3), in the order of the links.
         """
         self.evaluate_links()
-        for link in self.linkage.links:
-            yield link, self.origin(link), self.axes(link)
+        return [(link, self.origin(link), self.axes(link)) for link in self.linkage.links]
 
     def angular_velocity(self, link: str) -> Array:
         """Angular velocity of a link.

@@ -392,9 +392,9 @@ def driven(
     tolerance: float,
 ) -> DrivenPoses:
     """What `Linkage.move` takes, as arrays."""
-    given = [("drives", drives), ("rates", rates), ("accelerations", accelerations)]
+    given = {"drives": drives, "rates": rates, "accelerations": accelerations}
     values, speeds, gains = (
-        {name: finite(each, f"{what} of joint {name!r}") for name, each in by_joint(what, found).items()}
-        for what, found in given
+        {name: finite(each, f"{what} of joint {name!r}") for name, each in found.items()}
+        for what, found in zip(given, by_joint(**given), strict=True)
     )
     return DrivenPoses(values, speeds, gains, branch, tolerance)
