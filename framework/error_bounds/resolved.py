@@ -164,8 +164,7 @@ class ResolvedLarge:
     def __init__(self, plan: Plan, solver: SparseSolver) -> None:
         self.plan = plan
         self.unknowns = solver.unknown[solver.excited].tolist()
-        found = solver.units
-        units, sizes = (solver, None) if found is None else found
+        units, sizes = (solver, None) if solver.units is None else (solver.units[0], solver.sizes)
         with np.errstate(all="ignore"):
             residual = units.spring_residual
             regular, self._values = (

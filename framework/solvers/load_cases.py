@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..batch import Array, Shape, aligned
+from ..batch import Array, Same, Shape, aligned
 from ..description import Description
 from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
@@ -46,18 +45,28 @@ class Loaded(Protocol):
 def varying(plan: Loaded) -> list[Value]:
     """Numbers in which the solution is linear, the first being one; empty if member loads or geometry vary, too."""
     given = _given(plan)
-    return [] if given is None else [*plan.imposed, *given.values()]
+    return [] if given is None else [*plan.imposed, *given[0]]
 
 
-def _given(plan: Loaded) -> dict[_Content, Value] | None:
-    """Varying loads at nodes, each different array once; None if member loads, gravity or geometry vary, too."""
+def _given(plan: Loaded) -> tuple[list[Value], dict[Same, int]] | None:
+    """Varying loads at nodes, each different array once, and by array its index among them.
+
+    None if member loads, gravity or geometry vary, too.
+    """
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
     along += [] if frame.weight is None else [frame.weight]
     if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return None
-    values = [grid.value(value) for loads in frame.loads.values() for _, value in loads]
-    return {_content(value): value for value in values if mask_of(value)}
+    numbers: list[Value] = []
+    place: dict[_Content, int] = {}
+    places: dict[Same, int] = {}
+    for array in (array for loads in frame.loads.values() for _, array in loads):
+        value = grid.value(array)
+        if mask_of(value) and Same(array) not in places:
+            places[Same(array)] = own = place.setdefault(_content(value), len(numbers))
+            numbers += [value] if own == len(numbers) else []
+    return numbers, places
 
 
 def _content(value: Value) -> _Content:
@@ -72,34 +81,33 @@ def count(plan: Loaded) -> int:
     return min(units, cases) if units else cases
 
 
-def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, NDArray[np.float64]] | None:
+def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, list[Value]] | None:
     """Frame, batch and right-hand-side parameters for unit loads along the last batch axis, and the sizes of the loads.
 
-    The sizes are (units, load cases). None if there are not fewer units than load cases.
+    Each size broadcasts to the batch. None if there are not fewer units than load cases.
     """
     given = _given(plan) if plan.grid.sizes[-1] > 1 else None
     if given is None:
         return None
-    numbers = [*plan.imposed, *given.values()]
+    numbers = [*plan.imposed, *given[0]]
     if not 0 < len(numbers) < plan.grid.sizes[-1]:
         return None
-    shape = plan.grid.shape
-    own, unit = (1,) * (len(shape) - 1) + (len(numbers),), np.eye(len(numbers))
+    own, unit = (1,) * (len(plan.grid.shape) - 1) + (len(numbers),), np.eye(len(numbers))
     grid = Grid(own)
     units: list[Value] = [row.reshape(own) for row in unit]
-    frame = _units(plan.frame, plan.grid, units[0], dict(zip(given, units[len(plan.imposed) :], strict=True)))
-    whole = [np.broadcast_to(number, shape).reshape(-1) for number in numbers]
-    return frame, grid, RightHandSideParameters(grid, 0, units[: len(plan.imposed)]), np.array(whole)
+    unit_of = {array: units[len(plan.imposed) + place] for array, place in given[1].items()}
+    frame = _units(plan.frame, plan.grid, units[0], unit_of)
+    return frame, grid, RightHandSideParameters(grid, 0, units[: len(plan.imposed)]), numbers
 
 
-def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[_Content, Value]) -> Description:
+def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[Same, Value]) -> Description:
     """A copy of the frame with each varying load replaced by its `unit`, and constants multiplied by `first`."""
     clone, ndim = copy.copy(frame), len(grid.shape)
     one = np.asarray(first)
 
     def load(value: Array) -> Array:
-        number = grid.value(value)
-        return np.asarray(unit[_content(number)]) if mask_of(number) else one * value.reshape(-1)[0]
+        varies = unit.get(Same(value))
+        return one * value.reshape(-1)[0] if varies is None else np.asarray(varies)
 
     def alone(array: Array, trailing: int) -> Array:
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)

@@ -142,13 +142,11 @@ def _fastest_of_few(plan: Compiled, unknowns: int) -> Method:
     """The method for a frame with few unknowns whose stiffness is constant."""
     pieces = len(plan.topology.ends)
     why = f"as {unknowns} unknowns are no more than {LARGE}"
-    shared = few(pieces - sum(len(inside) for _, inside in plan.chains))
-    in_bands = one(pieces, unknowns, 1, 0.0)
     # for a single entry the elimination is recorded, and replayed for later frames of the topology, which is faster
-    if plan.frame.shape and in_bands < shared and _refined_by_springs(plan):
-        why = f"as its {pieces} members are few: about {in_bands:.2g} s, {shared:.2g} s by broadcasting"
-        return Method(BANDED, f"banded Cholesky, {why}", in_bands)
-    return Method(BROADCAST, f"broadcasting LDL^T, {why}", shared)
+    if plan.frame.shape and _refined_by_springs(plan):
+        return Method(BANDED, f"banded Cholesky, {why}, all of members alone", one(pieces, unknowns, 1, 0.0))
+    left = pieces - sum(len(inside) for _, inside in plan.chains)
+    return Method(BROADCAST, f"broadcasting LDL^T, {why}", few(left))
 
 
 def _refined_by_springs(plan: Compiled) -> bool:

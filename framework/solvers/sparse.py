@@ -16,7 +16,7 @@ from ..error_bounds.equilibrium import Statics
 from ..lazily import cached_property
 from ..structure.assembly import component_loads, mass_loads, member_loads
 from ..structure.matrices import Matrices
-from ..structure.parts import Row, Value
+from ..structure.parts import Row, Value, combine
 from ..structure.topology import Index
 from .factor import Factor
 from .freedom import Freedom, freedom
@@ -75,8 +75,7 @@ class SparseSolver:
         if self.units is not None:
             # Rows are evaluated for the unit loads, and then combined for all load cases.
             solver, sizes = self.units
-            units = np.stack([np.zeros(len(sizes)), *map(np.ravel, solver.values(rows))])[1:]
-            return [self.plan.grid.value(each.reshape(self.plan.frame.shape)) for each in units @ sizes]
+            return [combine(zip(np.ravel(each).tolist(), sizes, strict=True)) for each in solver.values(rows)]
         shape = self.plan.frame.shape
         # most rows are a single unknown
         alone = [len(row) == 1 and next(iter(row)) >= 0 for row in rows]
@@ -127,8 +126,8 @@ class SparseSolver:
         if self.units is None:
             clone.units, clone.load = None, self.load
         else:
-            solver, sizes = self.units
-            clone.units = solver._with(excited), sizes
+            solver, numbers = self.units
+            clone.units = solver._with(excited), numbers
         return clone
 
     def singular(self, *, excited: bool) -> NDArray[np.bool_]:
@@ -175,8 +174,8 @@ class SparseSolver:
     def unknowns(self) -> Array:
         """Values of the unknowns, (n, load cases)."""
         if self.units is not None:
-            solver, sizes = self.units
-            return solver.unknowns @ sizes
+            found: Array = self.units[0].unknowns @ self.sizes
+            return found
         out = np.zeros_like(self.load)
         where = self.excited
         if any_of(where) and not self._unsupported(where):
@@ -287,15 +286,21 @@ class SparseSolver:
             return out
 
     @cached_property
-    def units(self) -> tuple[SparseSolver, Array] | None:
-        """Solver for unit loads, and the sizes of the loads (units, load cases); None if that is no less work."""
+    def units(self) -> tuple[SparseSolver, list[Value]] | None:
+        """Solver for unit loads, and the sizes of the loads; None if that is no less work."""
         found = by_units(self.plan)
         if found is None:
             return None
-        frame, grid, rhs_parameters, sizes = found
+        frame, grid, rhs_parameters, numbers = found
         solver = SparseSolver(self.plan.under(frame, grid, rhs_parameters), self.matrix)
         solver._reached, solver.units = self._reached, None  # its load cases are the units themselves
-        return solver, sizes
+        return solver, numbers
+
+    @property
+    def sizes(self) -> Array:
+        """The sizes of the varying loads, (units, load cases)."""
+        assert self.units is not None
+        return np.array([np.broadcast_to(number, self.plan.frame.shape).reshape(-1) for number in self.units[1]])
 
     def _nodal_load(self) -> Array:
         topology = self.plan.topology

@@ -43,6 +43,12 @@ def test_no_step_in_what_is_expected(varying: str) -> None:
         assert (rises >= -np.log(2.0)).all()
 
 
+def test_loads_that_vary_are_solved_in_bands_at_any_size() -> None:
+    """So that a frame of a few members takes no longer than one of many."""
+    names = {chain(count, "load", 10).solve().plan.method.name for count in (1, 2, 4, 8, 9, 17, 64, 512)}
+    assert names == {"banded"}
+
+
 @pytest.mark.parametrize("entries", [3, 300, 3000])
 def test_the_least_is_picked(entries: int) -> None:
     """But that bands, which are refined, may take up to three times as long on a slender frame."""

@@ -256,8 +256,12 @@ def test_a_missing_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_plan_says_why() -> None:
     """What is chosen follows the size, and `explain` prints it."""
-    small = grid(2, 1, 1).solve()
-    assert small.plan.method.name == "broadcast"
+    small, sagging = grid(2, 1, 2), grid(2, 1, 2)
+    sagging.gravity((0.0, 0.0, -9.81))
+    for frame, name in ((small, "banded"), (sagging, "broadcast")):
+        method = frame.solve().plan.method
+        assert method.name == name
+        assert "as 12 unknowns are no more than 100" in method.reason
     large = lattice().solve()
     assert large.plan.method.name in WAYS
     assert large.plan.method.reason in large.explain()
