@@ -1,7 +1,6 @@
 """Fits of pins in holes by ISO 286, and the cheapest ones that hold an accuracy."""
 
-from .allocation import Allocation, allocate
-from .cost import relative_cost
+from .allocation import Allocation, allocate, relative_cost
 from .iso286 import Fit, LimitsOfSize, fit, limits_of_size, tolerance_grade
 
 __all__ = [

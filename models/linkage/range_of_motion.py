@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -13,9 +11,6 @@ from .description.linkage_description import LinkageDescription
 from .poses.dead_points import DeadPoint, DriveRange, dead_points, drive_range
 from .poses.mobility import Mobility, mobility
 from .workspace.workspace import Workspace, workspace
-
-if TYPE_CHECKING:
-    pass
 
 
 class RangeOfMotion(LinkageDescription):

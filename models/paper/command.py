@@ -17,7 +17,7 @@ from ..job.overrides import add_tolerance
 from ..job.sharing import add_sharing
 from ..moments import NAN_POLICIES
 from ..sampling import SAMPLERS
-from .inputs import Inputs
+from .inputs import LENGTHS, Inputs
 
 if TYPE_CHECKING:
     from argparse import _ArgumentGroup, _SubParsersAction
@@ -57,114 +57,93 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 
 
 def _linkage(group: _ArgumentGroup) -> None:
-    for name in ("crank", "coupler", "rocker", "ground"):
-        _add(group, name, positive, "M", f"length of the {name}")
-    _add(group, "length-sd", not_negative, "M", "standard deviation of every length")
-    group.add_argument(
-        "--point", type=finite, nargs=2, metavar=("X", "Y"), default=PAPER.point,
-        help="P in the coupler's axes: origin B, x towards D",
-    )  # fmt: skip
-    group.add_argument(
-        "--branch", choices=sorted(BRANCHES), default=PAPER.branch,
-        help="side on which D lies; by default parallel if opposite links are equal, else open",
-    )  # fmt: skip
+    for name in LENGTHS:
+        _add(group, name, f"length of the {name}", type=positive, metavar="M")
+    _add(group, "length-sd", "standard deviation of every length", type=not_negative, metavar="M")
+    _add(group, "point", "P in the coupler's axes: origin B, x towards D", type=finite, nargs=2, metavar=("X", "Y"))
+    _add(
+        group,
+        "branch",
+        "side on which D lies; by default parallel if opposite links are equal, else open",
+        choices=sorted(BRANCHES),
+    )
 
 
 def _links(group: _ArgumentGroup) -> None:
-    group.add_argument(
-        "--section", type=positive, nargs=2, metavar=("M", "M"), default=PAPER.section, help="sides of the rectangle"
-    )
-    group.add_argument(
-        "--in-plane", choices=("long", "short"), default=PAPER.in_plane, help="side in the plane of motion"
-    )
-    _add(group, "young", positive, "PA", "modulus of elasticity E")
-    _add(group, "young-sd", not_negative, "PA", "its standard deviation, independent for each link")
-    _add(group, "poisson", poisson, "NU", "Poisson's ratio")
+    _add(group, "section", "sides of the rectangle", type=positive, nargs=2, metavar=("M", "M"))
+    _add(group, "in-plane", "side in the plane of motion", choices=("long", "short"))
+    _add(group, "young", "modulus of elasticity E", type=positive, metavar="PA")
+    _add(group, "young-sd", "its standard deviation, independent for each link", type=not_negative, metavar="PA")
+    _add(group, "poisson", "Poisson's ratio", type=poisson, metavar="NU")
 
 
 def _joints(group: _ArgumentGroup) -> None:
+    stiffness = "stiffness in every direction but about the pin, where it is 0; inf is ideal"
+    _add(group, "stiffness", stiffness, type=positive_or_inf, metavar="N/M")
+    _add(group, "stiffness-sd", "its standard deviation", type=not_negative, metavar="N/M")
+    _add(group, "clearance", "clearance ε", type=not_negative, metavar="M")
+    _add(group, "clearance-sd", "its standard deviation", type=not_negative, metavar="M")
     _add(
         group,
-        "stiffness",
-        positive_or_inf,
-        "N/M",
-        "stiffness in every direction but about the pin, where it is 0; inf is ideal",
+        "clearance-is",
+        "whether ε is the difference of the radii, as in Eq. (11), or of the diameters",
+        choices=("radius", "diameter"),
     )
-    _add(group, "stiffness-sd", not_negative, "N/M", "its standard deviation")
-    _add(group, "clearance", not_negative, "M", "clearance ε")
-    _add(group, "clearance-sd", not_negative, "M", "its standard deviation")
-    group.add_argument(
-        "--clearance-is", choices=("radius", "diameter"), default=PAPER.clearance_is,
-        help="whether ε is the difference of the radii, as in Eq. (11), or of the diameters",
-    )  # fmt: skip
-    group.add_argument(
-        "--closure", choices=("first-order", "exact"), default=PAPER.closure,
-        help="displacement by the clearance: to first order, or the loop closed anew",
-    )  # fmt: skip
     _add(
         group,
-        "contact",
-        angle_or_force,
-        "DEG",
+        "closure",
+        "displacement by the clearance: to first order, or the loop closed anew",
+        choices=("first-order", "exact"),
+    )
+    contact = (
         "contact angle γ from global x; or 'reaction': along the joint's force without clearances; or 'equilibrium': "
-        "along the one that the clearances leave",
+        "along the one that the clearances leave"
     )
-    _add(group, "contact-sd", not_negative, "DEG", "its standard deviation; not with reaction or equilibrium")
-    group.add_argument(
-        "--joints", choices=("independent", "shared"), default=PAPER.joints,
-        help="whether each joint draws its own stiffness, clearance and contact angle, or all share one draw",
-    )  # fmt: skip
+    _add(group, "contact", contact, type=angle_or_force, metavar="DEG")
+    deviation = "its standard deviation; not with reaction or equilibrium"
+    _add(group, "contact-sd", deviation, type=not_negative, metavar="DEG")
+    _add(
+        group,
+        "joints",
+        "whether each joint draws its own stiffness, clearance and contact angle, or all share one draw",
+        choices=("independent", "shared"),
+    )
 
 
 def _load(group: _ArgumentGroup) -> None:
-    _add(group, "load", finite, "N", "force along y")
-    _add(group, "load-sd", not_negative, "N", "its standard deviation")
+    _add(group, "load", "force along y", type=finite, metavar="N")
+    _add(group, "load-sd", "its standard deviation", type=not_negative, metavar="N")
 
 
 def _run(group: _ArgumentGroup) -> None:
-    group.add_argument(
-        "--poses",
-        type=finite,
-        nargs=3,
-        metavar=("FIRST", "LAST", "STEP"),
-        default=PAPER.poses,
-        help="drive angles, degrees",
-    )
-    _add(group, "samples", at_least_two, "N", "samples at each pose")
-    _add(group, "rng", seed, "SEED", "seed; the same seed gives the same bits")
-    group.add_argument(
-        "--sampler", choices=SAMPLERS, default=PAPER.sampler,
-        help="how samples are drawn: random, by a Latin hypercube, or by a sequence that fills the space evenly",
-    )  # fmt: skip
-    group.add_argument(
-        "--nan-policy", choices=NAN_POLICIES, default=PAPER.nan_policy,
-        help="samples without a result: leave them out, leave their pose without statistics, or end",
-    )  # fmt: skip
-    group.add_argument(
-        "--histogram-pose", type=finite, metavar="DEG", default=PAPER.histogram_pose,
-        help="pose of figures 5 and 7, one of the poses; by default the regular pose nearest to 30",
-    )  # fmt: skip
-    group.add_argument(
-        "--magnify", type=positive, metavar="FACTOR", default=PAPER.magnify,
-        help="factor on the displacements in figure 6; by default one that shows them",
-    )  # fmt: skip
+    _add(group, "poses", "drive angles, degrees", type=finite, nargs=3, metavar=("FIRST", "LAST", "STEP"))
+    _add(group, "samples", "samples at each pose", type=at_least_two, metavar="N")
+    _add(group, "rng", "seed; the same seed gives the same bits", type=seed, metavar="SEED")
+    sampler = "how samples are drawn: random, by a Latin hypercube, or by a sequence that fills the space evenly"
+    _add(group, "sampler", sampler, choices=SAMPLERS)
+    policy = "samples without a result: leave them out, leave their pose without statistics, or end"
+    _add(group, "nan-policy", policy, choices=NAN_POLICIES)
+    pose = "pose of figures 5 and 7, one of the poses; by default the regular pose nearest to 30"
+    _add(group, "histogram-pose", pose, type=finite, metavar="DEG")
+    factor = "factor on the displacements in figure 6; by default one that shows them"
+    _add(group, "magnify", factor, type=positive, metavar="FACTOR")
     add_tolerance(
         group,
         "tolerance of a number in place of its standard deviation, in the unit of its option: an option such as load, "
         "clearance or crank, that of one joint or link such as clearance.B or young.crank, drive, fx, mz",
     )
-    group.add_argument(
-        "--measured", type=Path, metavar="CSV",
-        help="table of measured positions of P, beside those predicted: columns x, y, z, ux, uy, uz (standard "
-        "uncertainty) and 'A [deg]', the drive angle; without the latter measured at the poses of the run",
-    )  # fmt: skip
+    measured = (
+        "table of measured positions of P, beside those predicted: columns x, y, z, ux, uy, uz (standard uncertainty) "
+        "and 'A [deg]', the drive angle; without the latter measured at the poses of the run"
+    )
+    _add(group, "measured", measured, type=Path, metavar="CSV")
     add_sharing(group)
     add_output(group, Path("results"))
 
 
-def _add(group: _ArgumentGroup, name: str, kind: Callable[[str], Any], metavar: str, text: str) -> None:
-    default = getattr(PAPER, name.replace("-", "_"))
-    group.add_argument(f"--{name}", type=kind, metavar=metavar, default=default, help=text)
+def _add(group: _ArgumentGroup, name: str, text: str, **kind: Any) -> None:
+    """Add the option for one of the inputs, whose default is the paper's."""
+    group.add_argument(f"--{name}", default=getattr(PAPER, name.replace("-", "_")), help=text, **kind)
 
 
 def _start(options: Namespace) -> None:
@@ -186,56 +165,34 @@ def _start(options: Namespace) -> None:
     run(job, options.out, options.figures, options.format, options.wide, options.begun)
 
 
-def finite(text: str) -> float:
-    """A finite number."""
-    return _number(text, math.isfinite, "a finite number")
+def _number(wanted: str, good: Callable[[float], bool], kind: Callable[[float], Any] = float) -> Callable[[str], Any]:
+    """What reads a number that is good, and tells what is wanted where it is not."""
+
+    def read(text: str) -> Any:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not good(value):
+            raise ArgumentTypeError(f"is {text!r}: give {wanted}")
+        return kind(value)
+
+    return read
 
 
-def positive(text: str) -> float:
-    """A finite number above zero."""
-    return _number(text, lambda value: 0.0 < value < math.inf, "a finite number greater than 0")
+finite = _number("a finite number", math.isfinite)
+positive = _number("a finite number greater than 0", lambda value: 0.0 < value < math.inf)
+positive_or_inf = _number("a number greater than 0, or inf", lambda value: value > 0.0)
+not_negative = _number("a finite number, 0 or greater", lambda value: 0.0 <= value < math.inf)
+poisson = _number("a number between -1 and 0.5, both excluded", lambda value: -1.0 < value < 0.5)
+at_least_two = _number("a whole number, 2 or greater", lambda value: value >= 2 and value.is_integer(), int)
+seed = _number("a whole number, 0 or greater", lambda value: value >= 0 and value.is_integer(), int)
+angle = _number("an angle in degrees, or the word reaction or equilibrium", math.isfinite)
 
 
-def positive_or_inf(text: str) -> float:
-    """A number above zero, or inf."""
-    return _number(text, lambda value: value > 0.0, "a number greater than 0, or inf")
-
-
-def not_negative(text: str) -> float:
-    """A finite number, zero or above."""
-    return _number(text, lambda value: 0.0 <= value < math.inf, "a finite number, 0 or greater")
-
-
-def poisson(text: str) -> float:
-    """Poisson's ratio of an isotropic solid."""
-    return _number(text, lambda value: -1.0 < value < 0.5, "a number between -1 and 0.5, both excluded")
-
-
-def at_least_two(text: str) -> int:
-    """A number of samples that has a standard deviation."""
-    return int(_number(text, lambda value: value >= 2 and value.is_integer(), "a whole number, 2 or greater"))
-
-
-def seed(text: str) -> int:
-    """A seed for NumPy's generator."""
-    return int(_number(text, lambda value: value >= 0 and value.is_integer(), "a whole number, 0 or greater"))
-
-
-def angle_or_force(text: str) -> float | str:
+def angle_or_force(text: str) -> Any:
     """An angle in degrees, or a word that takes the angle from the joint's force."""
-    if text in ("reaction", "equilibrium"):
-        return text
-    return _number(text, math.isfinite, "an angle in degrees, or the word reaction or equilibrium")
-
-
-def _number(text: str, good: Callable[[float], bool], wanted: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not good(value):
-        raise ArgumentTypeError(f"is {text!r}: give {wanted}")
-    return value
+    return text if text in ("reaction", "equilibrium") else angle(text)
 
 
 class _Formatter(ArgumentDefaultsHelpFormatter):

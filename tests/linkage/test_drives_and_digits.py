@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
+from linkframe.models.linkage.zone import driven_values
 from numpy.testing import assert_allclose
 from reference.linkages import PLANAR, bennett, loop, rssr
 from scipy.spatial.transform import Rotation
@@ -161,3 +162,15 @@ def test_axes_in_the_plane_have_two_components():
         slider.link("block", "A")
         slider.prismatic("A", "ground", "block", axis=axis, drive=True)
     assert_allclose(*(slider.move(A=2**0.5).position("A") for slider in sliders), rtol=0.0, atol=0.0)
+
+
+def test_one_of_two_coordinates_is_driven_from_its_own_reference() -> None:
+    """A sleeve drawn at 0.1 m and 0.5 rad, which stands on a table: only its angle is driven, by what lies between."""
+    linkage = Linkage(A=(0, 0), B=(2, 0))
+    linkage.link("sleeve", "A", "B")
+    linkage.cylindrical("A", "ground", "sleeve", drive="rz", reference=(0.1, 0.5))
+    linkage.planar("B", "ground", "sleeve")
+    motion = linkage.move(A=[0.5, 0.9])
+    angle = np.array([0.0, 0.4])
+    assert_allclose(motion.position("B")[:, :2], 2.0 * np.stack([np.cos(angle), np.sin(angle)], -1))
+    assert_allclose(driven_values(motion, "A"), [0.5, 0.9])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from ..kinematics.blocks import blocks, cut, cut_all, taken
+from ..kinematics.blocks import blocks, cut, cut_all, members_of, taken
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
@@ -122,7 +122,7 @@ class Along:
         bad = ~good
         if bad.any():
             rows = np.stack([np.broadcast_to(x, good.shape)[bad] for x in state])
-            own = [np.broadcast_to(x, good.shape)[bad] if np.ndim(x) else x for x in parameters]
+            own = members_of(parameters, bad)
             reached = np.zeros(rows.shape[1], dtype=bool)
             at_dead_points(self.loops, own, rows, reached, left[bad], rows[self.loops.driven_states])
             _put(state, bad, list(rows), self.loops)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ....framework.lazily import cached_property
-from ..kinematics.blocks import blocks, cut_all, taken
+from ..kinematics.blocks import blocks, cut_all, members_of, taken
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
@@ -126,7 +126,7 @@ class Assembly:
         if self.reached.all():
             return other, self.error, self.row
         error, row, left = self.error.copy(), self.row.copy(), ~self.reached
-        own = [np.broadcast_to(x, self.shape)[left] if np.ndim(x) else x for x in self.parameters]
+        own = members_of(self.parameters, left)
         begin = np.stack([np.broadcast_to(x, self.shape)[left] for x in self.state])
         found, error[left], row[left] = least_gaps(self.loops, own, begin, alike=self.other_modes)
         other[left] = error[left] < max(CLOSED, self.loops.tolerance)
@@ -269,7 +269,7 @@ def _apart(
     """Poses where only one drive has moved, drive by drive, and those where several have moved."""
     out = _standing(loops, start, starts, driven, shape)
     for drive, chosen in _groups(loops, moved, shape):
-        own = [np.broadcast_to(x, shape)[chosen] if np.ndim(x) else x for x in parameters]
+        own = members_of(parameters, chosen)
         aims = [np.broadcast_to(x, shape)[chosen] for x in driven]
         begin = None if starts is None else _chosen(starts, chosen, shape)
         if drive is not None:

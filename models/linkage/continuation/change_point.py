@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ..kinematics.blocks import taken
+from ..kinematics.blocks import members_of, taken
 from ..kinematics.loops import Loops
 from ..kinematics.nearest import open_by
 from ..kinematics.terms import Value
@@ -125,7 +125,7 @@ def _around(
     knots = where + STEP * np.array([k for k in range(-SIDE, SIDE + 1) if k])
     if not guide.reached(knots).all():
         return None
-    own = [np.broadcast_to(x, chosen.shape)[chosen] if np.ndim(x) else x for x in parameters]
+    own = members_of(parameters, chosen)
     around = guide.at(knots)
     begin: list[Value] = [around[:, k, None] for k in range(around.shape[1])]
     place = loops.driven_states[guess.drive]

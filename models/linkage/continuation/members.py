@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
+from ..kinematics.blocks import members_of
 from ..kinematics.loop_coordinates import FIRST_STEP
 from ..kinematics.loops import Loops
 from ..kinematics.nearest import nearest, open_by
@@ -55,7 +56,7 @@ def own_starts(loops: Loops, parameters: Sequence[Value], shape: Shape) -> Start
     determinants = [np.broadcast_to(x, shape).copy() for x in found.determinants]
     bad = ~closed
     if bad.any():
-        own = [np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in parameters]
+        own = members_of(parameters, bad)
         best, gap = nearest(loops, [np.full(int(bad.sum()), x) for x in loops.reference_state], own)
         polished = loops.close_all(best, own)
         for whole, x in zip(state, polished.state, strict=True):

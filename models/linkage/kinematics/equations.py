@@ -10,6 +10,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.program.source import Function, Functions
+from .blocks import members_of
 from .elimination import Eliminated
 from .formulas import Formulas
 from .linear import Linear
@@ -176,11 +177,9 @@ class Equations:
             return found
         shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
         bad = np.broadcast_to(bad, shape)
-        own = [
-            [np.broadcast_to(x, shape)[bad] if np.ndim(x) else x for x in entries] for entries in (state, parameters)
-        ]
+        again = anew(members_of(state, bad), members_of(parameters, bad))
         out: list[Value] = []
-        for old, new in zip(found, anew(*own), strict=True):
+        for old, new in zip(found, again, strict=True):
             whole = np.array(np.broadcast_to(old, shape))
             whole[bad] = new
             out.append(whole)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ....framework.states import States, among
 from ..description.parts import GROUND
-from ..kinematics.entries import cross
+from ..kinematics.terms import cross
 from .kinematics import Kinematics
 from .singular import conditioning, pose_states
 from .states import PoseState

@@ -12,8 +12,7 @@ from ....framework.batch import Array, vector
 from ....framework.program.calculation import worth_compiling
 from ..description.parts import GROUND
 from ..kinematics.blocks import parts
-from ..kinematics.entries import combined, cross
-from ..kinematics.terms import Value
+from ..kinematics.terms import Value, combine, cross
 from .assembled_poses import AssembledPoses
 
 
@@ -299,7 +298,7 @@ class Kinematics(AssembledPoses):
 
     def _arm(self, link: str, axes: list[list[Value]], place: Array) -> list[Value]:
         """Vector from the link's reference point to a place, in the ground's axes."""
-        return combined(axes, self.mechanism.arm(link, place))
+        return combine(axes, self.mechanism.arm(link, place))
 
     def _velocity_at(self, link: str, place: Array) -> Array:
         omega, v, _, _ = self._rates(link)

@@ -11,6 +11,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
+from ..poses.configuration import extent
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from ..statics.inertia import inertia
@@ -67,8 +68,7 @@ class Placed:
     @cached_property
     def size(self) -> float:
         """Greatest extent of the linkage; 1 where it has none."""
-        places = np.array(list(self.linkage.points.values())).reshape(-1, 3)
-        return float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0 if len(places) else 1.0
+        return extent(self.linkage)
 
     def place(self, link: str, point: str) -> Array:
         """Where a point of a link is, (3,)."""

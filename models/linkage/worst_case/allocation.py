@@ -11,8 +11,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ...fits.allocation import allocate
-from ...fits.cost import relative_cost
+from ...fits.allocation import allocate, relative_cost
 from ...fits.iso286 import Fit, fit
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..poses.classified import ClassifiedPoses
