@@ -1,9 +1,9 @@
-"""A scikit-fem form on members, read point by point: what it makes of the displacement there and of its derivative.
+"""scikit-fem forms on members (`Frame.add_form`), evaluated point by point as matrices and vectors.
 
 A form is bilinear or linear in the six components of the displacement and their six derivatives along the member, all
 in its own axes. At each point of the quadrature it is therefore a matrix (12, 12), or a vector (12,). A stiffness,
-factorised as ``C = L D L^T``, is springs D on deformations, which is how a frame takes members: with its batch, error
-bounds and all. A load is a force and moment per length, and section forces that strain the member.
+factorised as ``C = L D L^T``, gives springs D on deformations, the form in which frames take all members, so that batch
+axes and error bounds apply to it. A load is a force and moment per length, and section forces that strain the member.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from .ldl import factorised
 from .shape_rules import gauss
 
 STIFFNESS, MASS, LOAD = "stiffness", "mass", "load"
-# Share of a form's largest coefficient, in matching units, that is rounding.
+# Fraction of a form's largest coefficient, in matching units, below which a coefficient counts as rounding.
 _ROUNDED = 1e-10
-# How many places along a member are looked at to find on what a form acts.
+# Number of places along a member at which a form is evaluated to find its non-zero terms.
 _LOOKED = 16
 
 
 class _FormFields(dict[str, Any]):
-    """What scikit-fem gives a form as ``w``, and whether it was asked where it is."""
+    """The fields ``w`` of a form in scikit-fem; `placed` tells whether the form used its position."""
 
     placed = False
 
@@ -59,13 +59,13 @@ class AddedForm:
     names, values
         Its parameters, (...) each.
     used
-        Those of the twelve, displacements before derivatives, on which it depends.
+        Numbers of the fields on which it depends, of the six displacements and their six derivatives.
     terms
-        Pairs of places in `used`, or for a load single ones, that are not zero.
+        Pairs of positions in `used` with non-zero coefficients; for a load single positions.
     acts
-        Places in `used` that have a spring.
+        Positions in `used` that have a spring.
     placed
-        Whether it depends on where it is.
+        Whether it depends on the position along the member.
     intorder
         Order of integration; None for that of the element.
     """
@@ -84,7 +84,7 @@ class AddedForm:
     def of(
         cls, form: object, into: str | None, length: Array, parameters: Mapping[str, Array], intorder: int | None
     ) -> Self:
-        """A form put to the test, on members of some lengths (...)."""
+        """A form, tested on members of some lengths (...) for its terms, symmetry and sign."""
         kind = _kind(form, into)
         if intorder is not None and (not isinstance(intorder, (int, np.integer)) or intorder < 0):
             raise FrameError(f"add_form was given intorder={intorder!r}: give a whole number, or None")
@@ -101,7 +101,7 @@ class AddedForm:
         return out if kind == LOAD else out._examined(_matrix(found.values(), terms, len(used)), length)
 
     def _asks(self, terms: Sequence[tuple[int, ...]], length: Array) -> bool:
-        """Whether the form asks where it is."""
+        """Whether the form uses the position along the member."""
         text = _FormFields()
         one = replace(self, values=tuple(value.reshape(-1)[:1].reshape(()) for value in self.values), placed=True)
         first = np.asarray(length).reshape(-1)[:1].reshape(())
@@ -110,7 +110,13 @@ class AddedForm:
         return text.placed
 
     def _examined(self, matrices: Array, length: Array) -> Self:
-        """The form, symmetric and of one sign."""
+        """The form with its springs, if it is symmetric and not negative.
+
+        Raises
+        ------
+        FrameError
+            If it is not.
+        """
         size = np.max(length, initial=0.0) ** np.repeat([0.0, 1.0, 1.0, 2.0], 3)[list(self.used)]
         weighted = matrices / (size[:, None] * size)
         most = np.abs(weighted).max(axis=(-2, -1), initial=0.0, keepdims=True)
@@ -138,16 +144,16 @@ class AddedForm:
 
     @property
     def strains(self) -> bool:
-        """Of a load, whether it acts on derivatives, as heat does."""
+        """Whether it is a load on derivatives, which strains the member as heat does."""
         return self.into == LOAD and any(i >= 6 for i in self.used)
 
     @property
     def pushes(self) -> bool:
-        """Of a load, whether it is a force or moment per length."""
+        """Whether it is a load with a force or moment per length."""
         return self.into == LOAD and any(i < 6 or i in (7, 8) for i in self.used)
 
     def __getstate__(self) -> dict[str, Any]:
-        """A form made of a function by scikit-fem's decorator goes by the name that both have."""
+        """State for pickling; a form made by scikit-fem's decorator is stored by the name of its function."""
         function, state = self.form.form, dict(vars(self))
         module, name = getattr(function, "__module__", ""), getattr(function, "__qualname__", "")
         if getattr(sys.modules.get(module), name, None) is self.form:
@@ -190,7 +196,7 @@ class AddedForm:
     def _values(
         self, x: Array, length: Array, terms: Sequence[tuple[int, ...]], fields_by_name: _FormFields | None = None
     ) -> Iterator[tuple[tuple[int, ...], Array]]:
-        """The form for unit fields of some terms, (..., points); one point where it does not depend on the place."""
+        """Values of the form for unit fields of some terms, (..., points); one point if all are alike."""
         from skfem.element import DiscreteField
 
         fields_by_name = _FormFields() if fields_by_name is None else fields_by_name
@@ -223,13 +229,13 @@ class AddedForm:
             ) from error
 
     def points(self, fractions: Array, weights: Array) -> tuple[Array, Array]:
-        """Fractions and weights of its integration, where the element has these."""
+        """Fractions and weights of its quadrature; those given, of the element, without an order of its own."""
         if self.intorder is None:
             return fractions, weights
         return gauss(self.intorder // 2 + 1)
 
     def springs(self, matrices: Array) -> tuple[Array, Array]:
-        """Springs (..., points, k), and what they act on by displacement and derivative, (..., points or 1, k, 12)."""
+        """Springs (..., points, k), and their rows by displacements and derivatives, (..., points or 1, k, 12)."""
         acts, wide = list(self.acts), np.eye(12)[list(self.used)]
         if all(i == j for i, j in self.terms):
             return matrices[..., acts, acts], wide[acts][None]
@@ -257,7 +263,7 @@ def _unit(field: Any, i: int, flat: tuple[int, int]) -> Any:
 
 
 def _matrix(values: Iterable[Array], terms: Iterable[tuple[int, ...]], size: int) -> Array:
-    """Matrices (..., n, n) of their entries (...)."""
+    """Matrices (..., n, n) from their entries (...)."""
     pairs = list(zip(values, terms, strict=True))
     out = np.zeros((*np.broadcast_shapes((1,), *(value.shape for value, _ in pairs)), size, size))
     for value, (i, j) in pairs:
@@ -301,7 +307,7 @@ class FormLoad:
             x = np.asarray(lower + stretch * point)
             given = self.added.load(x[..., None], length)[..., 0, :]
             force = given[..., :6].copy()
-            # what works on the slope of the axis works on the shear strain and on the rotation
+            # a force conjugate to the slope of the axis is one on the shear strain and a moment on the rotation
             force[..., 4] -= given[..., 8]
             force[..., 5] += given[..., 7]
             out.append((x, (weight * stretch)[..., None] * force))

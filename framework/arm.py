@@ -1,7 +1,7 @@
-"""Along an arm: what a force at its end does at its start, and how its end moves with its start.
+"""Rigid arms: force and moment at the start from those at the end, and motion of the end from that of the start.
 
 Vectors are (..., 3), forces with moments and displacements with rotations (..., 6), in any precision. In a plane
-vectors are (..., 2), what stands across it (..., 1), and forces with moments (..., 3).
+vectors are (..., 2), vectors normal to it (..., 1), and forces with moments (..., 3).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def cross_matrix(vector: Real) -> Real:
 
 
 def transferred(wrench: Real, arm: Real) -> Real:
-    """Force and moment (..., 6) at the end of an arm (..., 3) as they act at its start, or those of a plane."""
+    """Force and moment (..., 6) at the start of an arm (..., 3) from those at its end, or those of a plane."""
     shape, d = np.broadcast_shapes(wrench.shape[:-1], arm.shape[:-1]), arm.shape[-1]
     out = np.empty((*shape, wrench.shape[-1]), np.result_type(wrench, arm))
     out[..., :d] = wrench[..., :d]
@@ -43,7 +43,7 @@ def transferred(wrench: Real, arm: Real) -> Real:
 
 
 def carried(motion: Real, arm: Real) -> Real:
-    """Displacement and rotation (..., 6) of the start of a rigid arm (..., 3) as its end has them."""
+    """Displacement and rotation (..., 6) of the end of a rigid arm (..., 3), from those of its start."""
     out = np.empty((*np.broadcast_shapes(motion.shape[:-1], arm.shape[:-1]), 6), np.result_type(motion, arm))
     np.add(motion[..., :3], crossed(motion[..., 3:], arm), out=out[..., :3])
     out[..., 3:] = motion[..., 3:]

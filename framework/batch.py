@@ -43,13 +43,13 @@ def as_numbers(value: ArrayLike, what: str, *, copy: bool = False) -> Array:
 
 
 def _short(value: object) -> str:
-    """What `value` looks like, without the tail of a long array."""
+    """The repr of `value`, cut off for a long array."""
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else f"{text[:76]} ..."
 
 
 def finite(value: ArrayLike, what: str) -> Array:
-    """`numbers`, refused where one of them is not finite."""
+    """`numbers`, with an error if one is not finite."""
     if type(value) is float and math.isfinite(value):  # as most often; there is no more to look at
         array = np.array(value)
         array.setflags(write=False)
@@ -63,7 +63,7 @@ def finite(value: ArrayLike, what: str) -> Array:
 
 
 def unvaried(value: ArrayLike, shape: Shape = ()) -> Array | None:
-    """`value` as finite numbers of that shape, which take no batch; None where it is anything else."""
+    """`value` as finite numbers of exactly this shape, without batch axes; None if it is anything else."""
     try:
         array = finite(value, "")
     except FrameError:
@@ -122,7 +122,7 @@ def _broadcastable(one: Shape, other: Shape) -> bool:
 
 
 def merged(array: NDArray[Any], first: int, last: int) -> NDArray[Any]:
-    """The axes from `first` up to `last`, counted from either end, as one; the batch may be empty."""
+    """An array with its axes from `first` to `last`, counted from either end, merged; the batch may be empty."""
     shape, start, stop = array.shape, *(k % array.ndim for k in (first, last))
     return array.reshape(*shape[:start], math.prod(shape[start : stop + 1]), *shape[stop + 1 :])
 
@@ -163,7 +163,7 @@ def all_of(numbers: NDArray[Any]) -> bool:
 
 
 def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:
-    """Where each of the different objects comes first, and which of these each object is, (n,)."""
+    """Indices at which each distinct object comes first, and for each object the number of its distinct one, (n,)."""
     alone = len(set(map(id, objects)))
     if alone in (1, len(objects)):  # as most often
         return list(range(alone)), np.zeros(len(objects), np.int64) if alone == 1 else np.arange(alone)
@@ -184,7 +184,7 @@ def distinct(objects: Sequence[object]) -> tuple[list[int], NDArray[np.int64]]:
 
 
 class Same:
-    """A key that is equal for one and the same object, which it holds."""
+    """A dictionary key that compares the identity of the object it holds."""
 
     __slots__ = ("it",)
 

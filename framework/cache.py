@@ -1,9 +1,9 @@
-"""All that the library keeps for later, in one place, so that nothing of it is in what a user describes or is given.
+"""All caches of the library in one place, so that descriptions and results hold nothing of them.
 
-What depends on structure alone, such as an order of elimination, is kept by its content, and the least recently used of
-it is dropped (`Bounded`). What holds numbers, such as a factor, is kept as long as the description lives that it was
-found for, and is looked at again before it is taken up (`LimitedCache`). Both serve any number of threads; neither
-travels: where what refers to them is copied or sent to another process, they arrive empty.
+Data that depend on structure alone, such as an order of elimination, are cached by content, and the least recently used
+are dropped (`Bounded`). Data with numbers, such as a factor, are kept as long as the description lives for which they
+were computed, and compared with it before reuse (`LimitedCache`). Both are thread-safe; neither is copied or pickled:
+copies arrive empty.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ _OWN = __name__.rpartition("framework")[0]
 
 
 class Bounded(Generic[Key, Kept]):
-    """Values by content; where they weigh too much, those that were not used for the longest time are dropped.
+    """A cache by content of limited weight; the least recently used values are dropped.
 
     Parameters
     ----------
     room
-        Weight of what is kept at a time.
+        Greatest total weight of the values.
     """
 
     def __init__(self, room: int) -> None:
@@ -53,7 +53,7 @@ class Bounded(Generic[Key, Kept]):
         make
             Makes the value. Two threads may both make it; one of the two is kept.
         weight
-            What it weighs, or what tells this of the value; what is heavier than all the room is not kept.
+            Weight of the value, or a function of the value that returns it; heavier values than `room` are not kept.
         """
         with self._lock:
             kept = self._values.get(key)
@@ -85,14 +85,14 @@ class Bounded(Generic[Key, Kept]):
 
 
 class LimitedCache(Generic[Kept]):
-    """The last value of each living owner; of so many owners, those that were served last."""
+    """The last value of each living owner, for a limited number of the last owners."""
 
     def __init__(self) -> None:
         self._values: WeakKeyDictionary[object, Kept] = WeakKeyDictionary()
         self._lock = RLock()
 
     def get(self, owner: object) -> Kept | None:
-        """What is kept for an owner; None where nothing is."""
+        """The value kept for an owner; None without one."""
         with self._lock:
             return self._values.get(owner)
 
@@ -106,7 +106,7 @@ class LimitedCache(Generic[Kept]):
             self._values[owner] = value
 
     def drop(self, owner: object) -> None:
-        """Let go what is kept for an owner."""
+        """Drop the value kept for an owner."""
         with self._lock:
             self._values.pop(owner, None)
 
@@ -118,7 +118,7 @@ class LimitedCache(Generic[Kept]):
 
 
 def alike(one: Any, other: Any) -> bool:
-    """Whether two values are one object, or plainly made of the same numbers: arrays, frozen dataclasses, dicts.
+    """Whether two values are the same object, or arrays, frozen dataclasses or dicts of equal numbers.
 
     Of other objects, such as a user's own element, only the object itself is known to be the same.
 

@@ -1,4 +1,4 @@
-"""Time that the stages of a solution take, for `explain`; and how far a long one is, for who watches."""
+"""Time taken by the stages of a solution, for `explain`, and progress of long ones, for a watcher."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from contextvars import ContextVar
 from dataclasses import dataclass
 from time import perf_counter
 
-# Told how many entries of a batch are solved.
+# Called with the number of batch entries solved so far.
 Watcher = Callable[[int], None]
 _watcher: ContextVar[Watcher | None] = ContextVar("watcher", default=None)
 
 
 @contextmanager
 def watched(by: Watcher) -> Iterator[None]:
-    """Let `by` know how far a long solution is that is computed inside."""
+    """Report the progress of a solution computed inside the context to `by`."""
     token = _watcher.set(by)
     try:
         yield
@@ -24,7 +24,7 @@ def watched(by: Watcher) -> Iterator[None]:
 
 
 def tell(solved: int) -> None:
-    """Tell who watches how many entries are solved."""
+    """Report to the watcher, if any, how many entries are solved."""
     watcher = _watcher.get()
     if watcher is not None:
         watcher(solved)

@@ -1,4 +1,4 @@
-"""A line element that answers as another does but for what it adds to it."""
+"""Line elements that wrap another one, delegate to it and change some of its answers."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ _R = TypeVar("_R")
 
 
 class OfAnother(LineElement):
-    """What all elements have of another one that are made of it, whatever else they answer themselves."""
+    """Base of elements that wrap another one: the properties that all of them take from it."""
 
     own: LineElement
 
     @abstractmethod
     def made_of(self, own: LineElement) -> Self:
-        """The same of another element."""
+        """The same wrapper of another element."""
 
     @property
     def innermost(self) -> LineElement:
-        """The element that it is made of, and that is made of no other."""
+        """The wrapped element that wraps no other."""
         return self.own.innermost if isinstance(self.own, OfAnother) else self.own
 
     def of_innermost(self, own: LineElement) -> Self:
-        """The same where the innermost is another element."""
+        """The same wrappers of another innermost element."""
         return self.made_of(self.own.of_innermost(own) if isinstance(self.own, OfAnother) else own)
 
     def of_length(self, length: Array) -> Self:
@@ -67,7 +67,7 @@ class OfAnother(LineElement):
 
 
 def _as_own(method: Callable[Concatenate[Any, _P], _R]) -> Callable[Concatenate[Any, _P], _R]:
-    """A method that passes the question on to the element that it is made of."""
+    """A method that delegates to the wrapped element."""
     name = method.__name__
 
     @wraps(method, updated=())  # not whether it is abstract
@@ -80,7 +80,7 @@ def _as_own(method: Callable[Concatenate[Any, _P], _R]) -> Callable[Concatenate[
 
 @dataclass(frozen=True, eq=False)
 class Composed(OfAnother):
-    """What answers as `own`; a subclass overrides what it changes, and `kind`."""
+    """A wrapper that delegates everything to `own`; a subclass overrides what it changes, and `kind`."""
 
     own: LineElement
 
@@ -90,7 +90,7 @@ class Composed(OfAnother):
 
     @property
     def kind(self) -> Hashable:
-        """That of the element, among those that it is composed to."""
+        """Kind of the wrapped element, with the classes of wrapper and element."""
         return type(self), type(self.own), self.own.kind
 
     @property
@@ -149,7 +149,7 @@ class Composed(OfAnother):
 
 @dataclass(frozen=True, eq=False)
 class Unstrained(Composed):
-    """An element without what strains it beside forces, such as heat."""
+    """An element without free strain, such as that of heat."""
 
     def free_strain(self, fraction: Array) -> None:
         return None

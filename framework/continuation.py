@@ -5,7 +5,7 @@ tried, until it is too short: there the path has stalled. From a point that was 
 next step may be (Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 6). Whether a step is a
 change of a parameter or a length of arc is for predictor and corrector to say.
 
-Of what happens on the way between two points it is told where: a sign that changes, a value that turns back.
+Events between two points are located: changes of sign, and turning points of a value.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ def follow(
     attempt
         Predictor and corrector: the point that lies a given step ahead, None where none is found.
     accept
-        Goes on to a point, found by a given step, and tells the next step to try; None where the path is to end.
+        Accepts a point, found by a given step, and returns the next step to try; None if the path is to end.
     step
         The first step to try.
     shortest
-        Below this length of a step the path has stalled.
+        Length of a step below which the path has stalled.
 
     Returns
     -------
     bool
-        True where the path has ended as `accept` wants it, False where it has stalled.
+        True if `accept` ended the path, False if it has stalled.
     """
     while True:
         point = attempt(step)

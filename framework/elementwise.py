@@ -1,7 +1,7 @@
-"""Functions of numbers, one by one: of arrays, or of what is recorded.
+"""Elementwise functions of arrays of numbers, or of terms of a recording.
 
-A formula that is written with these does its arithmetic on arrays of numbers, and leaves it in a recording where the
-arrays hold terms of one (arrays of objects, with plain numbers where a value is known beforehand).
+A formula written with these is computed on arrays of numbers; on arrays of objects that hold terms of a recording (or
+plain numbers, if known beforehand), its operations are recorded instead.
 """
 
 from __future__ import annotations

@@ -74,9 +74,9 @@ class Stretch(Entries):
     Attributes
     ----------
     ndim, axis
-        Number of batch axes, and along which of them.
+        Number of batch axes, and the one along which entries are taken.
     indices
-        Which.
+        Their indices along it.
     """
 
     ndim: int
@@ -92,7 +92,7 @@ class Stretch(Entries):
 
     @property
     def where(self) -> tuple[slice, ...]:
-        """What is taken of each axis of the batch."""
+        """Slice of each batch axis."""
         return tuple(self.indices if axis == self.axis else slice(None) for axis in range(self.ndim))
 
 
@@ -103,14 +103,14 @@ class Selected(Entries):
     Attributes
     ----------
     indices
-        By batch axis which, in order.
+        By batch axis: indices of the entries, in order.
     """
 
     indices: tuple[Index, ...]
 
     @classmethod
     def around(cls, mask: NDArray[np.bool_]) -> Selected:
-        """The fewest that hold all entries of a mask (...)."""
+        """The smallest selection that contains all entries of a mask (...)."""
         axes = range(mask.ndim)
         along = (mask.any(axis=tuple(other for other in axes if other != axis)) for axis in axes)
         return cls(indices=tuple(np.flatnonzero(each) for each in along))
@@ -130,7 +130,7 @@ class Selected(Entries):
 
     @property
     def where(self) -> tuple[Index, ...]:
-        """Where they are in an array of the batch."""
+        """Index of the entries in an array of the batch."""
         return np.ix_(*self.indices)
 
     def of_all(self, mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -138,7 +138,7 @@ class Selected(Entries):
         return mask[self.where] if self.indices else mask
 
     def among_all(self, index: tuple[Index, ...]) -> tuple[Index, ...]:
-        """Indices (m,) by axis among these entries as those in the whole batch."""
+        """Indices (m,) by axis in the whole batch, from those among these entries."""
         return tuple(own[k] for own, k in zip(self.indices, index, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""What the library raises and warns of."""
+"""Errors and warnings of the library."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 class FrameError(ValueError):
-    """A description that cannot be meant: it names the thing, the value and the remedy."""
+    """A description or argument is wrong; the message names the object, the value and the remedy."""
 
 
 class MechanismWarning(UserWarning):

@@ -1,4 +1,4 @@
-"""What stays of the last solution of a frame for the next one: its plan and its factors."""
+"""Plan and factors of a frame's last solution, kept for the next one."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .solvers.stiffness import SparseStiffness
 
 
 class Factors:
-    """What the solutions of a frame under any loads have in common; it arrives empty where it is sent.
+    """Factors of a frame's stiffness, valid under any loads; pickled or copied, they arrive empty.
 
     Attributes
     ----------
     light
-        Factors of a batch by component, those that are light enough to be held.
+        Factors of a batch by component, as far as they are small enough to be kept.
     stacked
-        Factors of the matrices of a batch, each its own.
+        Banded factors, one for each matrix of a batch.
     """
 
     def __init__(self) -> None:
@@ -33,32 +33,32 @@ class Factors:
         return Factors, ()
 
     def sparse(self, unloaded: Unloaded, method: str) -> SparseStiffness:
-        """The matrix of one large frame, with its factors by a method."""
+        """The sparse stiffness of one large frame, with its factor by a method."""
         if self._sparse is None or self._sparse.method != method:
             self._sparse = SparseStiffness(unloaded, method)
         return self._sparse
 
 
 def planned(frame: Description, described: Description, method: str | None) -> tuple[Plan, Factors]:
-    """The plan of a description: that of the last solution where nothing but loads has changed.
+    """The plan of a description: that of the last solution if only loads have changed.
 
-    Where joints or supports have, its members are those of the last one.
+    If only joints or supports have changed, its members are those of the last one.
 
     Parameters
     ----------
     frame
-        What is solved; as long as it lives its plan is kept.
+        The frame that is solved; its plan is kept as long as it lives.
     described
         A copy of it.
     method
-        The method that is asked for, checked.
+        The requested method, checked.
 
     Returns
     -------
     tuple
         The plan, and the factors that belong to it.
     """
-    # what a frame was made from may hold the frame, which would then be kept for ever
+    # the object from which a frame was made may refer to the frame, which would then never be released
     described = alone(described)
     last: tuple[Plan, Factors] | None = SOLVED.get(frame)
     differences = None if last is None else Differences(last[0].frame, described)
@@ -74,7 +74,7 @@ def planned(frame: Description, described: Description, method: str | None) -> t
 
 
 def _known(last: Unloaded, differences: Differences) -> Former | None:
-    """What a last solution tells of the next one's members; None where these connect other nodes."""
+    """The last plan with what changed since, for reuse of its members; None if members connect other nodes."""
     elements = differences.elements
     moved = differences.members and not elements
     if moved and differences.connections:
@@ -83,7 +83,7 @@ def _known(last: Unloaded, differences: Differences) -> Former | None:
 
 
 def share(frame: Description, other: Description) -> None:
-    """Let a description, such as a copy under other loads, take up what is kept of another."""
+    """Let a description, such as a copy under other loads, use the plan and factors kept for another."""
     last = SOLVED.get(frame)
     if last is not None:
         SOLVED.put(other, last)

@@ -10,10 +10,10 @@ import numpy as np
 from .added_forms import FormLoad
 from .batch import Array
 
-# Of an array whose last axis is no batch axis.
+# Field metadata of arrays whose last axis is no batch axis.
 _VECTORS = {"trailing": 1}
 
-# Fractions and weights (points, ...) by which is integrated between two distances (...) from the member's start.
+# Returns fractions and weights (points, ...) of the quadrature between two distances (...) from the member's start.
 Rule = Callable[[Array, Array], tuple[Array, Array]]
 
 
@@ -21,8 +21,8 @@ Rule = Callable[[Array, Array], tuple[Array, Array]]
 class LineLoad:
     """Force per length, linear from `start` (..., 3) to `end` (..., 3) over `span` (x1, x2); None: the whole member.
 
-    With `start_bow` and `end_bow` (..., 3) it is a cubic: what goes linearly from the one to the other, times
-    ``s (1 - s)`` at the share s of the span, comes on top.
+    With `start_bow` and `end_bow` (..., 3) it is cubic: at the fraction s of the span, ``s (1 - s)`` times the linear
+    interpolation between these two is added.
     """
 
     start: Array = field(metadata=_VECTORS)
@@ -51,12 +51,12 @@ class LineLoad:
         return tuple(self.parts.values())
 
     def clipped(self, lower: Array, upper: Array, length: Array) -> tuple[Array, Array]:
-        """Ends of the loaded stretch, measured from the start of the member, within `lower` ... `upper`."""
+        """Ends of the loaded stretch within `lower` ... `upper`, as distances from the member's start, (...)."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         return np.clip(x1, lower, upper), np.clip(x2, lower, upper)
 
     def points(self, lower: Array, upper: Array, length: Array, rule: Rule) -> list[tuple[Array, Array]]:
-        """Distances from the member's start and forces (..., 6) that stand for the load in between, by a rule."""
+        """Quadrature of the load between `lower` and `upper`: distances from the member's start and forces (..., 6)."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
         a, b = self.clipped(lower, upper, length)
         stretch = b - a

@@ -1,4 +1,4 @@
-"""Matrices of a frame for scikit-fem: over all displacements of all nodes, in the numbering of its `Dofs`."""
+"""Stiffness, mass and load of a frame as global matrices for scikit-fem, in the numbering of its `Dofs`."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ Condensed = tuple[scipy.sparse.csr_matrix, Any, Array, tuple[Index, Callable[[Ar
 
 @dataclass(frozen=True, eq=False)
 class FrameMatrices:
-    """A frame at one batch entry as matrices over all displacements u of its nodes, global, six a node.
+    """Global matrices of a frame at one batch entry, over the displacements u of all nodes, six per node.
 
-    Obtained from ``frame.matrices()``. The members are cut into their segments; `mesh` and `dofs` are scikit-fem's, and
-    number what the matrices are over. Supports are given by `D` and `x`, as scikit-fem's `condense` takes them. What
-    ideal joints (inf), rigid links or ties hold together is not in `K`: then solve in the coordinates q of
-    ``u = T q + g``, which `condensed` prepares.
+    Obtained from ``frame.matrices()``. The members are cut into their segments; the degrees of freedom are numbered by
+    the scikit-fem objects `mesh` and `dofs`. Supports are given by `D` and `x`, as scikit-fem's `condense` takes them.
+    Constraints of ideal joints (inf), rigid links and ties are not in `K`: with any of them, solve in the coordinates q
+    of ``u = T q + g``, which `condensed` prepares.
 
     Attributes
     ----------
@@ -43,17 +43,17 @@ class FrameMatrices:
     dofs
         ``Dofs`` with the components ``ux uy uz rx ry rz``.
     K, M
-        Stiffness of members and finite joint springs, and mass, (6 nodes, 6 nodes).
+        Stiffness of members and finite joint springs, and mass, sparse (6 nodes, 6 nodes).
     f
-        Loads, those on members as equivalent nodal ones, (6 nodes,).
+        Forces and moments of the loads, those on members as equivalent nodal loads, (6 nodes,).
     D
-        Numbers of the displacements that supports hold.
+        Numbers of the supported displacements.
     x
-        Their values, 0 elsewhere, (6 nodes,).
+        Prescribed values of the supported displacements, 0 elsewhere, (6 nodes,).
     Kg
-        Geometric stiffness of the forces that the loads make in members, joints and rigid links, (6 nodes, 6 nodes).
+        Geometric stiffness of the forces that the loads cause in members, joints and rigid links, (6 nodes, 6 nodes).
     T, g
-        All that holds, supports included: ``u = T q + g`` with as many q as there are ways to move, T (6 nodes, q) and
+        All constraints, supports included: ``u = T q + g`` with independent coordinates q, T (6 nodes, q) and
         g (6 nodes,).
 
     Examples
@@ -88,17 +88,17 @@ class FrameMatrices:
 
     @cached_property
     def Kg(self) -> scipy.sparse.csr_matrix:
-        """Geometric stiffness under the loads, (6 nodes, 6 nodes): where ``K + factor Kg`` is singular a frame buckles.
+        """Geometric stiffness under the loads, (6 nodes, 6 nodes): a frame buckles if ``K + factor Kg`` is singular.
 
         Raises
         ------
         FrameError
-            Where the frame is kinematically unstable.
+            If the frame is kinematically unstable.
         """
         return self._geometric()
 
     def condensed(self, matrix: scipy.sparse.csr_matrix | None = None) -> Condensed:
-        """What ``skfem.solve`` takes to solve in the coordinates q, and to give u.
+        """Prepare the arguments with which ``skfem.solve`` solves in the independent coordinates q and returns u.
 
         Master-slave elimination, by a congruence (Cook, Malkus, Plesha & Witt, *Concepts and Applications of Finite
         Element Analysis*, 4th ed., ch. 13).
@@ -106,17 +106,18 @@ class FrameMatrices:
         Parameters
         ----------
         matrix
-            Another matrix over u to stand in place of the loads, such as `M`, for the eigenvalue problem
-            ``K u = lambda M u``; the shapes are found without `g`.
+            Another matrix over u in place of the loads, (6 nodes, 6 nodes), such as `M` for the eigenvalue problem
+            ``K u = lambda M u``; `g` is then left out.
 
         Returns
         -------
         tuple
-            ``T^T K T``, ``T^T (f - K g)`` or ``T^T matrix T``, g or 0, and how u follows from q.
+            ``T^T K T``; ``T^T (f - K g)`` or ``T^T matrix T``; g or 0; and the indices and function by which
+            ``skfem.solve`` expands q to u.
 
         Examples
         --------
-        A rod on an ideal hinge, which the matrices over u do not hold: in the coordinates q they do.
+        A rod on an ideal hinge, whose constraints are not in `K` but in the coordinates q.
 
         >>> import skfem
         >>> from linkframe.elements import Beam, Circle, Joint, Material
@@ -150,7 +151,7 @@ def frame_matrices(frame: Description, entry: int | Sequence[int]) -> FrameMatri
 
 
 class _Assembly:
-    """The matrices of one entry on their way."""
+    """Assembly of the matrices at one batch entry."""
 
     def __init__(self, plan: Plan, entry: tuple[int, ...]) -> None:
         self.plan, self.entry, self.sparse = plan, entry, Matrices(plan, entry)
@@ -158,7 +159,7 @@ class _Assembly:
         self.everywhere = np.ones(len(plan.topology.number), dtype=bool)
 
     def matrices(self) -> FrameMatrices:
-        """All of them."""
+        """All matrices of the entry."""
         mesh, dofs = self.plan.topology.mesh, self.plan.topology.numbering
         constrained, x = self._supports()
         rows = [row for node in range(len(self.everywhere)) for row in self.plan.tree.global_rows(node)]
@@ -183,7 +184,7 @@ class _Assembly:
         )
 
     def _moving(self) -> NDArray[np.bool_]:
-        """Unknowns that stand for something at the entry, (n,)."""
+        """Mask of the unknowns that stand for a coordinate at the entry, (n,)."""
         idle = [key for key, where in self.plan.tree.elimination.idle.items() if self.sparse.at(where)]
         return ~np.isin(self.sparse.unknown, idle)
 
@@ -200,12 +201,12 @@ class _Assembly:
         return summed(stacks, self.everywhere)
 
     def _within(self, where: tuple[slice, ...]) -> bool:
-        """Whether a part of the batch has the entry."""
+        """Whether a part of the batch contains the entry."""
         sizes = self.plan.frame.shape
         return all(k in range(*part.indices(n)) for k, part, n in zip(self.entry, where, sizes, strict=True))
 
     def _global(self, nodes: Index, matrices: Array) -> Array:
-        """Matrices (n, 6 k, 6 k) in the axes of their nodes (n, k) as ones in global axes."""
+        """Matrices (n, 6 k, 6 k) in the axes of their nodes (n, k), turned into global axes."""
         axes = [self.plan.topology.axes(int(node)) for node in nodes.reshape(-1)]
         each = np.stack([np.eye(3) if own is None else self._at(own, 2) for own in axes])
         blocks = np.repeat(each.reshape(*nodes.shape, 3, 3), 2, axis=1)
@@ -215,7 +216,7 @@ class _Assembly:
 
     @cached_property
     def topology(self) -> Topology:
-        """Members and their loads at the entry alone."""
+        """Members and their loads at the entry."""
         part = self.plan.topology
         for axis, index in enumerate(self.entry):
             part = part.cut(axis, slice(index, index + 1))
@@ -223,7 +224,7 @@ class _Assembly:
 
     @property
     def groups(self) -> list[Group]:
-        """Members of one kind at the entry alone."""
+        """Members at the entry, by kind."""
         return self.topology.groups
 
     def _rotated(self, group: Group, kind: str) -> Array:
@@ -237,7 +238,7 @@ class _Assembly:
             yield np.array([[self.plan.topology.number[mass.node]]]), matrix[None].__getitem__
 
     def _joints(self) -> tuple[list[Stack], Array]:
-        """Finite springs of joints, and the forces that their imposed displacements exert."""
+        """Stiffness of finite joint springs, and the nodal forces of their imposed displacements, (6 nodes,)."""
         stacks: list[Stack] = []
         pushed = np.zeros(self.size)
         for edge in self.plan.tree.edges:
@@ -255,7 +256,7 @@ class _Assembly:
         return stacks, pushed
 
     def _deformations(self, edge: Edge) -> Array:
-        """What a joint's springs act on by the global displacements of its two nodes, (6, 12)."""
+        """Deformations of a joint's springs by the global displacements of its two nodes, (6, 12)."""
         axes = np.eye(3) if edge.axes is None else self._at(edge.axes, 2)
         turn = block_diagonal((axes.T, axes.T))
         rows: Array = np.concatenate([-turn, turn], axis=1)
@@ -281,7 +282,7 @@ class _Assembly:
         return np.array(sorted(constrained), dtype=np.int64), x
 
     def _at(self, array: NDArray[Any], trailing: int) -> Array:
-        """An array (..., trailing) of the batch at the entry."""
+        """An array of the batch with `trailing` further axes, at the entry."""
         whole = aligned(array, len(self.entry), trailing)
         index = tuple(k if n > 1 else 0 for k, n in zip(self.entry, whole.shape, strict=False))
         out: Array = whole[index]

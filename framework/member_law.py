@@ -1,4 +1,4 @@
-"""What deforms a member, whatever moves it: its elongation, and the rotations of its ends from its chord."""
+"""Deformations of a member: its elongation, and the rotations of its ends relative to its chord."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ DEFORMATIONS = (6, 3, 4, 5, 9, 10, 11)
 
 
 def deformation_rows(length: Array) -> Array:
-    """Elongation and rotations from the chord and the mean twist by the end displacements, small, (..., 7, 12).
+    """Elongation, and end rotations from the chord and the mean twist, by small end displacements, (..., 7, 12).
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 from .errors import FrameError
 
-# Names that a message tells at most.
+# Greatest number of names in a message.
 _MOST = 12
 
 
@@ -19,7 +19,7 @@ def plain(what: str, given: str) -> str:
 
 
 def new(what: str, given: str, *known: Collection[str]) -> str:
-    """The name of something new."""
+    """The name of a new object, checked."""
     name = plain(what, given)
     if any(name in names for names in known):
         raise FrameError(f"{what} {name!r} exists already: choose another name")
@@ -27,7 +27,7 @@ def new(what: str, given: str, *known: Collection[str]) -> str:
 
 
 def found(what: str, given: str, known: Collection[str], aliases: Mapping[str, str] = MappingProxyType({})) -> str:
-    """The name of something that is there, which may be given by an alias."""
+    """The name of an existing object, which may be given by an alias."""
     name = plain(what, given)
     name = aliases.get(name, name)
     if name not in known:

@@ -57,7 +57,7 @@ def axes_towards(chord: Array, up: Array) -> Array:
     if np.any(size <= PARALLEL * np.linalg.norm(up, axis=-1, keepdims=True)):
         given = tuple(float(part) for part in np.reshape(up, (-1, 3))[0])
         raise FrameError(f"Beam: up = {given} is parallel to the member; give a direction across it")
-    # what rounding left along x weighs most where `up` is almost parallel to it
+    # rounding leaves a part along x, which matters most if `up` is almost parallel to it
     across = across - np.sum(across * x, axis=-1, keepdims=True) * x
     y = across / np.linalg.norm(across, axis=-1, keepdims=True)
     return np.stack(np.broadcast_arrays(x, y, np.cross(x, y)), axis=-2)

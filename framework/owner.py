@@ -1,4 +1,4 @@
-"""Names by which a process owns what it has not finished yet, so that others know what a dead one left behind."""
+"""Names by which a process marks its unfinished files, so that others can tell which an ended process left."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def owner() -> str:
 def is_gone(name: str) -> bool:
     """Whether the process of that name has ended for certain.
 
-    Of a process on another machine, or where the system does not tell, that is not certain.
+    For a process on another machine, or if the system has no information, that is not certain.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def is_gone(name: str) -> bool:
 
 
 def _machine() -> str:
-    """What tells this machine, and this container on it, from those that share its disks."""
+    """Identifier of this machine, and this container on it, among those that share its disks."""
     told = [platform.node()]
     with suppress(OSError):
         told.append(Path("/etc/machine-id").read_text(encoding="ascii"))
@@ -61,7 +61,7 @@ def _machine() -> str:
 
 
 def _stat(process: int) -> list[str] | None:
-    """What the system tells of a process; None where it does not."""
+    """Fields of ``/proc/PID/stat`` of a process; None if there are none."""
     try:
         text = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -1,4 +1,4 @@
-"""What is said of the entries of a frame that was made from something else, such as the poses of a motion."""
+"""Status of a frame's entries taken over from its origin, such as the poses of a motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REGULAR, STABLE = "regular", "stable"
 
 
 class HasStatus(Protocol):
-    """What can say of each batch entry whether it is regular."""
+    """An origin that has a status for each batch entry."""
 
     @property
     def status(self) -> NDArray[np.str_]:
@@ -29,21 +29,22 @@ class HasStatus(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class GivenStatus:
-    """A status by itself, without what it was told by."""
+    """A status without the object it came from."""
 
     status: NDArray[np.str_]
     is_regular: NDArray[np.bool_]
 
 
 def regular_there(made_from: HasStatus | None) -> NDArray[np.bool_]:
-    """Whether nothing is special about what entries were made from, (...)."""
+    """Whether the origin of each entry is regular, (...)."""
     return np.ones((), dtype=bool) if made_from is None else made_from.is_regular
 
 
 def with_origin(status: NDArray[np.str_], made_from: HasStatus | None, shape: Shape) -> NDArray[np.str_]:
-    """The status of a solution (...), with what is said of the entries that are not regular to begin with.
+    """The status of a solution (...), with that of the origin at entries where the origin is not regular.
 
-    An entry that is regular as a solution says that alone; one that is stable at large displacement says both.
+    An entry that is regular as a solution has the origin's status alone; one that is stable at large displacement has
+    both.
     """
     if made_from is None:
         return status

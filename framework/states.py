@@ -1,4 +1,4 @@
-"""What is to be said of each entry of a batch, as numbers to count and compare, with a text for each."""
+"""States of the entries of a batch as numbers to count and compare, with a text for each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ States = NDArray[np.int8]
 
 
 class State(IntEnum):
-    """Numbers from 0 on; their texts are their names in plain words."""
+    """A state as a number from 0 on, with its name in words as text."""
 
     @property
     def text(self) -> str:
@@ -22,18 +22,19 @@ class State(IntEnum):
 class SolutionState(State):
     """State of a solution at one batch entry: `Solution.state` and `LargeSolution.state` hold these numbers.
 
-    Linear solutions have the first six, and the last; those at large displacement the second, too.
+    Linear solutions have the first six and the last; those at large displacement the other four, the second and
+    ``ABSENT``.
 
     * ``REGULAR``: all results hold.
     * ``STATICALLY_CONSISTENT_MECHANISM``: the frame can move, but the load does no work on its free motion; forces
       hold, displacements along that motion are NaN.
-    * ``FREE``: joints can move within their clearances without any force; the results are one choice of many.
-    * ``UNRESOLVED``: rounding hides a contact; or results are NaN, where ideal joints close a loop of rigid links in
-      which no offset within the clearances fits.
+    * ``FREE``: joints can move within their clearances without any force; the results are one of many possible.
+    * ``UNRESOLVED``: rounding hides a contact; or results are NaN, as ideal joints close a loop of rigid links that no
+      offsets within the clearances satisfy.
     * ``MECHANISM``: the frame is kinematically unstable, loads move it without resistance; results are NaN.
     * ``ABSENT``: the entry was left out; results are NaN.
     * ``STABLE``, ``STABLE_BEYOND_A_SADDLE``, ``UNSTABLE``, ``NOT_CONVERGED``: of equilibria at large displacement.
-    * ``POSE_NOT_REGULAR``: regular as a solution, of a pose of a motion that is not: `status` has the motion's words.
+    * ``POSE_NOT_REGULAR``: a regular solution at a pose of a motion that is not; `status` is that of the motion.
 
     Examples
     --------
@@ -67,18 +68,18 @@ def states_of(shape: tuple[int, ...], state: State) -> States:
 
 
 def put(states: States, where: NDArray[np.bool_], state: State) -> States:
-    """The states, and `state` at some entries, (...) of what both broadcast to."""
+    """The states with `state` at the entries `where`; both broadcast."""
     nowhere = where.shape == states.shape and not where.any()
     return states if nowhere else np.where(where, np.int8(state), states)
 
 
 def among(states: States, *some: State) -> NDArray[np.bool_]:
-    """Where a state is one of some, (...)."""
+    """Mask of the entries whose state is one of `some`, (...)."""
     return np.isin(states, some)
 
 
 def words(states: States, kind: type[State]) -> NDArray[np.str_]:
-    """The texts of states, (...): one in memory where all are the same, as most often."""
+    """The texts of states, (...); if all are the same, a broadcast view of one."""
     if states.size and states.min() == (most := states.max()):
         return np.broadcast_to(np.array(kind(most).text), states.shape)
     return np.asarray(np.array([state.text for state in kind])[states])

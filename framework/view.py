@@ -51,10 +51,10 @@ def picture(
     """Draw the deformed structure over the undeformed one.
 
     Members are coloured by their values; joints are spheres, clamps cubes, other supports cones, and forces
-    at nodes red arrows. Joints with clearance lie in rings, as much wider than they as the clearance is to the scale of
-    the displacements. Where stress is known at the ends of segments alone, as under an added form, colours go straight
-    from one to the next. A plane structure is seen at right angles. Where there is no solution, as at a singular pose
-    of ``motion.frame()``, violet arrows show the motion that nothing resists.
+    at nodes red arrows. Joints with clearance are drawn inside rings, wider by the clearance at the scale of the
+    displacements. If stress is known only at the ends of segments, as under an added form, colours are interpolated
+    between them. A plane structure is seen at right angles. If there is no solution, as at a singular pose of
+    ``motion.frame()``, violet arrows show the free motion.
 
     Parameters
     ----------
@@ -65,15 +65,15 @@ def picture(
     entry
         Indices of the batch entry; not needed where the batch holds one.
     scale
-        Factor on the displacements; a round number that makes them visible where None.
+        Factor on the displacements; if None, a round number that makes them visible.
     colour
         ``von_mises`` or ``displacement``.
     size
         Width and height in pixels.
     units
-        Units of length and force, for the bar of colours.
+        Units of length and force for the colour bar.
     names
-        Whether nodes are named, of a structure with no more than 40 places.
+        Whether nodes are labelled; done only with up to 40 of them at different places.
 
     Raises
     ------

@@ -1,16 +1,17 @@
-"""A convex quadratic over a product of balls, for a whole batch: where each of many points rests against its sphere.
+"""Minimisation of a convex quadratic function over a product of balls, for a whole batch.
 
     minimise  ½ x·S x − f·x   subject to |x_j| ≤ 1 for each group j of components
 
-with S symmetric and not negative, as a joint's stiffness against offsets in all joints is. At the minimum
-``f − S x = λ_j x_j`` in group j with ``λ_j ≥ 0``, and ``λ_j = 0`` where ``|x_j| < 1``. A few steps for the multipliers
-alone, of which x follows, as for a single ball (Conn, Gould and Toint, Trust-Region Methods, 2000, sec. 7.3), lead most
-entries into the neighbourhood of their minimum. Newton's method on these equations, with the touched spheres as found
-and found again at each step, then goes to the last digit. For what is left, or has more than one minimum, an
-interior-point method finds from any start which spheres are touched (Nocedal and Wright, Numerical Optimization, 2006,
-ch. 19), and where there is a choice its middle is taken.
+with S symmetric and positive semidefinite: x are the offsets of journals over their clearances, S the stiffness against
+offsets. At the minimum ``f − S x = λ_j x_j`` in group j with ``λ_j ≥ 0``, and ``λ_j = 0`` where ``|x_j| < 1``. A few
+steps in the multipliers λ alone, which determine x, as for a single ball (Conn, Gould and Toint, *Trust-Region
+Methods*, 2000, sec. 7.3), lead most entries close to their minimum. Newton's method on the conditions above, with the
+set of active spheres updated at each step, then converges to the last digit. For entries that fail, or have more than
+one minimum, an interior-point method finds the active spheres from any start (Nocedal and Wright, *Numerical
+Optimization*, 2006, ch. 19); of several minima the analytic centre is taken.
 
-Components lead and the batch follows, so that each step is one NumPy operation on the entries that still need it.
+Arrays have components first and batch entries last, (n, N), so that each step is one NumPy operation on the entries
+that still need it.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from ..batch import Array
 from ..ldl import factorised, substituted
 from .middle import SOFT, in_the_middle
 
-# Entries handled at a time: the matrices of this many fit the cache.
+# Number of entries handled at a time, whose matrices fit the processor's cache.
 CHUNK = 2048
-# Product of multiplier and distance from the sphere at which Newton's method takes over, with f of size one; and where
-# that fails, as it may where a sphere is touched with next to no force.
+# Product of multiplier and distance from the sphere at which Newton's method takes over, f being of size one; and a
+# smaller one if that fails, as it may where a sphere is touched with almost no force.
 _CENTRED = (1e-10, 1e-14)
 _BALANCED = 1e-12
 _RESIDUAL = 1e-6
@@ -37,19 +38,19 @@ _MOST = 100
 _STEPS = 12
 _PATIENCE = 6
 _ROUNDING = 1e-15
-# Steps for the multipliers alone, and what these leave at least of one that falls to zero or below.
+# Number of steps in the multipliers alone, and the share that remains of one that would fall to zero or below.
 _FIRST, _KEPT = 4, 0.1
-# Pivot of S + λ, relative to its diagonal, above which there is one minimum only.
+# If all pivots of S + λ, relative to the diagonal, are above this, the minimum is unique.
 _DETERMINED = 1e-9
-# Error of an entry that has converged, and steps without gain after which such a one ends.
+# Error at which an entry has converged, and number of steps without improvement after which a converged one stops.
 _CONVERGED, _STAGNANT = 4e-15, 2
-# Share of the entries that still iterate below which the others are taken out.
+# Finished entries are removed when fewer than this share still iterate.
 _SPARSE = 0.7
 
 
 @dataclass(frozen=True)
 class Groups:
-    """Which components form which ball: `own` holds the ball of each component, in order."""
+    """The components of each ball: `own` (n,) is the ball of each component, in ascending order."""
 
     own: NDArray[np.int64]
 
@@ -60,12 +61,12 @@ class Groups:
 
     @cached_property
     def bounds(self) -> list[tuple[int, int]]:
-        """First component of each ball, and the one behind its last."""
+        """Index of the first component of each ball, and of the one after its last."""
         ends = np.searchsorted(self.own, np.arange(self.count + 1)).tolist()
         return list(pairwise(ends))
 
     def dot(self, a: Array, b: Array) -> Array:
-        """Inner product by ball, (balls, ...)."""
+        """Inner product of two vectors in each ball, (balls, ...)."""
         product = a * b
         out = np.empty((self.count, *product.shape[1:]))
         for ball, (start, end) in enumerate(self.bounds):
@@ -75,7 +76,7 @@ class Groups:
         return out
 
     def apart(self, x: Array) -> Array:
-        """The vectors with the components of one ball each, (n, balls, N)."""
+        """The parts of vectors (n, N) in each ball, zero elsewhere, (n, balls, N)."""
         out = np.zeros((len(x), self.count, *x.shape[1:]))
         for ball, (start, end) in enumerate(self.bounds):
             out[start:end, ball] = x[start:end]
@@ -84,8 +85,21 @@ class Groups:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """Quadratics of some entries: S (n, n, N), its largest number (N,), f (n, N), and the stiffness (n, N) beside which
-    that of S is judged to be none."""
+    """The quadratic functions of N entries.
+
+    Attributes
+    ----------
+    groups
+        The components of each ball.
+    stiffness
+        S, (n, n, N).
+    largest
+        Largest magnitude in S, (N,).
+    force
+        f, (n, N).
+    members
+        Stiffness with which S is compared to see whether it is zero, (n, N).
+    """
 
     groups: Groups
     stiffness: Array
@@ -95,14 +109,14 @@ class Quadratic:
 
     @classmethod
     def of(cls, groups: Groups, stiffness: Array, force: Array, members: Array | None = None) -> Quadratic:
-        """Those of entries with this stiffness and force."""
+        """The functions with a stiffness S and a force f; `members` are the largest numbers of S where None."""
         largest = np.abs(stiffness).max(axis=(0, 1))
         return cls(
             groups, stiffness, largest, force, np.broadcast_to(largest, force.shape) if members is None else members
         )
 
     def at(self, entries: NDArray[np.bool_]) -> Quadratic:
-        """Those of some of the entries."""
+        """The functions of the entries in a mask (N,)."""
         force, members = self.force[:, entries], self.members[:, entries]
         return Quadratic(self.groups, self.stiffness[:, :, entries], self.largest[entries], force, members)
 
@@ -111,14 +125,14 @@ class Quadratic:
         return self.force - _times(self.stiffness, x)
 
     def widened(self, multiplier: Array) -> Array:
-        """``S + λ``, and its rounding so that it is regular, (n, n, N)."""
+        """``S + λ`` plus its rounding, so that it is regular, (n, n, N)."""
         out, rounding = self.stiffness.copy(), 2.0 * _ROUNDING * self.largest
         for i, ball in enumerate(self.groups.own):
             out[i, i] += multiplier[ball] + rounding
         return out
 
     def solved(self, multiplier: Array) -> tuple[Array, Array]:
-        """x with ``(S + λ) x = f``, and what λ of each ball changes in it, by ball, (n, N) and (n, balls, N)."""
+        """The solution x of ``(S + λ) x = f``, (n, N), and ``-dx/dλ`` for each ball, (n, balls, N)."""
         factor = factorised(self.widened(multiplier), _ROUNDING)
         x = substituted(factor, self.force)
         return x, substituted(factor, self.groups.apart(x))
@@ -138,13 +152,13 @@ def minimise_in_balls(
     own
         Ball of each component, (n,), ascending from 0.
     members
-        Stiffness (n, N) beside which that of S is judged to be none; the largest number of S where None.
+        Stiffness (n, N) with which S is compared to see whether it is zero; the largest number of S where None.
 
     Returns
     -------
     x, multiplier
-        (n, N) and λ (balls, N), which is 0 where a sphere is not touched. Where S is so large against f, beyond some
-        10⁹, that rounding hides the minimum, f − S x − λ x shows it.
+        Minimum x (n, N), and multipliers λ (balls, N), 0 where a sphere is not touched. If S is so large compared with
+        f, beyond some 10⁹, that rounding hides the minimum, the residual f − S x − λ x is not small.
     """
     groups = Groups(own)
     x, multiplier = np.zeros_like(force), np.zeros((groups.count, force.shape[1]))
@@ -172,15 +186,15 @@ def minimise_in_balls(
 
 
 def _near_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """The minimum for f of size one: x, λ, and where they are the only one."""
+    """The minimum for f of size one: x, λ, and a mask of the entries at which it was found and is unique."""
     x, multiplier, error = _newton(quadratic, *_near(quadratic))
     return x, multiplier, (error <= _CONVERGED) & _determined(quadratic, multiplier)
 
 
 def _near(quadratic: Quadratic) -> tuple[Array, Array]:
-    """x and λ near the minimum in most cases: Newton's method for λ on ``1/|x_j| = 1`` with ``(S + λ) x = f``.
+    """x and λ, in most cases close to the minimum: Newton's method for λ on ``1/|x_j| = 1`` with ``(S + λ) x = f``.
 
-    A multiplier that would fall to zero is kept above it, as S alone may be singular, and the others are sought again.
+    A multiplier that would fall to zero is kept positive, as S alone may be singular, and the others are solved again.
     """
     groups = quadratic.groups
     multiplier = np.sqrt(groups.dot(quadratic.force, quadratic.force))
@@ -203,9 +217,9 @@ def _near(quadratic: Quadratic) -> tuple[Array, Array]:
 
 
 def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
-    """Whether S + λ is positive definite, but for components that nothing acts on, so that there is one minimum.
+    """Whether S + λ is positive definite, except in components without any force, so that the minimum is unique.
 
-    What the members' stiffness tells to be soft leaves a choice where no sphere is touched.
+    If no sphere is touched, a stiffness that is negligible beside that of the members does not make it unique.
     """
     matrix, own = quadratic.stiffness.copy(), quadratic.groups.own
     for i, ball in enumerate(own):
@@ -219,11 +233,11 @@ def _determined(quadratic: Quadratic, multiplier: Array) -> NDArray[np.bool_]:
     )
 
 
-# -- what is left -----------------------------------------------------------------------------------------------------
+# -- the remaining entries --------------------------------------------------------------------------------------------
 
 
 def _any_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """The minimum for f of size one, in the middle of others where there are any: x, λ, and that this is all."""
+    """The minimum for f of size one, the centre of all minima if there are several: x, λ, and a mask of True."""
     groups = quadratic.groups
     x, multiplier = np.zeros_like(quadratic.force), np.ones((groups.count, quadratic.force.shape[1]))
     x, multiplier = _interior(quadratic, x, multiplier, _CENTRED[0])
@@ -240,8 +254,10 @@ def _any_minimum(quadratic: Quadratic) -> tuple[Array, Array, NDArray[np.bool_]]
 
 
 def _of_many(quadratic: Quadratic, x: Array, multiplier: Array, inside: Array) -> tuple[Array, Array]:
-    """The minimum in the middle of those that share the energy of x, from places inside, x and λ; as found where it is
-    the only one. A multiplier that is rounding is none."""
+    """The centre of all minima with the energy of x, given points `inside` the balls; x itself where it is unique.
+
+    Multipliers that are rounding are set to zero.
+    """
     own = quadratic.groups.own
     sound = np.isfinite(quadratic.members).all(axis=0) & np.isfinite(quadratic.largest)
     sound &= np.all([np.isfinite(each).all(axis=0) for each in (x, multiplier, inside)], axis=0)
@@ -255,14 +271,14 @@ def _of_many(quadratic: Quadratic, x: Array, multiplier: Array, inside: Array) -
     off, before = (
         np.abs(quadratic.left(at) - by[own] * at).max(axis=0) for at, by in ((middle, pressed), (x, multiplier))
     )
-    # S is known to the rounding of the members' stiffness, and so are the motions that it does not resist
+    # S, and so the motions that it does not resist, are known only to the rounding of the members' stiffness
     rounding = 16.0 * _ROUNDING * np.maximum(quadratic.largest, quadratic.members.max(axis=0))
     taken = (middle != x).any(axis=0) & (off <= np.maximum(before, _BALANCED + rounding))
     return np.where(taken, middle, x), np.where(taken, pressed, multiplier)
 
 
 def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float) -> tuple[Array, Array]:
-    """Interior-point method from x and λ up to the neighbourhood of the minimum: x and λ there."""
+    """Interior-point method from x and λ to the neighbourhood of the minimum: x and λ there."""
     groups, enough = quadratic.groups, _RESIDUAL + 16.0 * _ROUNDING * quadratic.largest
     out_x, out_multiplier, left = x.copy(), multiplier.copy(), np.arange(len(enough))
     for _ in range(_MOST):
@@ -277,7 +293,7 @@ def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float)
         if not going.all():
             quadratic, left, enough, rest = quadratic.at(going), left[going], enough[going], rest[going]
             x, multiplier, inside, residual, product = (a[:, going] for a in (x, multiplier, inside, residual, product))
-        # the distance from the spheres is not to vanish before the imbalance does
+        # the distance from the spheres must not vanish before the residual does
         mean = np.maximum(product.mean(axis=0), 0.1 * rest)
         x, multiplier = _inward(quadratic, x, multiplier, inside, residual, mean)
     return out_x, out_multiplier
@@ -286,7 +302,9 @@ def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float)
 def _inward(
     quadratic: Quadratic, x: Array, multiplier: Array, inside: Array, residual: Array, mean: Array
 ) -> tuple[Array, Array]:
-    """One step: the target of λ times the distance from the sphere falls by what a step without it would achieve."""
+    """One predictor-corrector step in x and λ; the target for λ times the distance from the sphere is reduced by what
+    the predictor achieves.
+    """
     groups, matrix, weight = quadratic.groups, quadratic.widened(multiplier), multiplier / inside
     for ball, (start, end) in enumerate(groups.bounds):
         for i in range(start, end):
@@ -304,7 +322,7 @@ def _inward(
 
 
 def _longest(groups: Groups, x: Array, multiplier: Array, inside: Array, step: Array, change: Array) -> Array:
-    """Multiple of a step at which it meets the first sphere, or makes the first multiplier vanish, (N,)."""
+    """Longest multiple of a step before it reaches a sphere or makes a multiplier zero, (N,)."""
     square, along = groups.dot(step, step), groups.dot(x, step)
     with np.errstate(divide="ignore", invalid="ignore"):
         root = np.sqrt(along * along + 2.0 * square * inside)
@@ -319,9 +337,9 @@ def _longest(groups: Groups, x: Array, multiplier: Array, inside: Array, step: A
 
 
 def _newton(quadratic: Quadratic, x: Array, multiplier: Array) -> tuple[Array, Array, Array]:
-    """Newton's method on the conditions of the minimum: a sphere is touched where λ exceeds the distance from it.
+    """Newton's method on the conditions of the minimum: a sphere is active where λ exceeds the distance from it.
 
-    Returns x, λ and by how far they miss the conditions, relative to S.
+    Returns x, λ and the residual of the conditions relative to S, (N,).
     """
     groups, count = quadratic.groups, x.shape[1]
     least, failed = np.full(count, np.inf), np.zeros(count)
@@ -338,7 +356,7 @@ def _newton(quadratic: Quadratic, x: Array, multiplier: Array) -> tuple[Array, A
         put = left[better]
         best_x[:, put], best_multiplier[:, put] = x[:, better], multiplier[:, better]
         error_there[put] = error[better]
-        # each entry ends for reasons of its own, so that it does not depend on the others
+        # each entry stops by its own criteria, so that its result does not depend on the others
         going = (least > _ROUNDING) & (failed < np.where(least <= _CONVERGED, _STAGNANT, _PATIENCE))
         if not going.any():
             break
@@ -356,7 +374,7 @@ def _newton(quadratic: Quadratic, x: Array, multiplier: Array) -> tuple[Array, A
 def _corrected(
     quadratic: Quadratic, x: Array, multiplier: Array, residual: Array, inside: Array, touched: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """Newton step of x and λ: ``(S + λ) dx + x dλ = residual`` and, on each touched sphere, ``x·dx = inside``."""
+    """x and λ after a Newton step: ``(S + λ) dx + x dλ = residual`` and, on each active sphere, ``x·dx = inside``."""
     groups = quadratic.groups
     factor = factorised(quadratic.widened(multiplier + _ROUNDING), _ROUNDING)
     free = substituted(factor, residual)
@@ -368,7 +386,7 @@ def _corrected(
 
 
 def _times(matrix: Array, x: Array) -> Array:
-    """Product by entry; its terms are added in one order however many entries there are."""
+    """Product of matrices (n, n, N) and vectors (n, N), summed in an order that does not depend on N."""
     out: Array = matrix[:, 0] * x[0]
     for j in range(1, len(x)):
         out += matrix[:, j] * x[j]

@@ -1,15 +1,15 @@
-"""Equilibrium of a frame whose joints have clearance: where each journal rests in its bearing.
+"""Equilibrium of a frame whose joints have clearance: the position of each journal in its bearing.
 
-A joint of stiffness k and clearance ε holds the energy ``W(δ) = min over |o| ≤ ε of k/2 |δ − o|²``: it is the joint
-without clearance, its springs about an offset o that lies where the energy of the whole frame is least,
+A joint of stiffness k and clearance ε has the energy ``W(δ) = min over |o| ≤ ε of k/2 |δ − o|²``: it is the joint
+without clearance, with an offset o for which the energy of the whole frame is least,
 
     minimise  ½ o·S o − f·o   subject to |o_j| ≤ ε_j in each joint,
 
-with f the forces in the joints of the frame without clearance and S their fall for a unit offset in each. So the frame
-is solved once under its loads and once for the unit offsets, whatever it holds, k = inf included; what is left is a
-problem of two or three numbers a joint, see `balls`. Where joint forces follow from equilibrium alone, S vanishes and
-the journals lie along them, ``o = ε f/|f|``: the extreme point of what the linkage can reach in the load's direction
-(see `determinate`).
+with f the joint forces of the frame without clearance and S their decrease per unit offset in each joint. So the frame
+is solved once under its loads and once for the unit offsets, for any stiffness, k = inf included; what remains is a
+problem of two or three numbers for each joint, see `ball_qp`. Where joint forces follow from equilibrium alone, S
+vanishes and the offsets have the directions of the forces, ``o = ε f/|f|``: the extreme position that the linkage can
+reach in the direction of the load (see `determinate`).
 """
 
 from __future__ import annotations
@@ -44,12 +44,9 @@ from .unit_offsets import Solve, against_offsets
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
-    # that of one entry is asked as a number, which takes a quarter of the time
-    return [
-        name
-        for name, joint in frame.joints.items()
-        if (gap.item() if (gap := joint.element.clearance).size == 1 else np.count_nonzero(gap))
-    ]
+    given = ((name, joint.element.clearance) for name, joint in frame.joints.items())
+    # a single number is compared as a Python float, which takes a quarter of the time
+    return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
 
 
 class Clearances:
@@ -62,18 +59,18 @@ class Clearances:
     without_clearance
         Its solution without clearances.
     solve
-        Makes such a solution of a description.
+        Function that returns the solution without clearances of a description.
 
     Attributes
     ----------
     names
-        The joints with clearance.
+        Names of the joints with clearance.
     lost
-        Entries without results of which that is plain: left out, or set in motion by the loads, (...).
+        Entries that certainly have no results, (...): left out, or kinematically unstable under the loads.
     unfit
-        Entries at which no offset fits a loop of rigid links, and which have no results, (...).
+        Entries without results because no offset is compatible with a loop of rigid links, (...).
     determinate
-        Contact in closed form where that may do; None elsewhere.
+        Contact in closed form, where it may apply; else None.
     """
 
     def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve) -> None:
@@ -94,14 +91,14 @@ class Clearances:
             radius, motions = [joint.clearance for joint in joints], self._resistance.motions
             self.determinate = determinate_contact(self._components, radius, without_clearance, motions)
         if self.determinate is None:
-            # what contact takes of other solutions is taken now, so that they need not be held
+            # results of other solutions that contact needs are computed now, so that these need not be kept
             self.contact_state  # noqa: B018
             self._resistance = replace(self._resistance, motions=None)
             del self._without_clearance
 
     @cached_property
     def contact_state(self) -> ContactState:
-        """Where the journals are in contact."""
+        """Contact state of all journals."""
         state = self._state(self._resistance.stiffness, self._resistance.members)
         if self.unfit.any():
             state = replace(state, radius=np.where(self.unfit, 0.0, state.radius))
@@ -126,7 +123,7 @@ class Clearances:
         return ContactState(self._components, stiffness, members, force, radius, load, sizes(frame))
 
     def _without_rounding(self, state: ContactState) -> ContactState:
-        """The same, with forces by the work of the loads in components that no stiffness resists."""
+        """A contact state whose forces, in components without stiffness against offsets, come from virtual work."""
         motions, resisted = self._resistance.motions, state.stiffness.any(axis=0)
         if motions is None or resisted.all() or not told_by_work(state.components, self._without_clearance, motions):
             return state
@@ -138,12 +135,12 @@ class Clearances:
 
     @cached_property
     def _force(self) -> Array:
-        """Forces without clearance by component, (n, ...); NaN at mechanisms."""
+        """Joint forces without clearance in the n components with clearance, (n, ...); NaN at mechanisms."""
         if self.determinate is not None:
             forces = forces_by_work(self._without_clearance, self.determinate.motions)
             forces[:, self.lost] = np.nan
             return forces
-        # entries that are mechanisms have no contact, which their state tells
+        # no warning: the state of contact is "mechanism" where the frame is one
         quiet = self._without_clearance.silenced()
         return np.stack([quiet.joint_force(name)[..., k] for name, k in self._components.pairs])
 
@@ -153,7 +150,7 @@ class Clearances:
         return found
 
     def _bearing(self) -> NDArray[np.bool_]:
-        """Which components bear a force that is more than rounding, (n, ...)."""
+        """Whether a component carries a force above rounding, (n, ...)."""
         none = np.zeros(())
         return np.asarray(self._state(none, none).without_clearance != 0.0)
 
@@ -162,7 +159,7 @@ class Clearances:
         """Number of the state of each joint, see `Contact`, (joints, ...)."""
         state = self.contact_state.state
         for lost, why in (
-            # without any force in a joint none of its contacts is hidden
+            # without forces in joints no contact is hidden
             (self.unfit, UNRESOLVED),
             (self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0), UNRESOLVED),
             (self._singular, MECHANISM),
@@ -173,7 +170,7 @@ class Clearances:
         return state
 
     def offsets(self) -> Description:
-        """The frame with each journal where it rests, as offsets of its joints."""
+        """The frame with the position of each journal imposed as an offset of its joint."""
         out = self.frame.copy()
         for (name, k), offset in zip(self.contact_state.components.pairs, self.contact_state.offset, strict=True):
             imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
@@ -181,7 +178,7 @@ class Clearances:
         return out
 
     def plan(self, without_clearance: Plan) -> Plan:
-        """That frame compiled, with what is known of its members without clearance."""
+        """The plan of that frame, reusing what is known of its members from the plan without clearance."""
         former = Former(without_clearance.unloaded, moved=False, elements=False, linked=False)
         return Plan(self.offsets(), method=self._asked, former=former)
 
@@ -214,7 +211,7 @@ class Clearances:
 
 
 def _load(plan: Plan) -> Array:
-    """Largest force and largest moment on a node, (2, ...)."""
+    """Largest force component and largest moment component on any node, (2, ...)."""
     out: Array = np.zeros((2, *plan.frame.shape))
     for a, by_source in plan.forces.items():
         value = np.abs(np.asarray(collapsed(by_source, plan.rhs_parameters.values), dtype=np.float64))

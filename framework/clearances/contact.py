@@ -1,4 +1,4 @@
-"""Where a joint with clearance is in contact, and the law of such a joint."""
+"""The contact of a joint with clearance as a result, and the force law of such a joint."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..batch import Array
 from ..errors import FrameError
 
-# States of a joint by number: a batch of numbers is ten times smaller than one of words.
+# States of a joint, stored as numbers, which take a tenth of the memory of words.
 STATES = np.array(["closed", "open", "free", "unresolved", "mechanism", "absent"])
 CLOSED, OPEN, FREE, UNRESOLVED, MECHANISM, ABSENT = range(len(STATES))
 
@@ -24,21 +24,22 @@ class Contact:
     joint
         Name of the joint.
     state
-        By batch entry, (...): ``closed`` in contact; ``open`` off it, in a place that the other members determine;
-        ``free`` off it, and movable within the clearance without any force, so that displacements which hang on it
-        are one choice of many; ``mechanism`` where the frame is one even without clearances; ``unresolved`` where the
-        load is so small beside the stiffness against closing the clearance that rounding hides the contact, or no
-        offset fits, as between rigid links and ideal joints in a line;
-        ``absent`` where the frame does not exist.
+        State of each batch entry in words, (...): ``closed``, in contact; ``open``, not in contact, at a position that
+        the rest of the frame determines; ``free``, not in contact and movable within the clearance without any force,
+        so that displacements that depend on it are one choice of many; ``mechanism``, where the frame is one even
+        without clearances; ``unresolved``, where the load is so small compared with the stiffness against closing the
+        clearance that rounding hides the contact, or where no offset is compatible, as between rigid links and ideal
+        joints in one line; ``absent``, where the entry is left out.
     normal
-        Direction in which the second node rests from the first, and in which the joint pulls the first, unit vector
-        (..., 3) in global axes, of the rotation where the clearance is in rotations; zero where not closed.
+        Unit vector from the first node towards the second at contact, also the direction of the force on the first
+        node, (..., 3) in global axes; an axis of rotation if the clearance is in rotations; zero where not closed.
     force
-        Contact force (moment), (...), not negative.
+        Magnitude of the contact force (or moment), (...).
     gap
-        Distance (angle) to contact, (...); 0 where closed.
+        Distance (or angle) to contact, (...); 0 where closed.
     offset
-        Displacement within the clearance in the joint's axes, (..., 3): the clearance times `normal` where closed.
+        Displacement within the clearance in the joint's axes, (..., 3): of the magnitude of the clearance, in the
+        direction of `normal`, where closed.
 
     Examples
     --------
@@ -76,17 +77,17 @@ class Contact:
         return np.where(self.closed, np.arctan2(self.normal[..., 1], self.normal[..., 0]), np.nan)
 
     def jumps(self, axis: int = -1, turn: float = np.pi / 2.0) -> NDArray[np.bool_]:
-        """Where contact is lost, made or changes side between neighbours along a batch axis.
+        """Whether contact is lost, made or changes side between neighbours along a batch axis.
 
-        A reaction that passes through zero between two poses lies on the other side at the next: the journal flies
-        across the clearance.
+        If a reaction passes through zero between two poses, the contact is on the other side afterwards: the journal
+        has crossed the clearance.
 
         Parameters
         ----------
         axis
             Batch axis, such as that of the poses.
         turn
-            Angle between the normals of neighbours, radians, above which the contact has jumped.
+            Angle between the normals of neighbours, radians, above which the contact counts as having changed side.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""Where the journals of a frame rest, from the forces of the frame without clearances and its stiffness."""
+"""The contact state of all journals, from the joint forces without clearance and the stiffness against offsets."""
 
 from __future__ import annotations
 
@@ -16,23 +16,33 @@ from .ball_qp import minimise_in_balls
 from .contact import CLOSED, FREE, OPEN, UNRESOLVED
 from .middle import free_motions
 
-# A force below this share of the largest load or joint force is the rounding of none.
+# A force below this share of the largest load or joint force is rounding.
 UNLOADED = 1e-12
-# A joint's share of a free motion below which it does not take part.
+# A joint with less than this part in a free motion does not take part.
 _STILL = 1e-6
-# Squares between these hold all digits of what was squared.
+# Between these squares have full precision.
 _LEAST, _LARGEST = 1e-280, 1e280
-# Largest stiffness for loads of size one: squares and cubes of what these move against it have numbers.
+# Largest stiffness for loads of size one: squares and cubes of the resulting displacements must not underflow.
 _STIFFEST = 1e100
-# Entries whose matrices are in memory at a time.
+# Number of entries whose matrices are in memory at a time.
 _MOST = 2**16
-# Imbalance in the joints, relative to the largest load or joint force, beyond which a contact is not to be trusted.
+# If the residual in the joints, relative to the largest load or joint force, exceeds this, the contact is unresolved.
 _BALANCED = 1e-6
 
 
 @dataclass(frozen=True)
 class ClearanceComponents:
-    """Components with clearance, all joints in a row: names of the joints, joint and joint component of each."""
+    """The n components with clearance of all joints, one joint after the other.
+
+    Attributes
+    ----------
+    names
+        Names of the joints.
+    own
+        Index of the joint of each component, (n,).
+    component
+        Component of the joint, 0 to 5, of each.
+    """
 
     names: list[str]
     own: NDArray[np.int64]
@@ -40,21 +50,21 @@ class ClearanceComponents:
 
     @property
     def starts(self) -> NDArray[np.int64]:
-        """First component of each joint, (joints,)."""
+        """Index of the first component of each joint, (joints,)."""
         return np.searchsorted(self.own, np.arange(len(self.names)))
 
     @property
     def is_rotation(self) -> NDArray[np.bool_]:
-        """Which components are rotations, whose forces are moments, (n,)."""
+        """Whether components are rotations, whose forces are moments, (n,)."""
         return np.asarray(self.component) >= 3
 
     @property
     def pairs(self) -> list[tuple[str, int]]:
-        """Name of the joint and joint component of each."""
+        """Name of the joint and component of the joint, for each component."""
         return [(self.names[j], k) for j, k in zip(self.own, self.component, strict=True)]
 
     def length(self, vectors: Array) -> Array:
-        """Length of the vectors (n, ...) by joint, (joints, ...)."""
+        """Length of the vector in each joint, (joints, ...), of vectors (n, ...)."""
         with np.errstate(over="ignore", under="ignore"):
             square, ends = vectors * vectors, [*self.starts[1:], len(vectors)]
             square = np.stack([square[a:b].sum(axis=0) for a, b in zip(self.starts, ends, strict=True)])
@@ -67,26 +77,26 @@ class ClearanceComponents:
 
 @dataclass(frozen=True, eq=False)
 class ContactState:
-    """Where all journals are in contact.
+    """The contact state of all journals.
 
     Attributes
     ----------
     components
         The components with clearance.
     stiffness
-        S, fall of the forces for unit offsets, (n, n, ...); it may lack axes over which it does not vary.
+        S, decrease of the forces per unit offset, (n, n, ...); batch axes over which it does not vary may be missing.
     members
-        Stiffness of the members, (n, ...), by which the softness of S is judged.
+        Stiffness of the members, (n, ...), with which S is compared to see whether it is zero.
     found
-        Forces without clearance, (n, ...).
+        Joint forces without clearance, (n, ...).
     radius
-        Clearance, (joints, ...).
+        Clearance of each joint, (joints, ...).
     load
         Largest force and largest moment on a node, (2, ...).
     length_scale
-        Length by which moments compare with forces, see `sizes`.
+        Length by which moments are compared with forces, see `sizes`, (...).
     rounding
-        Share of the largest force below which one without clearance is rounding, that of joints, (joints, ...), or one.
+        Share of the largest force below which a force without clearance is rounding: one number, or (joints, ...).
     """
 
     components: ClearanceComponents
@@ -100,13 +110,13 @@ class ContactState:
 
     @cached_property
     def scale(self) -> Array:
-        """Largest load or joint force, a moment where they are rotations, (joints, ...)."""
+        """Largest load or joint force, or moment for joints with clearance in rotations, (joints, ...)."""
         is_rotation, found = self.components.is_rotation, np.abs(self.found)
         force, moment = (
             np.maximum(load, found[which].max(axis=0, initial=0.0))
             for load, which in zip(self.load, (~is_rotation, is_rotation), strict=True)
         )
-        # without a size there are no arms, by which one would make the other
+        # if all nodes are at the origin there are no arms, and forces cause no moments
         arm = self.length_scale
         both = (
             np.maximum(force, np.where(arm > 0.0, moment, 0.0) / _or_one(arm)),
@@ -117,7 +127,7 @@ class ContactState:
 
     @cached_property
     def without_clearance(self) -> Array:
-        """Forces without clearance, (n, ...), those of rounding alone set to zero."""
+        """Joint forces without clearance, (n, ...), with rounding set to zero."""
         loaded = self.components.length(self.found) > self.rounding * self.scale
         return self.found if loaded.all() else np.where(loaded[self.components.own], self.found, 0.0)
 
@@ -128,7 +138,7 @@ class ContactState:
 
     @property
     def size(self) -> Array:
-        """Contact force by joint, (joints, ...); rounding where there is none."""
+        """Magnitude of the contact force in each joint, (joints, ...); rounding where there is none."""
         return self._placed[1]
 
     @cached_property
@@ -141,7 +151,7 @@ class ContactState:
 
     @cached_property
     def state(self) -> NDArray[np.uint8]:
-        """By joint: number of its state, closed, open, free or unresolved, (joints, ...)."""
+        """Number of the state of each joint: closed, open, free or unresolved, (joints, ...)."""
         closed = self.size > UNLOADED * self.scale
         state = np.where(closed, np.uint8(CLOSED), np.uint8(OPEN))
         without_contact = ~closed & (self.radius > 0.0)
@@ -155,14 +165,14 @@ class ContactState:
             (closed & (self.radius > 0.0))[self.components.own], self.size[self.components.own] * normal, 0.0
         )
         unbalanced = np.where((self.radius > 0.0)[self.components.own], self.force - pressed, 0.0)
-        # an offset is told in steps of the least number there is, each of which is a force
+        # near the smallest representable offset, a step of the offset changes the force
         step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
         wrong = ~(np.abs(unbalanced) <= _BALANCED * self.scale[self.components.own] + step).all(axis=0)
         return np.where(wrong, np.uint8(UNRESOLVED), state)
 
     @cached_property
     def _placed(self) -> tuple[Array, Array]:
-        """Offset and size of the force: along the force where S vanishes, else where the energy is least."""
+        """Offset (n, ...) and magnitude of the force (joints, ...): along it if S vanishes, else of least energy."""
         own, radius = self.components.own, self.radius
         size = self.components.length(self.without_clearance)
         offset = radius[own] * (self.without_clearance / _or_one(size)[own])
@@ -172,7 +182,7 @@ class ContactState:
         return offset, size
 
     def _least(self, part: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """Offset (n, N) and size of the force (joints, N) of least energy, at some entries."""
+        """Offset (n, N) of least energy, and magnitude of the force (joints, N), at the N entries in a mask."""
         own, near, without_clearance = self.components.own, self.radius[:, part], self.without_clearance[:, part]
         stiffness = np.broadcast_to(self.stiffness, (len(own), *self.without_clearance.shape))[:, :, part]
         widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, without_clearance))
@@ -180,7 +190,7 @@ class ContactState:
         largest = _or_one(np.abs(stiffness).max(axis=(0, 1)))
         with np.errstate(over="ignore", under="ignore"):
             ratio = np.minimum(widest / strongest, _STIFFEST / largest)
-            # a load that closes nothing, and whose share of the stiffness has no number, moves as much less
+            # a load so small that its ratio to the stiffness underflows is scaled up, as it closes no clearance
             share = strongest * (_STIFFEST / largest) / widest
         scaled = stiffness * (scale[:, None] * scale * ratio)
         members = np.broadcast_to(self.members, self.without_clearance.shape)[:, part] * (scale * scale * ratio)
@@ -191,8 +201,7 @@ class ContactState:
         return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
 
     def _free(self, without_contact: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which of the `without_contact` joints, (joints, N), take part in a motion that no force resists, at `some`
-        entries."""
+        """Whether joints `without_contact` (joints, N) move in a mechanism, at the entries in the mask `some`."""
         own, count = self.components.own, len(self.components.own)
         shape = self.found.shape[1:]
         stiffness = np.broadcast_to(self.stiffness, (count, count, *shape))[:, :, some]
@@ -206,7 +215,7 @@ class ContactState:
 
 
 def sizes(frame: Description) -> Array:
-    """Largest coordinate of a node, (...): that of each entry, so that none is judged by what others are like."""
+    """Largest absolute coordinate of a node at each entry, (...), so that entries do not affect each other."""
     if math.prod(frame.shape) == 1:
         return np.asarray(frame.size)
     each = (np.abs(frame.position(node)).max(axis=-1) for node in frame.nodes)
@@ -214,12 +223,12 @@ def sizes(frame: Description) -> Array:
 
 
 def _or_one(values: Array) -> Array:
-    """`values`, one where they are zero."""
+    """`values`, with one in place of zeros."""
     return np.where(values > 0.0, values, 1.0)
 
 
 def _parts(resisted: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
-    """The entries that are `resisted`, some at a time, so that their matrices do not fill the memory."""
+    """Masks of some of the entries in `resisted` at a time, which limits the memory for their matrices."""
     number = np.cumsum(resisted).reshape(resisted.shape)
     for start in range(0, int(resisted.sum()), _MOST):
         yield np.asarray(resisted & (number > start) & (number <= start + _MOST))

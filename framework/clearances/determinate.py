@@ -1,11 +1,11 @@
-"""Contact where offsets in the joints meet no stiffness: in closed form, from equilibrium alone.
+"""Contact in closed form, for statically determinate frames, in which no stiffness resists offsets in the joints.
 
-A unit offset then moves the links without straining anything, by u_k. The force in that component is the work of the
-loads on this motion, ``f_k = p . u_k``, whatever the stiffness is (principle of virtual work); the journals lie along
-the forces, ``o = radius f / |f|``, and the frame moves by ``sum of u_k o_k`` beside what it moves without clearance.
-Motions vary with the geometry and loads mostly with the sample, so that a few operations for each entry of the batch
-are left, which are written down as one program and run chunk by chunk. It holds while every journal is pressed against
-its bearing; a margin, which comes with each chunk, tells.
+A unit offset in component k then moves the links by u_k without any strain. The joint force in that component is the
+work of the loads p on this motion, ``f_k = p . u_k``, for any stiffness (principle of virtual work). The offsets have
+the directions of the forces, ``o = radius f / |f|``, and the frame moves by ``sum of u_k o_k`` in addition to its
+displacement without clearance. Motions vary with the geometry, and loads mostly with the sample, so that only a few
+operations are needed for each batch entry, which are recorded as a program and run chunk by chunk. This holds as long
+as every journal is in contact, which a margin, computed with each chunk, shows.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from ..results.linear import LinearResults
 from ..structure.parts import Row, Value, add_row, is_zero, total
 from .contact_state import UNLOADED, ClearanceComponents, sizes
 
-# Force in a component: numbers that loads are made of, and the work of a unit of each.
+# The force in a component as a sum of products: right-hand-side parameters, and the work of the loads per unit of each.
 Works = list[tuple[Value, Value]]
 
-# Up to so many chunks are done at once, without writing down what is done; machine code does so many at a time.
+# Up to this many chunks are computed directly, without a program; number of chunks that machine code does at a time.
 _FEW, _LONGER = 2, 16
-# Lengths between these have squares that hold all digits.
+# Lengths between these have squares of full precision.
 _LEAST, _LARGEST = 1e-139, 1e139
-# Deformation of a spring by a unit offset, an angle or a length at the size of the frame, up to which it is rounding.
+# The deformation of a spring by a unit offset is rounding up to this: an angle, or a length over the size of the frame.
 _UNSTRAINED = 1e-9
-# Share of a motion that is its rounding.
+# Rounding of a motion, relative to it.
 _ROUNDED = 1e-14
-# Share of the batch that motions may vary over, as they are held in memory, beyond so many of them.
+# Motions may vary over at most one in _SHARE of the batch entries, or over _SMALL entries, as they are kept in memory.
 _SHARE, _SMALL = 4, 2**12
 
 
 class DeterminateContact:
-    """Displacement within clearances that no stiffness resists.
+    """Contact and displacement within clearances, where no stiffness resists offsets.
 
     Parameters
     ----------
@@ -53,13 +53,12 @@ class DeterminateContact:
     without_clearance
         The solution without clearances.
     motions
-        That of the frame without loads for a unit offset in each component, (n, ...).
+        The solution of the unloaded frame for a unit offset in each component, of batch shape (n, ...).
 
     Attributes
     ----------
     pressed
-        Whether all journals are pressed against their bearings at all entries that have results, which it takes; None
-        while nobody knows.
+        Whether the closed form holds: all journals are in contact at all entries with results.
     """
 
     def __init__(
@@ -76,7 +75,7 @@ class DeterminateContact:
 
     @property
     def pressed(self) -> bool:
-        """Whether all journals are pressed against their bearings wherever there are results, and those are plain."""
+        """Whether the closed form holds: all journals are in contact, by a margin, at all entries with results."""
         if self._pressed is None:
             self._compute(lambda take: [], [])
         assert self._pressed is not None
@@ -84,11 +83,11 @@ class DeterminateContact:
 
     @cached_property
     def rounding(self) -> Array:
-        """Share of the largest force below which one is rounding, by joint, (joints, ...)."""
+        """Share of the largest force below which the force in a joint is rounding, (joints, ...)."""
         return rounding_of_forces(self.components, self.motions, len(self._grid.shape))
 
     def displacement(self, node: str) -> Array | None:
-        """Displacement of a node in global axes, (..., 6); None where a journal is not pressed against its bearing."""
+        """Displacement of a node in global axes, (..., 6); None if a journal is not in contact."""
         if self._pressed is False:
             return None
         plan = self.without_clearance.plan
@@ -105,7 +104,7 @@ class DeterminateContact:
         self._compute(summed, places)
         return out if self._pressed else None
 
-    # -- written down -----------------------------------------------------------------------------------------------
+    # -- formulas, for numbers or terms of a recording --------------------------------------------------------------
 
     @cached_property
     def _works(self) -> list[Works]:
@@ -115,13 +114,13 @@ class DeterminateContact:
         return [_sum((take(value), take(factor)) for value, factor in work) for work in self._works]
 
     def _lengths(self, take: Callable[[Value], Any]) -> list[Any]:
-        """Size of the force in each joint."""
+        """Magnitude of the force in each joint."""
         forces, own = self._forces(take), self.components.own
         squares = [_sum((f, f) for f, at in zip(forces, own, strict=True) if at == j) for j in range(len(self._radius))]
         return [0.0 if is_zero(square) else np.sqrt(square) for square in squares]
 
     def _offsets(self, take: Callable[[Value], Any]) -> list[Any]:
-        """Displacement within the clearance by component."""
+        """Displacement within the clearance in each component."""
         lengths = self._lengths(take)
         return [
             0.0 if is_zero(force) else take(self._radius[j]) * (force / lengths[j])
@@ -129,9 +128,9 @@ class DeterminateContact:
         ]
 
     def _margin(self, take: Callable[[Value], Any]) -> Any:
-        """Above zero where every force is one, by more than is asked of its state, and its square has all digits.
+        """A number above zero where every joint force is well above rounding and its square has full precision.
 
-        Sizes of forces are added up, not compared, so that what is no number anywhere is none here.
+        Magnitudes are added, not compared, so that a NaN anywhere makes it NaN.
         """
         size, lengths = self._grid.value(sizes(self.without_clearance.frame)), self._lengths(take)
         angular = self.components.is_rotation[self.components.starts]
@@ -144,10 +143,10 @@ class DeterminateContact:
             found = np.minimum(found, length - scale * take(self._value(share) / arm) - take(_LEAST))
         return found
 
-    # -- carried out ------------------------------------------------------------------------------------------------
+    # -- evaluation over the batch ----------------------------------------------------------------------------------
 
     def _compute(self, results: Callable[[Callable[[Value], Any]], list[Any]], places: Sequence[Array]) -> None:
-        """Add results to what is in their places, and find out whether they hold, unless that is known."""
+        """Add results to the arrays `places`, and determine `pressed` unless it is known."""
         if self._pressed is None and not self._sound:
             self._pressed = False
             return
@@ -186,7 +185,7 @@ class DeterminateContact:
 
     @cached_property
     def _sound(self) -> bool:
-        """Whether each joint bears a force, and no pivot raises the suspicion that the frame is singular."""
+        """Whether each joint carries a force, and pivots do not suggest that the frame is singular."""
         solutions = self.without_clearance, self.motions
         borne = {int(j) for j, work in zip(self.components.own, self._works, strict=True) if work}
         return len(borne) == len(self._radius) and not any(
@@ -195,7 +194,7 @@ class DeterminateContact:
         )
 
     def _holds(self, margin: Array, part: tuple[slice, ...]) -> bool:
-        """Whether a margin, at a part of the batch, is above zero wherever there are results."""
+        """Whether the margin, at a part of the batch, is above zero wherever there are results."""
         lost = self.without_clearance.lost[part]
         lost = np.asarray(
             lost.all(axis=tuple(axis for axis, size in enumerate(margin.shape) if size == 1), keepdims=True)
@@ -207,9 +206,9 @@ class DeterminateContact:
 
 
 def virtual_works(without_clearance: LinearResults, motions: LinearResults) -> list[Works]:
-    """Each force in a component that no stiffness resists as a sum of products: loads, and the work of a unit of each.
+    """The joint force in each component that no stiffness resists, as a sum of products, see `Works`.
 
-    Displacements and offsets that are imposed do no work, as such a unit offset strains nothing.
+    Prescribed displacements and offsets do no work, as the unit offset causes no strain.
     """
     plan = without_clearance.plan
     dofs = list(plan.forces)
@@ -228,17 +227,17 @@ def virtual_works(without_clearance: LinearResults, motions: LinearResults) -> l
 
 
 def told_by_work(components: ClearanceComponents, without_clearance: LinearResults, motions: LinearResults) -> bool:
-    """Whether `motions` move the nodes that loads act on as they are numbered there, and no screw makes them turn."""
+    """Whether `forces_by_work` applies: both solutions have the same node numbers, and no joint is a screw."""
     frame = without_clearance.frame
     screws = np.any([frame.joints[j].element.pitch for j in components.names])
     return bool(frame.size) and not screws and without_clearance.plan.topology.number == motions.plan.topology.number
 
 
 def forces_by_work(without_clearance: LinearResults, motions: LinearResults) -> Array:
-    """Forces without clearance in components that no stiffness resists, (n, ...), to the rounding of the loads.
+    """Joint forces without clearance in components that no stiffness resists, (n, ...), to the rounding of the loads.
 
-    Forces of ideal joints are what members leave unbalanced, with the rounding of stiffness times displacement, which
-    may be far more than that of the loads: a joint that bears none would be told to bear one.
+    Recovered from member forces, the forces of ideal joints have the rounding of stiffness times displacement, which
+    may be far larger than that of the loads, so that an unloaded joint would seem to carry a force.
     """
     works = virtual_works(without_clearance, motions)
     out = np.zeros((len(works), *without_clearance.frame.shape))
@@ -251,7 +250,7 @@ def forces_by_work(without_clearance: LinearResults, motions: LinearResults) -> 
 def determinate_contact(
     components: ClearanceComponents, radius: Sequence[Array], without_clearance: LinearResults, motions: LinearResults
 ) -> DeterminateContact | None:
-    """Contact in closed form where offsets meet no stiffness; None where the frame is not of the kind for it.
+    """Contact in closed form, where no stiffness resists offsets; None where the frame is not suited to it.
 
     Parameters
     ----------
@@ -261,8 +260,8 @@ def determinate_contact(
     Returns
     -------
     DeterminateContact or None
-        None where offsets reach what loads do not, or several parts of the frame, where they strain a spring or their
-        motions vary over much of a long batch, for one entry, and for frames that are not solved by broadcasting.
+        The contact; None where offsets move unloaded components or several parts of the frame, deform a spring, or
+        cause motions that vary over much of a long batch; for a single entry; and for other methods than broadcasting.
     """
     solvers = without_clearance.solver, motions.solver
     if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
@@ -279,7 +278,7 @@ def determinate_contact(
 
 
 def strained(motions: LinearResults) -> bool:
-    """Whether a unit offset in a joint deforms a spring, so that its motion depends on how stiff that is."""
+    """Whether a unit offset in a joint deforms a spring, so that its motion depends on the stiffness."""
     tree, size = motions.plan.tree, motions.frame.size
     edges = [(branch.edge, [tree.joint_row(branch, k) for k in range(6)]) for branch in tree.branches]
     rows: list[Row] = []
@@ -292,11 +291,10 @@ def strained(motions: LinearResults) -> bool:
 
 
 def rounding_of_forces(components: ClearanceComponents, motions: LinearResults, ndim: int) -> Array:
-    """Share of the largest force below which one by the work on these motions is rounding, by joint, (joints, ...)
-    with `ndim` axes of the batch.
+    """Share of the largest force below which a force by virtual work is rounding, (joints, ...) with `ndim` batch axes.
 
-    The nearer a loop of rigid links is to a dead point, the farther unit offsets move it, and with that grows the
-    rounding of what does not move at all. Where members or springs close the loop, pivots tell of such a pose.
+    The closer a loop of rigid links is to a dead point, the larger are its motions by unit offsets, and the larger is
+    the rounding in displacements that should be zero. If members or springs close the loop, pivots reveal such a pose.
     """
     eliminated, size = motions.plan.tree.elimination.rows, motions.frame.size
     if not eliminated:
@@ -310,13 +308,13 @@ def rounding_of_forces(components: ClearanceComponents, motions: LinearResults, 
 
 
 def _stacked(motions: LinearResults, rows: Sequence[Row]) -> Array:
-    """Values of rows in motions by unit offsets, (n, ..., rows), zero at entries that were left out."""
+    """Values of rows in the motions by unit offsets, (n, ..., rows), zero at entries that are left out."""
     found = motions.stacked(rows)
     return found if motions.frame.absent is None else np.where(motions.lost[..., None], 0.0, found)
 
 
 def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:
-    """Numbers that loads are made of, with the largest force and moment on a node for a unit of each."""
+    """Right-hand-side parameters of the loads, with the largest force and moment on a node per unit of each."""
     largest: dict[int, list[Value]] = {}
     for a, by_source in solution.plan.forces.items():
         for source, parts in by_source.items():
@@ -327,7 +325,7 @@ def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]
 
 
 def _sum(terms: Iterator[tuple[Any, Any]]) -> Any:
-    """Sum of products, without those of exact zeros."""
+    """Sum of products of pairs, without those that contain an exact zero."""
     result: Any = 0.0
     for a, b in terms:
         if not (is_zero(a) or is_zero(b)):

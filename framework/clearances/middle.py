@@ -1,9 +1,9 @@
-"""The middle of where a journal may rest: of all minima of one energy, the farthest from the spheres.
+"""The analytic centre of all minima, where journals are free to move within their clearances.
 
-Minima that share an energy differ by motions that no stiffness resists, and touch the same spheres with the same
-forces. Which of them a search ends in is a matter of rounding; the one that maximises ``sum of log(1 - |x_j|²)`` over
-the spheres that are not touched, their analytic centre, is a matter of the frame alone (Boyd and Vandenberghe, *Convex
-Optimization*, 2004, sec. 8.5.3). Newton's method on this goes there from any place inside (sec. 9.6).
+Minima of equal energy differ by motions that no stiffness resists, and have the same active spheres with the same
+forces. Which of them a search finds depends on rounding; the one that maximises ``sum of log(1 - |x_j|²)`` over the
+inactive spheres, their analytic centre, depends on the frame alone (Boyd and Vandenberghe, *Convex Optimization*, 2004,
+sec. 8.5.3). Newton's method converges to it from any interior point (sec. 9.6).
 """
 
 from __future__ import annotations
@@ -13,32 +13,32 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 
-# A stiffness against offsets below this share of the members' lets a journal move freely.
+# A stiffness against offsets below this share of that of the members counts as zero.
 SOFT = 1e-12
-# A ball's part in a motion, of length one in all, below which it has none; and the decrement that ends the steps.
+# A ball whose part of a motion of length one is smaller does not take part in it; the Newton decrement at the end.
 _STILL, _ARRIVED = 1e-12, 1e-9
 _STEPS = 100
-# A place that is that of the middle of a ball but for rounding.
+# An offset of this size is zero but for rounding.
 _NOTHING = 1e-14
 
 
 def free_motions(stiffness: Array, members: Array, moving: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]]:
-    """Motions of the `moving` components by how little resists them.
+    """Principal motions of the components that may move, and which of them no stiffness resists.
 
     Parameters
     ----------
     stiffness
         Stiffness against offsets, (n, n, N).
     members
-        The members' stiffness, (n, N), by which its softness is judged.
+        Stiffness of the members, (n, N), with which the former is compared.
     moving
-        Components that may move, (n, N).
+        Mask of the components that may move, (n, N).
 
     Returns
     -------
     motions, free
-        Motions, each component times the root of the members' stiffness, of length one, (N, n, n) by column; and which
-        of them are free, (N, n).
+        Motions as columns, (N, n, n), of length one, each component being scaled by the square root of the members'
+        stiffness; and a mask of those that are free, (N, n).
     """
     root = _roots(members)
     matrix = np.where(moving[:, None] & moving, stiffness / (root[:, None] * root), 0.0)
@@ -51,7 +51,7 @@ def free_motions(stiffness: Array, members: Array, moving: NDArray[np.bool_]) ->
 def in_the_middle(
     own: NDArray[np.int64], stiffness: Array, members: Array, x: Array, touched: NDArray[np.bool_], inside: Array
 ) -> Array:
-    """Minima in the middle of those that share their energy, (n, N); as they are where there are no others.
+    """Centres of all minima with the same energy, (n, N); the minima themselves where they are unique.
 
     Parameters
     ----------
@@ -62,9 +62,9 @@ def in_the_middle(
     x
         Minima, (n, N).
     touched
-        Balls whose sphere bears a force, (balls, N).
+        Mask of the balls whose sphere is active, (balls, N).
     inside
-        Places whose free motions lie inside the spheres, (n, N).
+        Interior points from which to start along the free motions, (n, N).
     """
     moving = ~touched[own]
     motions, free = free_motions(stiffness, members, moving)
@@ -81,14 +81,16 @@ def in_the_middle(
     taking = ((same @ np.abs(basis)).max(axis=-1) > _STILL)[..., None] & same
     found = _centred(basis, held, np.where(taking, 1.0, 0.0), start)
     out, found = x.copy(), np.where(np.isfinite(found).all(axis=-1, keepdims=True), found, x[:, some].T).T
-    # what was nothing stays nothing, so that no rounding sets in motion what no load reaches
+    # offsets that are zero stay zero, so that rounding does not move unloaded joints
     out[:, some] = np.where((x[:, some] == 0.0) & (np.abs(found) <= _NOTHING), 0.0, found)
     return out
 
 
 def _centred(basis: Array, held: Array, taking: Array, x: Array) -> Array:
-    """The middle among places (N, n) that differ by motions of a basis (N, n, n), from the places x; NaN where these
-    lie outside. `taking` is one for components of one ball that takes part, (N, n, n)."""
+    """The analytic centre among points (N, n) that differ by motions of a basis (N, n, n), starting from x.
+
+    NaN where x is outside. `taking` is one for pairs of components of the same ball that takes part, (N, n, n).
+    """
     for _ in range(_STEPS):
         part = np.diagonal(taking, axis1=-2, axis2=-1)
         room = 1.0 - (taking @ (x * x)[..., None])[..., 0]

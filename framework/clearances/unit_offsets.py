@@ -1,4 +1,4 @@
-"""Forces in joints for unit offsets in each: what the clearances of a frame are coupled by."""
+"""The joint forces by unit offsets in the joints, which couple the clearances of a frame."""
 
 from __future__ import annotations
 
@@ -22,35 +22,36 @@ from ..structure.parts import total
 from .contact_state import ClearanceComponents, sizes
 
 Solve = Callable[[Description], LinearResults]
-# Tells which components bear a force at which entries, (n, ...).
+# A function that returns whether components carry a force at the entries, (n, ...).
 Loaded = Callable[[], NDArray[np.bool_]]
-# Falls of forces (n, n, ...), entries of which nothing can be said, (...), and falls that are rounding, (n, n, ...).
+# Decreases of forces, (n, n, ...), entries at which they are unknown, (...), and thresholds of rounding, (n, n, ...).
 Answer = tuple[Array, NDArray[np.bool_], Array]
 
-# A stiffness against offsets below this share of the members' is the rounding of none; one up to so many times that may
-# be so too, of a unit offset that moves nodes by many times as much, where that takes no more numbers than so many.
+# A stiffness against offsets below _UNRESISTED times that of the members is rounding. Up to _DOUBTFUL times that it may
+# be, if the unit offset moves nodes by many times as much, which is examined for up to _MOST numbers.
 _UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
-# Entries up to which the stiffness that each has costs no more than one for all.
+# Up to this many entries the stiffness of each entry costs no more than a common one.
 _FEW = 1000
 
 
 @dataclass(frozen=True)
 class Resistance:
-    """How a frame resists offsets in its joints; axes of the batch over which nothing varies are of size one.
+    """The resistance of a frame to offsets in its joints; batch axes over which nothing varies have size one.
 
     Attributes
     ----------
     stiffness
-        Fall of the force in each component for a unit offset in each, (n, n, ...); zero where it is no more than the
+        Decrease of the force in each component per unit offset in each, (n, n, ...); zero where it is no more than the
         rounding of the members' stiffness.
     members
-        The members' stiffness, (n, ...).
+        Stiffness of the members, (n, ...).
     unknown
-        Where an offset moves a mechanism that the loads do not, and nothing can be said, (...).
+        Entries at which an offset moves a mechanism that the loads do not, so that the stiffness is unknown, (...).
     unfit
-        Where ideal joints close a loop of rigid links in which no offset fits, as where these lie in a line, (...).
+        Entries at which ideal joints close a loop of rigid links with which no offset is compatible, as for links in
+        one line, (...).
     motions
-        The solution for a unit offset in each component, (n, ...); None where some of these move a mechanism.
+        Solution for a unit offset in each component, of batch shape (n, ...); None if some offsets move a mechanism.
     """
 
     stiffness: Array
@@ -63,10 +64,10 @@ class Resistance:
 def against_offsets(
     frame: Description, components: ClearanceComponents, loaded: Loaded, lost: NDArray[np.bool_], solve: Solve
 ) -> Resistance:
-    """How a frame resists offsets in its joints.
+    """The resistance of a frame to offsets in its joints.
 
-    Whether a force comes of an offset at all depends on the geometry, not on how stiff the springs are. So it is asked
-    of a frame with one stiffness of joints for all samples first; where none does, nothing else is needed.
+    Whether an offset causes any force depends on the geometry, not on spring stiffnesses. So it is first found for a
+    frame with the same joint stiffness for all entries; if offsets cause no force, that suffices.
 
     Parameters
     ----------
@@ -75,16 +76,16 @@ def against_offsets(
     components
         Components of its joints.
     loaded
-        Tells which of them bear a force at each entry, (n, ...): only these count where others move a mechanism.
+        Function that returns which of them carry a force, (n, ...): only these count if others move a mechanism.
     lost
-        Entries of which nothing is asked, (...).
+        Mask of the entries that need no result, (...).
     solve
-        Makes the linear solution of a description, without clearances.
+        Function that returns the linear solution of a description, without clearances.
 
     Raises
     ------
     FrameError
-        Where ideal joints close a loop of rigid links, in which no offset fits, at all entries.
+        If at all entries ideal joints close a loop of rigid links with which no offset is compatible.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
     if math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
@@ -144,8 +145,10 @@ def _answer(
 def _fitting(
     bare: Description, out: NDArray[np.bool_], components: ClearanceComponents, solve: Solve
 ) -> tuple[Array, LinearResults, NDArray[np.bool_]]:
-    """Falls for a unit offset in each component, with the solution, and entries at which none fits, (...), which the
-    bare frame is without from then on."""
+    """Decreases of forces per unit offset in each component, the solution, entries with incompatible offsets, (...).
+
+    The latter are left out of the bare frame from then on.
+    """
     every = np.ones(len(components.pairs), dtype=bool)
     try:
         return *_falls(bare.copy(), components, every, solve), np.zeros_like(out)
@@ -163,7 +166,7 @@ def _fitting(
 def _of_loaded(
     bare: Description, components: ClearanceComponents, bearing: NDArray[np.bool_], first: Answer, solve: Solve
 ) -> Answer:
-    """What is known where some offset moves a mechanism, of the components alone that bear a force there.
+    """The result where some offset moves a mechanism, from the components alone that carry a force there.
 
     Parameters
     ----------
@@ -172,11 +175,11 @@ def _of_loaded(
     components
         Components of its joints.
     bearing
-        Which of them bear a force at each entry, (n, ...).
+        Whether they carry a force at each entry, (n, ...).
     first
-        What is known of all: falls (n, n, ...), entries of which nothing can be said, (...), falls that are rounding.
+        The result of all components, see `Answer`.
     solve
-        Makes the linear solution of a description.
+        Function that returns the linear solution of a description.
     """
     found, unknown, least = first
     count, shape = len(bearing), bearing.shape[1:]
@@ -200,8 +203,9 @@ def _of_loaded(
 
 
 def _alike_within(bearing: NDArray[np.bool_], lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
-    """Which components bear a force, (n, ...): of a batch of `shape` where that is the same at all entries (...) that
-    have results and are one of these."""
+    """Whether components carry a force, (n, ...): for a smaller batch of a `shape` if the answer is the same for all
+    entries with results that belong to each of its entries.
+    """
     axes = _shared_axes(lost, shape)
     along = tuple(axis + 1 for axis in axes)
     some = np.asarray((bearing & ~lost).any(axis=along, keepdims=True))
@@ -211,21 +215,21 @@ def _alike_within(bearing: NDArray[np.bool_], lost: NDArray[np.bool_], shape: Sh
 
 
 def _everywhere(lost: NDArray[np.bool_], shape: Shape) -> NDArray[np.bool_]:
-    """Where all entries are `lost` that are one entry of a batch of that shape."""
+    """Entries of a smaller batch of a `shape` for which all entries of the batch are `lost`."""
     found: NDArray[np.bool_] = np.asarray(lost.all(axis=_shared_axes(lost, shape), keepdims=True))
     return found.reshape(found.shape[lost.ndim - len(shape) :])
 
 
 def _shared_axes(lost: NDArray[np.bool_], shape: Shape) -> tuple[int, ...]:
-    """Axes of entries (...) over which a batch of that shape does not vary."""
+    """Batch axes of `lost` along which a batch of a `shape` does not vary."""
     extra = lost.ndim - len(shape)
     return tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
 
 
 def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:
-    """By how much a unit offset in each component moves nodes at most, (n, ...), and not below one.
+    """Largest displacement of a node by a unit offset in each component, (n, ...), at least one.
 
-    Rounding of a force from a stiffness is in proportion to its displacements, as far from equilibrium as they are.
+    The rounding of a force, recovered by a stiffness, is proportional to the displacements.
     """
     frame, is_rotation = motions.frame, components.is_rotation
     shape = (len(is_rotation), *frame.shape[1:])
@@ -242,8 +246,10 @@ def _largest_motions(motions: LinearResults, components: ClearanceComponents) ->
 def _falls(
     bare: Description, components: ClearanceComponents, asked: NDArray[np.bool_], solve: Solve
 ) -> tuple[Array, LinearResults]:
-    """Fall of the forces for a unit offset in each component that is `asked` for, (n, n, ...); NaN at mechanisms. With
-    the solution."""
+    """Decrease of the forces per unit offset in each component in the mask `asked`, (n, n, ...), and the solution.
+
+    NaN at mechanisms.
+    """
     count = len(components.pairs)
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
     for index in np.flatnonzero(asked):
@@ -255,7 +261,7 @@ def _falls(
 
 
 def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
-    """The frame with these joints, without loads, heat, offsets and displacements of supports."""
+    """The frame with the given joints, without loads, free strains, offsets and prescribed displacements."""
     out = Description()
     for name, body in frame.bodies.items():
         out.body(name, body.origin, body.axes)
@@ -274,7 +280,7 @@ def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
 
 
 def _members(plan: Plan, components: ClearanceComponents) -> Array:
-    """Largest stiffness of a member's end, against translation or rotation, by component, (n, ...)."""
+    """Largest stiffness of a member's end against translation or rotation, as fits each component, (n, ...)."""
     largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
     for a in plan.matrix:
         value = np.asarray(total(plan.chained.scale(a))[1], dtype=np.float64)

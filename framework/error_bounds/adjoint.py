@@ -1,5 +1,4 @@
-"""The adjoint of an asked result: the displacements under the force, or the relative displacement, that does work equal
-to it."""
+"""Adjoint of a requested result: displacements under the unit force, or relative displacement, whose work equals it."""
 
 from __future__ import annotations
 
@@ -20,16 +19,16 @@ from .kinematics import FrameKinematics
 from .requested import RequestedResults
 from .sharing import shared
 
-# Roundings in a deformation in double precision, for the size of what it is made of.
+# Roundings in a deformation in double precision, relative to its size.
 _STRETCH = 8.0
 _LEAST = float(np.finfo(Extended).eps)
-# Of an adjoint by iterations: the part of a rounding of the result that what it leaves may make, the share of its size
-# that the greatest result of the same kind lends the others, and what is left at most.
+# For an adjoint by iterations: error that its residual may cause, in roundings of the result; fraction of the greatest
+# result of the same kind below which others need not be resolved; largest relative residual.
 _PART, _FELLOWS, _ROUGH = 0.5, 1e-2, 1e-2
 
 
 class Adjoint:
-    """Influence of everything on an asked result.
+    """Displacements under the unit loads of m requested results, and the error bounds that follow from them.
 
     Parameters
     ----------
@@ -38,14 +37,14 @@ class Adjoint:
     compliance
         Inverse of its stiffness.
     result
-        What is asked for, m results.
+        The m requested results.
     steps
-        Steps of refinement at least, where the adjoint itself is wanted.
+        Least number of refinement steps, where the adjoint itself is wanted.
 
     Attributes
     ----------
     coordinates
-        Displacements for unit forces, (m, ..., nodes, 6), as coordinates.
+        Coordinates of the nodes under the unit loads, (m, ..., nodes, 6).
     """
 
     def __init__(
@@ -83,13 +82,13 @@ class Adjoint:
 
     @cached_property
     def relative_displacements(self) -> list[Array]:
-        """Openings by link, (m, ..., 6)."""
+        """Relative displacements by link, (m, ..., 6)."""
         return self.state.double.relative_displacements(self.rough, self.displacements)
 
     def constrained(self, index: int) -> list[Array]:
         """By link: force in its ideal components under unit force `index`, (..., 6); 0 in the others.
 
-        It is the work done where a unit displacement is imposed on the component and nothing else moves but what must.
+        It is the work done if a unit displacement is imposed on the component while all other unknowns stay zero.
         """
         state, double = self.state, self.state.double
         acting = _forces(state, self.result, self.rough, double, state.double_springs)[index]
@@ -107,13 +106,13 @@ class Adjoint:
 
     @cached_property
     def refined(self) -> Real:
-        """The results without the error that the residual shows, (..., m)."""
+        """The results corrected by the work of the residual on the adjoint, (..., m)."""
         work = np.einsum("...nk,...nk->...", self.coordinates, self.state.residual)
         found: Real = self.result.value + np.moveaxis(work, 0, -1)
         return found
 
     def error_bound(self) -> Real:
-        """What `refined` may be off, (..., m)."""
+        """Bound on the error of `refined`, (..., m)."""
         state, double = self.state, self.state.double
         spread = double.sizes(self.rough)
         total: Any = extended(0.0)
@@ -141,7 +140,7 @@ class Adjoint:
 
     @cached_property
     def _stretches(self) -> list[Array]:
-        """Sizes of the deformations by kind of member, what double precision makes of them included, (m, ..., n, 6)."""
+        """Magnitudes of the deformations by kind of member with their rounding in double precision, (m, ..., n, 6)."""
         spread, kinds = self.state.double.sizes(self.rough), self.state.double_springs
         parts = zip(kinds, self.deformations, strict=True)
         return [
@@ -149,15 +148,15 @@ class Adjoint:
         ]
 
     def _second_order(self) -> Real:
-        """Bound on what is a product of two errors, (m, ...).
+        """Bound on the products of two errors, (m, ...).
 
         The exact solution differs from the computed one by a motion w, of which only the energy norm is known. It does
-        the work ``s . w`` on what the adjoint z leaves of its equations and, as stiffnesses are off by dk, ``dk e(z) .
-        e(w)`` on the adjoint, and ``dk a . e(w)`` on a force asked for by way of the rows a. With S the stiffness
-        scaled to unit diagonal by D, forces g on the unknowns work no more than ``|D g| / sqrt(least)`` on a motion of
-        unit energy norm, and forces p on the deformations no more than ``|k^-1/2 p|``, or where springs push at rest
-        the root of `Compliance.amplification` times as much. What drives w is bounded alike: the residual and its own
-        rounding, and the rounding of the stiffness at the computed deformations.
+        the work ``s . w`` on the residual s of the adjoint z and, as stiffnesses are off by dk, ``dk e(z) . e(w)`` on
+        the adjoint, and ``dk a . e(w)`` on a requested force with the rows a. With S the stiffness scaled to unit
+        diagonal by D, forces g on the unknowns do no more work than ``|D g| / sqrt(least)`` on a motion of unit energy
+        norm, and forces p on the deformations no more than ``|k^-1/2 p|``, times the root of
+        `Compliance.amplification` if springs have negative stiffness. The energy norm of w is bounded alike, from the
+        residual and its own rounding, and the rounding of the stiffness at the computed deformations.
         """
         state, energy = self.state, self._energy
         members = zip(state.double_springs, self._stretches, strict=True)
@@ -176,12 +175,12 @@ class Adjoint:
         return energy_of_error(self.state, self.compliance)
 
     def _enough(self) -> Array:
-        """Share of each scaled unit load that may be left unbalanced, as its work is then a part of a rounding of the
+        """Fraction of each scaled unit load that may be left unbalanced: its work is then less than a rounding of the
         result, (m, ...)."""
         size = norm(self.compliance.root * self.right)
         result = np.abs(np.moveaxis(self.result.value, -1, 0))
         least_stiffness = np.sqrt(self.compliance.least)
-        # a result that is zero, or almost, is as uncertain as its fellows make it
+        # a result that is zero, or almost, need only be as accurate as the others of its kind
         natural = np.where(size > 0.0, result / np.where(size > 0.0, size, 1.0), 0.0)
         natural = np.maximum(natural, _FELLOWS * natural.max(axis=0))
         work = self._energy / least_stiffness
@@ -192,7 +191,7 @@ class Adjoint:
         return least
 
     def _left(self) -> Real:
-        """Work of what the adjoint leaves of its equations on a motion of unit energy norm, (m, ...)."""
+        """Greatest work of the adjoint's residual on a motion of unit energy norm, (m, ...)."""
         state, compliance, double = self.state, self.compliance, self.state.double
         root, least_stiffness, kinds = compliance.root, np.sqrt(compliance.least), state.double_springs
         if self._fine:
@@ -221,7 +220,7 @@ class Adjoint:
         return rough
 
     def _load_sizes(self, stretches: list[Array], relative_displacements: list[Array]) -> Real:
-        """Sizes of what such deformations and relative displacements leave of the unit load on the unknowns, (m, ...,
+        """Size of the unit load's residual on the unknowns at such deformations and relative displacements, (m, ...,
         n)."""
         state, result, double = self.state, self.result, self.state.double
         load: Any = np.zeros((double.count, 6))
@@ -249,21 +248,20 @@ class Adjoint:
     # -- load -------------------------------------------------------------------------------------------------------
 
     def _unbalanced(self, coordinates: Real, kinematics: FrameKinematics, springs: list[Springs]) -> Real:
-        """What displacements leave of the unit load on the unknowns, (m, ..., n)."""
+        """Residual of the unit load at given displacements, on the unknowns, (m, ..., n)."""
         acting = _forces(self.state, self.result, coordinates, kinematics, springs)
         return kinematics.reduced(self.state.unknowns, acting)
 
 
 def unit_forces(state: EquilibriumResidual, result: RequestedResults) -> Real:
-    """Forces on the unknowns that do work equal to a result, (m, ..., n), in double precision."""
+    """Forces on the unknowns whose work equals a result, (m, ..., n), in double precision."""
     fixed = _imposed(state, result).astype(np.float64)
     acting = _forces(state, result, fixed, state.double, state.double_springs)
     return state.double.reduced(state.unknowns, acting)
 
 
 def _imposed(state: EquilibriumResidual, result: RequestedResults) -> Real:
-    """Coordinates at the unit relative displacements of a result, nothing else moving but what must, (m, ..., nodes,
-    6)."""
+    """Coordinates at the unit relative displacements of a result, all unknowns being zero, (m, ..., nodes, 6)."""
     none = extended(np.zeros((1,) * (state.ndim + 1) + (len(state.unknowns),)))
     return state.kinematics.coordinates(state.unknowns, none, _relative_displacements(state, result))
 
@@ -280,7 +278,7 @@ def _forces(
     kinematics: FrameKinematics,
     springs: list[Springs],
 ) -> Real:
-    """What displacements leave of the unit load, on all coordinates, (m, ..., nodes, 6)."""
+    """Residual of the unit load at given displacements, on all coordinates, (m, ..., nodes, 6)."""
     load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
     moved = kinematics.displacements(coordinates)
     for each in springs:

@@ -1,4 +1,4 @@
-"""Loads on nodes and members in extended precision, with the size of what was summed in double precision."""
+"""Loads on nodes and members in extended precision, with bounds on their rounding errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..structure.topology import Group, Index
 from .deformations import Springs
 from .kinematic_edge import Real, extended
 
-# Roundings in the weight of a mass, and those of distances in a load on a member, safe counts.
+# Numbers of roundings, on the safe side: in the weight of a mass; of distances in a load on a member.
 _WEIGHT, _FEW = 16.0, 32.0
 _ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 
@@ -28,11 +28,11 @@ class AppliedLoads:
     Attributes
     ----------
     forces
-        On the nodes, global, (..., nodes, 6), in extended precision.
+        Forces and moments on the nodes, global, (..., nodes, 6), in extended precision.
     error_bound
-        What rounding in loads on members and masses may leave of it, (..., nodes, 6).
+        Bound on their error by rounding in loads on members and masses, (..., nodes, 6).
     by_piece
-        Equivalent forces on the ends of pieces (..., 12), local, and the size of their error bound.
+        By number of a piece: equivalent forces on its ends in local axes, and their error bound, (..., 12) each.
     """
 
     forces: Real
@@ -41,7 +41,7 @@ class AppliedLoads:
 
     @classmethod
     def of(cls, plan: Plan, springs: list[Springs]) -> AppliedLoads:
-        """Loads as they are described."""
+        """Loads of a frame, evaluated from its description."""
         count, ndim = len(plan.topology.number) + len(plan.tree.exchanged), len(plan.frame.shape)
         given = list(nodal_loads(plan.topology))
         nodes = sum(len(each) for each in plan.frame.loads.values())
@@ -82,13 +82,13 @@ class AppliedLoads:
 
 
 def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
-    """What rounding may leave of the equivalent end forces of members, (n, ..., 12).
+    """Bound on the rounding error of the equivalent end forces of members, (n, ..., 12).
 
-    Each is a sum over points of a force there times a shape function, which is a sum in its turn: the rigid motion and
-    what the two springs of a plane of bending do to it, each a stiffness times a flexibility. None of its terms is
-    greater than the motion of a rigid member, though the sum may be far less, as where a member shears far more than
-    it bends. So the sizes are those of a rigid member, and the roundings those of a product of two stiffnesses, of the
-    sum over the points, and a few of the distances and the products with them.
+    Each is a sum over points of a force times a shape function, itself a sum: the rigid motion plus the effects of the
+    two springs of a plane of bending, each a stiffness times a flexibility. None of these terms exceeds the motion of a
+    rigid member, though the sum may be far less, as where a member shears far more than it bends. So the sizes are
+    those of a rigid member; the roundings are those of a product of two stiffnesses, of the sum over the points, and
+    a few of the distances and the products with them.
     """
     roundings = 2.0 * group.element.roundings + group.element.quadrature + _FEW
     each = []
@@ -102,7 +102,7 @@ def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
 
 
 def _summed(group: Group, at: Index, forces: Sequence[tuple[Array, Array]]) -> Array:
-    """Sum of the sizes of what the equivalent forces of one member are made of, (1, ..., 12)."""
+    """Size of the equivalent forces of one member, (1, ..., 12)."""
     length = group.length[at]
     used = np.zeros((6, 12), dtype=bool)
     for x, _ in forces:
@@ -115,7 +115,7 @@ def _summed(group: Group, at: Index, forces: Sequence[tuple[Array, Array]]) -> A
 
 
 def _rigid(length: Array) -> Array:
-    """Greatest displacement and rotation along a rigid member by a unit of those at its ends, (..., 6, 12)."""
+    """Greatest displacements and rotations along a rigid member for unit ones of its ends, (..., 6, 12)."""
     turning = np.arange(12) % 6 >= 3
     power = turning.astype(float) - turning[:6, None].astype(float)
     out: Array = length[..., None, None] ** power

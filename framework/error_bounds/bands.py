@@ -1,4 +1,4 @@
-"""Inverses of the stiffness of middle-sized frames in batches: a banded factor for each entry."""
+"""Inverses of the stiffness of a batch of medium-sized frames: a banded factor for each entry."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from .pushing import in_double
 from .resistance import resisted
 from .sparse_compliance import EstimatedCompliance
 
-# Inverse iterations, from random vectors, that find the least eigenvalue.
+# Steps of inverse iteration for the least eigenvalue, and number of random start vectors.
 _TO_THE_LEAST, _RANDOM = 8, 2
 
 
 class BandedCompliance(EstimatedCompliance):
-    """Matrices of one pattern, each with its factor; the least eigenvalues by inverse iteration, with a margin.
+    """Matrices of one pattern, each with its factor; least eigenvalues estimated by inverse iteration, with a margin.
 
     Parameters
     ----------
     bands
         The pattern of the unknowns of the state.
     place
-        Place of each of these in its order, (n,).
+        Place of each unknown in the order of the bands, (n,).
     numbers
-        Number of the matrix at each entry of the state, of one along batch axes over which it does not vary.
+        Number of the matrix at each entry of the state, of length one along batch axes over which it does not vary.
     picked
         Entries with these matrices, in the order of `numbers`.
     state
-        A solution, to the frame of which the motions that inverse iteration finds are put.
+        A solution; the energy of the motions found by inverse iteration is evaluated with its frame.
     """
 
     def __init__(self, bands: Bands, place: Index, numbers: Index, picked: Picked, state: EquilibriumResidual) -> None:
@@ -49,7 +49,7 @@ class BandedCompliance(EstimatedCompliance):
         self._estimated(np.minimum(1.0 / self._growth, np.abs(resistance)), state)
 
     def _softest(self) -> tuple[Array, Array]:
-        """Motions of length one that the scaled matrices resist least, (..., n), and one over what by, (...)."""
+        """Eigenvectors of the least eigenvalues of the scaled matrices, (..., n), and the inverses of these, (...)."""
         size = len(self._place)
         start = np.random.default_rng(0).standard_normal((_RANDOM, size))
         count = (1,) * self._numbers.ndim
@@ -68,7 +68,7 @@ class BandedCompliance(EstimatedCompliance):
         numbers, size = self._numbers, load.shape[-1]
         ahead = load.ndim - 1 - numbers.ndim
         shape = np.broadcast_shapes(load.shape[:-1], numbers.shape)
-        # the axes over which matrices vary come first, all others are loads of each
+        # the axes over which the matrices vary come first; all others are right-hand sides of each matrix
         axes = [ahead + axis for axis, count in enumerate(numbers.shape) if count > 1]
         first = range(len(axes))
         moved = np.moveaxis(np.broadcast_to(load, (*shape, size)), axes, first)

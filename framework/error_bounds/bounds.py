@@ -1,16 +1,16 @@
 """Bounds on the error of a linear solution, component by component.
 
-With the solution u of the computed unknowns, its residual r in extended precision, and for each asked result the
-displacements z under the unit force (or relative displacement) that does work equal to it, the exact result is ::
+With the solution u of the computed unknowns, its residual r in extended precision, and for each requested result the
+displacements z under the unit force (or relative displacement) whose work equals it, the exact result is ::
 
-    R* = R(u) + z . r + s . K^-1 r,    s = what z leaves of its own equations,
+    R* = R(u) + z . r + s . K^-1 r,    s = residual of the equations of z,
 
-so that one adjoint solve gives the error itself, up to a product of two errors. That is bounded in the energy norm by
-``|s| |r| / least eigenvalue``, which `linkframe.framework.error_bounds.compliance` proves. What is left is that the
-stiffnesses k of members are themselves rounded; as ``z . K u`` is a sum over springs, they change the result by no more
-than ``roundings * sum_i |k_i e_i(z) e_i(u)|``, in which nothing cancels. (Adjoint error estimates: Becker & Rannacher,
-Acta Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numerica 19 (2010) 287-449.) Where iterations
-solve, one correction serves the displacements of all nodes instead: `linkframe.framework.error_bounds.energy`.
+so that one adjoint solve gives the error itself, up to a product of two errors. That product is bounded in the energy
+norm by ``|s| |r| / least eigenvalue``, the latter from `linkframe.framework.error_bounds.compliance`. Besides, the
+stiffnesses k of members are rounded; as ``z . K u`` is a sum over springs, this changes the result by no more than
+``roundings * sum_i |k_i e_i(z) e_i(u)|``, in which nothing cancels. (Adjoint error estimates: Becker & Rannacher, Acta
+Numerica 10 (2001) 1-102; residuals in extended precision: Rump, Acta Numerica 19 (2010) 287-449.) With an iterative
+solver, one correction serves the displacements of all nodes instead: `linkframe.framework.error_bounds.energy`.
 """
 
 from __future__ import annotations
@@ -41,23 +41,23 @@ from .requested import requested
 from .resolved import MOST, excited, groups, ill_conditioned, rest
 from .sparse_compliance import Roughly, SparseCompliance
 
-# Least eigenvalue below which an entry is taken up in extended precision.
+# Least eigenvalue below which an entry is solved in extended precision.
 ILL_CONDITIONED = 1e-10
 # Batch entries handled at a time, and parts of the batch kept for the next result.
 CHUNK = 1024
 _KEEP = 8
-# Numbers of a matrix, or of a vector, that are handled at a time; there are some tens of each.
+# Numbers in the matrices, or vectors, of the entries handled at a time; some tens of such arrays are held at once.
 _NUMBERS = 2**22
-# Share of its error that a correction leaves where iterations solve.
+# Fraction of the error that a correction by an iterative solver leaves.
 _CORRECTION = 3e-4
 
 
 @dataclass(frozen=True)
 class BatchPart:
-    """A part of the batch: where it is, the solution in it, and an inverse of its stiffness.
+    """A part of the batch: its index, the solution in it, and an inverse of its stiffness.
 
-    Where iterations solve, `corrected` is what the state was corrected by, the most at any node, (..., 6): translations
-    alike, and rotations; None where no bound by energy is asked for.
+    With an iterative solver, `corrected` is the greatest correction of any node's translations and rotations, (..., 6),
+    see `greatest_change`; None if no bound by energy is used.
     """
 
     where: Any
@@ -67,12 +67,12 @@ class BatchPart:
 
     @cached_property
     def energy(self) -> Real:
-        """Energy norm of what the exact solution differs from the state, at most, (...)."""
+        """Bound on the energy norm of the solution's error, (...)."""
         return energy_of_error(self.state, self.compliance)
 
 
 class Bounds:
-    """Error bounds of a solution; what does not depend on the asked result is computed once.
+    """Error bounds of a solution; all that does not depend on the requested result is computed once.
 
     Parameters
     ----------
@@ -88,24 +88,24 @@ class Bounds:
 
     @cached_property
     def step(self) -> int:
-        """Indices along the axis over which the batch is cut that are handled at a time."""
+        """Number of indices handled at a time along the batch axis that is cut."""
         shape = self.plan.frame.shape
         dofs, unknowns = 6 * len(self.plan.topology.number), len(self.plan.unknowns)
-        # Deformations by unknowns, for each entry its own; vectors alone where one sparse factor serves all entries.
+        # A matrix of deformations by unknowns for each entry; only vectors if one sparse factor serves all entries.
         each = min(unknowns, self.plan.graph.width) if unknowns > MOST else unknowns
         numbers = dofs * (1 if isinstance(self.solution.solver, SparseSolver) else each)
         entries = min(CHUNK, max(1, _NUMBERS // max(1, numbers)))
         return max(1, entries * max(shape, default=1) // max(1, int(np.prod(shape, dtype=np.int64))))
 
     def refined(self, name: str, kind: str) -> tuple[Array, Array]:
-        """Results of one iterative refinement in extended precision, and the bound on their error.
+        """Results after one step of iterative refinement in extended precision, and bounds on their error, (..., m).
 
         Parameters
         ----------
         name
             Node, joint or member.
         kind
-            What of it, see `linkframe.framework.error_bounds.requested`.
+            Kind of result, see `linkframe.framework.error_bounds.requested`.
         """
         value, error_bound = self._together(self.adjoints(name, kind))
         with np.errstate(all="ignore"):
@@ -113,13 +113,13 @@ class Bounds:
             return rounded, _upwards(np.abs(rounded - value) + error_bound)
 
     def bound(self, name: str, kind: str, computed: Array, components: Sequence[int] | None = None) -> Array:
-        """Bound on the error of `computed` results (..., m), or of these components; inf where none is known."""
+        """Bound on the error of `computed` results or some `components` of them, (..., m); inf where none is known."""
         value, error_bound = self._together(self._estimates(name, kind, components))
         with np.errstate(all="ignore"):
             return _upwards(np.abs(computed - value) + error_bound)
 
     def distance(self) -> Array:
-        """Least singular value of the scaled deformations by what the loads reach, by all unknowns where none do."""
+        """Least singular value of scaled deformations by the unknowns that loads reach, by all if there are none."""
         if not self._values[0] and self.plan.unknowns:
             return Bounds(self.solution.reaching(self.plan.unknowns)).distance()
         out: Array = np.ones(self.solution.shape)
@@ -130,15 +130,14 @@ class Bounds:
         return out
 
     def adjoints(self, name: str, kind: str, components: Sequence[int] | None = None) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoints of results there, or of some components."""
+        """For each part of the batch, its index and the adjoints of results there, or of some components."""
         with np.errstate(all="ignore"):
             for part in self.parts():
                 result = requested(part.state, name, kind).only(components)
                 yield part.where, Adjoint(part.state, part.compliance, result)
 
     def influence(self, name: str, kind: str, index: int) -> Iterator[tuple[Any, Adjoint]]:
-        """Part by part of the batch: where it is, and the adjoint of one component of a result there, itself refined
-        once."""
+        """For each part of the batch, its index and the adjoint of one component of a result, itself refined once."""
         with np.errstate(all="ignore"):
             for part in self.parts():
                 result = requested(part.state, name, kind).only((index,))
@@ -147,7 +146,7 @@ class Bounds:
     def _estimates(
         self, name: str, kind: str, components: Sequence[int] | None
     ) -> Iterator[tuple[Any, Adjoint | EnergyBound]]:
-        """As `adjoints`; displacements by energy where an adjoint takes many iterations and tells hardly more."""
+        """As `adjoints`, but displacements bounded by energy where an adjoint takes many iterations for little gain."""
         with np.errstate(all="ignore"):
             for part in self.parts():
                 result = requested(part.state, name, kind).only(components)
@@ -160,7 +159,7 @@ class Bounds:
                 yield part.where, Adjoint(part.state, part.compliance, result)
 
     def _together(self, estimates: Iterable[tuple[Any, Adjoint | EnergyBound]]) -> tuple[Real, Real]:
-        """Results refined in extended precision, and what they may be off, (..., m)."""
+        """Results refined in extended precision, and bounds on their error, (..., m)."""
         with np.errstate(all="ignore"):
             found = [(where, estimate.refined, estimate.error_bound()) for where, estimate in estimates]
         shape = (*self.solution.shape, found[0][1].shape[-1])
@@ -174,13 +173,13 @@ class Bounds:
         return EquilibriumResidual(self.statics, WHOLE, *self._values)
 
     def states(self) -> Iterator[tuple[tuple[slice, ...], EquilibriumResidual]]:
-        """Part by part of the batch: where it is, and the solution in it."""
+        """For each part of the batch, its index and the solution in it."""
         yield from map(self._state, range(self._count))
 
     # -- parts of the batch -----------------------------------------------------------------------------------------
 
     def parts(self) -> Iterator[BatchPart]:
-        """The batch part by part; later parts stand for what earlier ones could not settle."""
+        """The parts of the batch; later ones replace entries of earlier ones that are ill-conditioned."""
         for index in range(self._count):
             parts = self._kept[index] if index in self._kept else list(self._part(index))
             if self._count <= _KEEP:
@@ -210,13 +209,13 @@ class Bounds:
             yield from self._ill_conditioned(where, (least < few) | ~(least > 0.0))
 
     def _state(self, index: int) -> tuple[tuple[slice, ...], EquilibriumResidual]:
-        """Where a part is, and the solution in it."""
+        """Index of a part, and the solution in it."""
         cut = self._cut(index)
         unknowns, values = self._values
         return cut.where, EquilibriumResidual(self.statics, cut, unknowns, cut(values, 1))
 
     def cuts(self) -> Iterator[Stretch]:
-        """What takes each part of the batch out of arrays."""
+        """Callables that take each part of the batch out of arrays."""
         yield from map(self._cut, range(self._count))
 
     def _cut(self, index: int) -> Stretch:
@@ -240,14 +239,14 @@ class Bounds:
 
     @cached_property
     def _bands(self) -> tuple[Bands, NDArray[np.int64], int]:
-        """Pattern of the stiffness in bands, the place of each unknown there, and over which axes it varies."""
+        """Band pattern of the stiffness, the place of each unknown in it, and a bit mask of the axes of variation."""
         unknowns = self._values[0]
         solver = StackedSolver(self.plan, {}, np.isin(self.plan.graph.unknown, unknowns))
         bands = solver.bands(solver.loaded)
         return bands, bands.place[np.searchsorted(solver.unknown, unknowns)], solver.coupling.mask
 
     def _ill_conditioned(self, where: tuple[slice, ...], unproved: NDArray[np.bool_]) -> Iterator[BatchPart]:
-        """What double precision can hardly tell from singular, in extended precision."""
+        """Entries that are almost singular to double precision, solved in extended precision."""
         mask = np.zeros(self.plan.frame.shape, dtype=bool)
         mask[where] = unproved
         for index in groups(mask & ~self.solution.movable):
@@ -303,16 +302,16 @@ class BoundedResults(LinearResults, Protocol):
         ...
 
     def reaching(self, unknowns: Iterable[int]) -> BoundedResults:
-        """The same with what is coupled with these unknowns solved for too."""
+        """The same solution, with the unknowns coupled with the given ones solved for as well."""
         ...
 
     def cut(self) -> BoundedResults:
-        """The same with the members cut into their segments; itself where they are."""
+        """The same solution with members cut into their segments; itself if they are."""
         ...
 
 
 def _upwards(bound: Real) -> Array:
-    """A bound in double precision that is not below; inf for NaN."""
+    """A bound rounded upwards to double precision; inf for NaN."""
     rounded = np.where(np.isnan(bound), np.inf, bound).astype(np.float64)
     out: Array = np.where(rounded < bound, np.nextafter(rounded, np.inf), rounded)
     return out

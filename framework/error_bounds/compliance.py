@@ -1,4 +1,4 @@
-"""An inverse of the stiffness with a proof of how good it is, and that of a stack of small matrices."""
+"""Approximate inverses of the stiffness with a proved bound on its least eigenvalue, and those of small matrices."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from .kinematic_edge import Real, extended, norm
 from .kinematics import FrameKinematics
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
-# Roundings in a deformation, for the size of what it is made of.
+# Roundings in a deformation, relative to its size.
 _DEFORMATION = 32.0
-# Least eigenvalue below which products of two errors begin to count.
+# Least eigenvalue below which products of two errors matter.
 NEAR = 1e-8
-# Numbers in a matrix from which it is worth to leave zeros out.
+# Numbers in a matrix from which skipping its zeros saves time.
 _LARGE = 4096
-# Steps of refinement with an inverse in extended precision, which serves what is hardest.
+# Steps of refinement with an inverse in extended precision, used for the most ill-conditioned entries.
 _STEPS = 3
 
 
@@ -32,16 +32,16 @@ class Compliance(ABC):
     Attributes
     ----------
     root
-        (..., n): one over the square root of the diagonal of K.
+        Inverse square root of the diagonal of K, (..., n).
     least
-        (...): what the least eigenvalue of K, scaled to unit diagonal, is not below; 0 where none is proved.
+        Lower bound on the least eigenvalue of K scaled to unit diagonal, (...); 0 where none is proved.
     greatest
-        What the greatest eigenvalue of K is not above where all that it is made of is taken with the same sign, scaled.
+        Upper bound on the greatest eigenvalue of the scaled K when all its terms are taken with the same sign.
     backward_error
-        (...): 2-norm of the rounding in the scaled matrix as it is applied.
+        2-norm of the rounding error of the scaled matrix, (...).
     amplification
-        (...): what the greatest eigenvalue of ``S^-1 |S|`` is not above, |S| being the stiffness S with the sizes of
-        what springs have below zero in place of that; one where none has.
+        Upper bound on the greatest eigenvalue of ``S^-1 |S|``, (...), |S| being the stiffness S with negative spring
+        stiffnesses replaced by their magnitudes; one without such springs.
     """
 
     root: Array
@@ -56,12 +56,12 @@ class Compliance(ABC):
 
     @property
     def near(self) -> bool:
-        """Whether something is so close to singular that one more step of refinement is worth it."""
+        """Whether an entry is so close to singular that one more step of refinement pays."""
         return bool(np.any((self.least > 0.0) & (self.least < NEAR)))
 
     @property
     def steps(self) -> int:
-        """Steps of refinement that are worth it."""
+        """Number of refinement steps that pay."""
         if self.root.dtype != np.float64:
             return _STEPS
         return int(self.near)
@@ -71,19 +71,19 @@ class Compliance(ABC):
         """Displacements (..., n) for loads (..., n)."""
 
     def solve_to(self, load: Array, share: Array) -> Array:
-        """The same for loads (m, ..., n); where that saves time only until a `share` (m, ...) of each, scaled, is left
-        unbalanced."""
+        """Displacements for loads (m, ..., n); an iterative solver stops when the scaled residual of each is below a
+        `share` (m, ...) of the load."""
         return self.solve(load)
 
     def energy(self, load: Real, sizes: Real) -> Real:
-        """Energy norm of the displacements under loads, at most, (...).
+        """Bound on the energy norm of the displacements under loads, (...).
 
         Parameters
         ----------
         load
             The loads (..., n).
         sizes
-            By how much each may be off, with either sign, (..., n).
+            Uncertainty of each load, of either sign, (..., n).
         """
         root = extended(self.root)
         out: Real = (norm(root * load) + norm(root * sizes)) / np.sqrt(self.least)
@@ -91,7 +91,7 @@ class Compliance(ABC):
 
     @property
     def iterative(self) -> bool:
-        """Whether time depends on how well it solves."""
+        """Whether it solves by iterations, whose number depends on the accuracy."""
         return False
 
     @abstractmethod
@@ -103,9 +103,9 @@ class DenseCompliance(Compliance):
     """Stack of small matrices, inverted in the precision in which the frame is given.
 
     From B, the deformations by the unknowns, ``S = D B^T k B D`` is assembled; its least eigenvalue is the square of
-    the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has none
-    below ``(1 - a) / |G|`` (Rump, *Verification methods*, Acta Numerica 19 (2010) 287-449, sec. 10); the rounding of B
-    lowers the singular value by no more than its norm.
+    the least singular value of ``sqrt(k) B D``. With G an approximate inverse and ``a = |I - G S| < 1``, S has no
+    eigenvalue below ``(1 - a) / |G|`` (Rump, *Verification methods*, Acta Numerica 19 (2010) 287-449, sec. 10); the
+    rounding of B lowers the singular value by no more than its norm.
 
     Parameters
     ----------
@@ -131,8 +131,8 @@ class DenseCompliance(Compliance):
 
     @classmethod
     def of(cls, columns: Real, sizes: Real, k: Array) -> DenseCompliance:
-        """The same of deformations by the unknowns (..., e, n), sizes of their parts (n, ..., e) and their stiffness
-        (..., e), in the precision of the deformations."""
+        """The inverse from deformations by the unknowns (..., e, n), their sizes (n, ..., e) and stiffnesses (..., e),
+        in the precision of the deformations."""
         out = cls.__new__(cls)
         out._invert(columns, sizes, k)
         return out
@@ -149,7 +149,7 @@ class DenseCompliance(Compliance):
         weighted = (np.moveaxis(sizes**2, 0, -1) @ (root**2)[..., None])[..., 0]
         lost = _DEFORMATION * rounding * np.sqrt(np.sum(np.abs(k) * weighted, axis=-1))
         self.backward_error = size * entries + 2.0 * np.sqrt(size) * lost + lost**2
-        # The shift keeps what is singular to rounding from stopping the others.
+        # The shift keeps the inversion of a stack from failing at entries that are singular to rounding.
         eye = np.eye(size)
         finite = np.asarray(np.isfinite(self.matrix).all(axis=(-1, -2)))
         safe = np.where(finite[..., None, None], self.matrix, eye)
@@ -165,10 +165,10 @@ class DenseCompliance(Compliance):
             self._push(proved, lost)
 
     def _push(self, proved: Array, lost: Array) -> None:
-        """What springs with a stiffness below zero make of `least` and `amplification`.
+        """Correct `least` for springs of negative stiffness, and set `amplification`.
 
-        ``|S| = S + 2 S'`` for the part S' of these springs: at most ``1 + 2 |S'| / least`` times as much. S itself is
-        no square then, and the rounding of B counts by the size of |S|, whose trace is known.
+        ``|S| = S + 2 S'`` with the part S' of these springs, so the amplification is at most ``1 + 2 |S'| / least``. S
+        is then no product A^T A, and the rounding of B is relative to |S|, whose trace is known.
         """
         pushing = np.where(self._k < 0.0, -self._k, 0.0)
         columns = self._columns * self.root[..., None, :]
@@ -187,20 +187,20 @@ class DenseCompliance(Compliance):
             return 0.0 * least
         if not self.pushing.any():
             return least
-        # What pushes takes off: the square is then the least eigenvalue, or zero where the frame is pushed over.
+        # With negative springs the square is the least eigenvalue, or zero where the frame is unstable.
         matrix = np.where(np.isfinite(self.matrix), self.matrix, 0.0).astype(np.float64)
         values = np.linalg.eigvalsh(matrix).min(axis=-1, initial=1.0)
         return np.where(self.pushing, np.sqrt(np.maximum(values, 0.0)), least)
 
     @property
     def pushing(self) -> NDArray[np.bool_]:
-        """Entries with springs whose stiffness is below zero, as they push at rest, (...)."""
+        """Mask of the entries with springs of negative stiffness (preloaded in compression), (...)."""
         return np.asarray((self._k < 0.0).any(axis=-1))
 
     @property
     def scaled(self) -> Array:
-        """Deformations by the unknowns, weighed by the root of the size of their stiffness, columns of length one where
-        none is below zero, (..., e, n)."""
+        """Deformations by the unknowns, times the root of the magnitude of their stiffness, (..., e, n); columns have
+        length one if no stiffness is negative."""
         weighted: Array = (np.sqrt(np.abs(self._k))[..., None] * self._columns * self.root[..., None, :]).astype(
             np.float64
         )
@@ -219,7 +219,7 @@ class DenseCompliance(Compliance):
 
 
 def rounding_of(coupled: int) -> float:
-    """2-norm of the rounding in a scaled matrix, of which no entry is above one and each row has so many."""
+    """2-norm of the rounding error of a scaled matrix with entries up to one, `coupled` of them in each row."""
     return _DEFORMATION * ROUNDING * coupled
 
 
@@ -230,8 +230,8 @@ def by_unknowns(
     unknowns: Sequence[int],
     kind: type[np.floating[Any]],
 ) -> tuple[Real, Real, Array]:
-    """Deformations of members and relative displacements of links by the unknowns (..., e, n), sizes of their parts (n,
-    ..., e) and their stiffness (..., e), without those that resist nothing."""
+    """Deformations of members and relative displacements of links by the unknowns (..., e, n), their sizes (n, ..., e)
+    and stiffnesses (..., e), without those of zero stiffness."""
     rows, sizes = by_units(kinematics, springs, unknowns, kind)
     k = resistances(kinematics, springs, stiffness, rows.ndim - 2).astype(kind)
     used = np.flatnonzero(_any(k) & _any(sizes))
@@ -240,7 +240,7 @@ def by_unknowns(
 
 
 def resistances(kinematics: FrameKinematics, springs: list[Springs], stiffness: list[Array], ndim: int = 0) -> Array:
-    """Stiffness against the deformations of members and links, (..., e), with `ndim` batch axes at least."""
+    """Stiffnesses of members and links, (..., e), with at least `ndim` batch axes."""
     idle = [where[..., None] for where in kinematics.idle.values()]
     none = np.zeros((*(1,) * ndim, 0))
     return together([none, *(merged(each.stiffness, -2, -1) for each in springs), *stiffness, *idle])
@@ -249,8 +249,7 @@ def resistances(kinematics: FrameKinematics, springs: list[Springs], stiffness: 
 def by_units(
     kinematics: FrameKinematics, springs: list[Springs], unknowns: Sequence[int], kind: type[np.floating[Any]]
 ) -> tuple[Real, Real]:
-    """Deformations of members and relative displacements of links by each unknown, (n, ..., springs), and sizes of
-    their parts."""
+    """Deformations of members and links by each unknown, (n, ..., springs), and their sizes."""
     size = len(unknowns)
     ndim = max([len(kinematics.shape), *(each.rows.ndim - 3 for each in springs)])
     if not size:
@@ -266,15 +265,15 @@ def by_units(
     parts = [merged(each.sizes(spread, coordinates), -2, -1) for each in springs]
     of += kinematics.relative_displacements(coordinates, moved)
     parts += kinematics.displacement_sizes(coordinates, spread)
-    # what stands for nothing resists by itself
+    # an unknown that stands for no coordinate at an entry has a unit spring of its own there
     alone = [(np.array(unknowns) == key).astype(kind).reshape(size, *(1,) * (ndim + 1)) for key in kinematics.idle]
     of, parts = [*of, *alone], [*parts, *alone]
     return together([none, *of]), together([none, *parts])
 
 
 def _product(one: Real, other: Real) -> Real:
-    """Product of matrices (..., m, n) and (..., n, p), of which the second holds many zeros; in extended precision,
-    without BLAS, what is multiplied by them is left out of large ones."""
+    """Product of matrices (..., m, n) and (..., n, p), the second with many zeros; in extended precision, without BLAS,
+    products with these zeros are skipped if the matrix is large."""
     out: Real
     if other.dtype == np.float64 or math.prod(other.shape[-2:]) < _LARGE:
         out = one @ other
@@ -292,8 +291,8 @@ def _product(one: Real, other: Real) -> Real:
 def _inverse(matrix: Real) -> Real:
     """Inverse of positive definite matrices (..., n, n); in extended precision, without LAPACK, by Gauss-Jordan.
 
-    That is n steps for whole matrices; solutions of unit loads by `framework.ldl` take as long for 30 matrices or more,
-    2.4 to 3.3 times as long for one.
+    It takes n steps on whole matrices. Solving for unit loads by `framework.ldl` takes as long for 30 matrices or more,
+    and 2.4 to 3.3 times as long for one.
     """
     if matrix.dtype == np.float64:
         inverse: Real = np.linalg.inv(matrix)
@@ -317,6 +316,6 @@ def _any(values: Real) -> NDArray[np.bool_]:
 
 
 def together(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """Arrays (..., n) one behind the other along the last axis."""
+    """Arrays (..., n) concatenated along the last axis, their batch axes broadcast."""
     shape = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
     return np.concatenate([np.broadcast_to(part, (*shape, part.shape[-1])) for part in parts], axis=-1)

@@ -1,8 +1,8 @@
-"""Members as springs on deformations, in extended precision: what of a rounded stiffness is known, and how well.
+"""Members as springs on deformations, in extended precision, with the uncertainty of their rounded stiffnesses.
 
-``K = sum_i k_i b_i b_i^T``. The deformations b follow from the geometry, which is given exactly, and are evaluated in
-extended precision; the stiffnesses k are known to a few roundings of double precision. They are positive but for
-springs that push at rest, whose sizes count.
+``K = sum_i k_i b_i b_i^T``. The rows b follow from the geometry, which is taken as exact, and are evaluated in extended
+precision; the stiffnesses k are known to a few roundings of double precision. These are positive, except for springs
+preloaded in compression, of which error bounds take the magnitude.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..structure.topology import Group, Index
 from .kinematic_edge import Real, extended, norm
 from .kinematics import position
 
-# Roundings of extended precision in a deformation, for the size of what it is made of.
+# Roundings of extended precision in a deformation, relative to its size.
 _FINE = 24.0 * float(np.finfo(np.longdouble).eps)
 
 
@@ -40,23 +40,23 @@ class Springs:
     rows
         Deformations by the displacements of both ends in global axes, (..., n, springs, 12).
     local_rows
-        The same in local axes, where most are exactly zero; turned back from the global ones they would not be.
+        The same in local axes, where most are exactly zero, which rotating back from global axes would lose.
     local_axes
         Local axes as rows, (..., n, 3, 3).
     length
-        (..., n).
+        Lengths (..., n).
     stiffness
-        (..., n, springs), double precision.
+        Stiffnesses (..., n, springs), in double precision.
     roundings
-        Roundings by which the stiffness may be off.
+        Number of roundings by which the stiffness may be off.
     mixed
-        Pairs of springs (i, j) of which the rounding of what tells them apart may mix the second into the first, as a
-        rounded elastic centre does the bending into the shear: where b_j acts b_i does, and elsewhere, too.
+        Pairs of springs (i, j) such that a rounded stiffness may add some of b_j to b_i, as a rounded elastic centre
+        adds bending to shear: b_i acts on all displacements on which b_j does, and on others.
     balanced
-        Whether a rigid motion costs nothing: else something outside the frame holds the member, or it carries a force.
+        Whether a rigid motion needs no force; it does if the member is held from outside the frame or has a preload.
     determinate
-        1 where the start carries the end, -1 where the end carries the start, 0 where neither (n,): the coordinates of
-        what is carried are its displacement relative to the rigid motion of the other, and alone deform the member.
+        1 if the start carries the end, -1 if the end carries the start, 0 if neither (n,). The coordinates of the
+        carried end are its displacement relative to the rigid motion of the other; they alone deform the member.
     """
 
     nodes: Index
@@ -87,33 +87,32 @@ class Springs:
         return _applied(self.rows, self._ends(displacements, coordinates))
 
     def sizes(self, displacements: Real, coordinates: Real) -> Real:
-        """Sum of the sizes of what the deformations are made of, (..., n, springs), in double precision."""
+        """Sizes of the deformations, (..., n, springs), in double precision."""
         ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
         return _applied(self._absolute, ends)
 
     @cached_property
     def sizes_of_stiffness(self) -> Array:
-        """Sizes of the stiffness, (..., n, springs): what pushes at rest has one below zero."""
+        """Magnitudes of the stiffnesses, (..., n, springs)."""
         found: Array = np.abs(self.stiffness)
         return found
 
     @cached_property
     def _absolute(self) -> Array:
-        """Sizes of the rows in double precision."""
+        """Magnitudes of the rows in double precision."""
         found: Array = np.abs(self.rows).astype(np.float64)
         return found
 
     def uncertain(self, deformations: Real, rounding: float) -> Real:
-        """How much rounding of stiffness and elastic centre changes the forces on the deformations (..., n, springs).
+        """Bound on the change of spring forces by rounding of stiffness and elastic centre, (..., n, springs).
 
-        An elastic centre that is off by a share d of the length mixes the moment into the shear and the shear into
-        the moment: ``b_shear`` becomes ``b_shear + d s b_bend`` with the size s of what is mixed, see `share`. A hinge
-        is no elastic centre, and where it is.
+        If the elastic centre is off by a fraction d of the length, ``b_shear`` becomes ``b_shear + d s b_bend``, which
+        mixes moment and shear; s is the ratio given by `share`. The place of a hinge is exact.
         """
         off, found = self.roundings * rounding, np.abs(deformations)
         out = off * self.sizes_of_stiffness * found
         shares = [self.share(shear, bend) for shear, bend in self.mixed]
-        # the axes of a beam that is rolled vary over the batch, and neither its stiffness nor its deformations
+        # the axes of a rolled beam may vary over the batch while its stiffness and deformations do not
         out = np.array(
             np.broadcast_to(out, (*np.broadcast_shapes(out.shape[:-1], *map(np.shape, shares)), out.shape[-1]))
         )
@@ -125,7 +124,7 @@ class Springs:
         return out
 
     def work(self, generalised_forces: Real) -> Real:
-        """Square of the greatest work that forces (..., n, springs) do on a motion of unit energy norm, (...)."""
+        """Square of the greatest work of spring forces (..., n, springs) on a motion of unit energy norm, (...)."""
         sizes = self.sizes_of_stiffness
         stiff = sizes > 0.0
         shares = np.where(stiff, generalised_forces * generalised_forces / np.where(stiff, sizes, 1.0), 0.0)
@@ -133,12 +132,12 @@ class Springs:
         return out
 
     def spread_forces(self, generalised_forces: Real, count: int) -> Real:
-        """Sum of the sizes of what the forces (..., count, 6) on the nodes are made of, in double precision."""
+        """Sizes of the forces (..., count, 6) that spring forces exert on the nodes, in double precision."""
         forces = np.einsum("...nij,...ni->...nj", self._absolute, generalised_forces.astype(np.float64))
         return self.gathered(forces, count)
 
     def forces(self, generalised_forces: Real, count: int) -> Real:
-        """Forces (..., count, 6) on the nodes for forces (..., n, springs) that work on the deformations."""
+        """Forces (..., count, 6) on the nodes for spring forces (..., n, springs)."""
         return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, generalised_forces), count)
 
     def gathered(self, acting: Real, count: int) -> Real:
@@ -153,7 +152,7 @@ class Springs:
         return out
 
     def share(self, i: int, j: int) -> Array:
-        """Of a pair in `mixed`, what of b_j is the size of b_i where both act, at most, (..., n)."""
+        """Greatest ratio of b_i to b_j of a pair in `mixed` where both act, (..., n)."""
         pair = self.rows[..., (i, j), :].astype(np.float64)
         size = np.sqrt(np.sum(pair.reshape(*pair.shape[:-1], 4, 3) ** 2, axis=-1))
         first, second = size[..., 0, :], size[..., 1, :]
@@ -187,7 +186,7 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
     group
         The members.
     element
-        Stands for them at one entry of the batch.
+        Their element, at one entry of the batch.
     """
     chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
     length = (norm(chord) / extended(group.counts.reshape(-1)))[:, None]
@@ -197,7 +196,7 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
 
 
 def _turned(rows: Real, local_axes: Real) -> Real:
-    """Deformations (..., springs, 12) by displacements in local axes, as those by displacements in global ones."""
+    """Rows (..., springs, 12) by displacements in local axes, turned into rows by displacements in global axes."""
     split = rows.reshape(*rows.shape[:-1], 4, 3)
     out: Real = split @ local_axes[..., None, :, :]
     return out.reshape(*out.shape[:-2], 12)
@@ -228,7 +227,7 @@ def _of(plan: Plan, group: Group) -> Springs:
 
 
 def _mixed(rows: Real) -> tuple[tuple[int, int], ...]:
-    """Pairs of springs of which the first acts where the second does, and elsewhere, too."""
+    """Pairs of springs (i, j) such that i acts on all displacements on which j does, and on others."""
     acts = (rows != 0.0).reshape(-1, *rows.shape[-2:]).any(axis=0)
     within = (acts[None, :] <= acts[:, None]).all(axis=-1)
     pairs = np.argwhere(within & ~within.T & acts.any(axis=-1)).tolist()
@@ -256,7 +255,7 @@ def _geometry(plan: Plan | Unloaded, group: Group) -> tuple[Real, Real]:
 
 
 def _orthonormal(rows: Real) -> Real:
-    """Axes that are orthonormal to rounding of double precision made so in extended, x as it is."""
+    """Axes orthonormal to double precision, made orthonormal in extended precision; x stays as it is."""
     x, y = rows[..., 0, :] / norm(rows[..., 0, :])[..., None], rows[..., 1, :]
     y = y - np.sum(x * y, axis=-1, keepdims=True) * x
     y = y / norm(y)[..., None]

@@ -1,10 +1,10 @@
 """Bounds on the error of displacements by energy alone, without an adjoint for each.
 
 The exact solution differs from the computed one by a motion w, and a result with the unit load g by ``g . w``, which is
-no more than the energy norm of w times that of what g brings about (Cauchy-Schwarz). The first is one number for all
-results, the second comes of a few iterations. What rounding of the members' stiffnesses may do is in the first, where
-an adjoint tells how much of it is where the result depends on it: such a bound is wider, which hardly counts beside
-what iterations leave in a solution.
+no more than the energy norm of w times that of the displacements under g (Cauchy-Schwarz). The first is one number for
+all results, the second takes a few iterations. The first includes the rounding of all members' stiffnesses, whereas an
+adjoint weights it by its influence on the result: this bound is wider, but little compared with the error that an
+iterative solver leaves.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from .force_sizes import reduced_sizes
 from .kinematic_edge import Real
 from .requested import RequestedResults
 
-# Roundings of a load on an unknown: those of turning it into its axes, a safe count, and of each rigid link on the way.
+# Roundings of a load on an unknown: of rotating it into its axes (on the safe side), and of each rigid link on the way.
 CAREFUL, CARRIED = 64.0, 4.0
 _LEAST = float(np.finfo(Extended).eps)
-# By how much a bound may be above the greatest error of a solution of which it is the bound at one node.
+# Greatest ratio of a bound at one node to the greatest error of the solution at which the bound counts as sharp.
 _WIDE = 8.0
 
 
 def energy_of_error(state: EquilibriumResidual, compliance: Compliance) -> Real:
-    """Energy norm of what the exact solution differs from the computed one, at most, (...).
+    """Bound on the energy norm of the solution's error, (...).
 
-    Forces p on the deformations B u bring about a motion w with the energy ``p . B w``, which is at most ``|k^-1/2 p|``
-    times the norm of w by the sizes |k| of the stiffnesses; its square is some times the energy, see
-    `Compliance.amplification`.
+    Forces p on the deformations B u cause a motion w with the energy ``p . B w``, which is at most ``|k^-1/2 p|`` times
+    the norm of w in the magnitudes |k| of the stiffnesses; the square of that norm is at most
+    `Compliance.amplification` times the energy.
     """
     forces = np.sqrt(compliance.amplification) * state.force_uncertainty
     out: Real = compliance.energy(state.balance, state.unbalanced) + forces
@@ -41,7 +41,7 @@ def energy_of_error(state: EquilibriumResidual, compliance: Compliance) -> Real:
 
 
 def greatest_change(before: EquilibriumResidual, state: EquilibriumResidual) -> Real:
-    """The most by which a correction moved and turned any node, (..., 6), the translations alike, and the rotations."""
+    """Greatest correction of any node, (..., 6): of translations (the same three times), and of rotations likewise."""
     change = np.abs(state.displacements - before.displacements).max(axis=-2)
     halves = change.reshape(*change.shape[:-1], 2, 3).max(axis=-1)
     out: Real = np.repeat(halves, 3, axis=-1)
@@ -49,18 +49,18 @@ def greatest_change(before: EquilibriumResidual, state: EquilibriumResidual) -> 
 
 
 class EnergyBound:
-    """Displacements of a solution as they are, and what they may be off.
+    """Displacements of a solution, and bounds on their error by its energy.
 
     Parameters
     ----------
     state
-        The solution, corrected as far as that is worth it.
+        The corrected solution.
     compliance
         Inverse of its stiffness.
     result
-        What is asked for, m results with unit loads on nodes alone.
+        The m requested results, with unit loads on nodes only.
     energy
-        Of the solution's error, at most, (...).
+        Bound on the energy norm of the solution's error, (...).
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class EnergyBound:
         return self.result.value
 
     def is_sharp(self, greatest: Real) -> bool:
-        """Whether the bounds are no more than some times the error of the solution elsewhere, (..., m)."""
+        """Whether no bound exceeds a few times the greatest error of the solution, (..., m)."""
         return bool(np.all(self._bound <= _WIDE * greatest))
 
     def error_bound(self) -> Real:
-        """What `refined` may be off, (..., m)."""
+        """Bound on the error of `refined`, (..., m)."""
         return self._bound
 
     @cached_property

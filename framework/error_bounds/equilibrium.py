@@ -1,7 +1,7 @@
-"""A computed solution put into the equations of equilibrium, evaluated in extended precision.
+"""The residual of a computed solution in the equations of equilibrium, evaluated in extended precision.
 
 The equations are those of the frame as it is described: nodes exactly at the given coordinates, joints along the given
-axes, members between them, ``sum_i k_i b_i b_i^T u = f``. What the solution leaves of them is its residual.
+axes, members between them, ``sum_i k_i b_i b_i^T u = f``.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from .sharing import LoadShare, load_shares
 from .tree_members import MEMBER, tree_members
 
 ROUNDING = float(np.finfo(np.float64).eps) / 2.0
-# Roundings of extended precision in a deformation or a force, for the size of what it is made of.
+# Roundings of extended precision in a deformation or a force, relative to its size.
 _FINE = 24.0 * float(np.finfo(Extended).eps)
 
 
 class Solver(Protocol):
-    """What solves for the unknowns, more or less; `root` is in its precision."""
+    """An approximate solver for the unknowns; `root` has its precision."""
 
     root: Array
 
@@ -40,17 +40,17 @@ class Solver(Protocol):
 
 
 class Statics:
-    """A frame in extended precision: what does not depend on its solution.
+    """A frame in extended precision, without a solution: its kinematics, springs, loads and stiffnesses.
 
     Parameters
     ----------
     plan
         The compiled frame.
     determinate
-        Whether one end of a member is to carry the other where that makes a tree: what is stiff and short then
-        stands alone on coordinates of its own, as a joint does.
+        Whether one end of a member carries the other where that makes a tree: the deformation of a stiff and short
+        member is then a coordinate of its own, as that of a joint is.
     entries
-        Those of the batch of which anything is asked, all where None: `plan` is then that of these alone.
+        The entries of the batch that are needed, to which `plan` is then restricted; all if None.
     """
 
     def __init__(self, plan: Plan, *, determinate: bool = False, entries: Selected | None = None) -> None:
@@ -75,24 +75,24 @@ class EquilibriumResidual:
     statics
         The frame.
     change
-        Takes the part of an array, given its number of trailing axes.
+        Function of an array and its number of trailing axes, which takes the part out of it.
     unknowns
-        Numbers of the unknowns that the loads reach (n,).
+        Numbers of the unknowns that the loads reach, (n,).
     values
-        Their values (..., n).
+        Their values, (..., n).
     ndim
-        Number of batch axes that `change` leaves; all of the frame's where None.
+        Number of batch axes that `change` leaves; that of the frame if None.
 
     Attributes
     ----------
     displacements
-        Of the nodes, global, (..., nodes, 6).
+        Displacements of the nodes, global, (..., nodes, 6).
     relative_displacements
         By link: relative displacement in its axes, (..., 6).
     generalised_forces, member_forces
-        Forces in springs: by link (..., 6), by kind of member (..., n, 6).
+        Spring forces: by link (..., 6), by kind of member (..., n, 6).
     residual
-        Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component the force that holds it.
+        Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component its constraint force.
     """
 
     rounding = ROUNDING
@@ -144,7 +144,7 @@ class EquilibriumResidual:
         return self.kinematics.reduced(self.unknowns, self.residual)
 
     def absolute(self) -> Real:
-        """Values of the unknowns as the frame's own coordinates have them, (..., n)."""
+        """Values of the unknowns in the coordinates of the frame's own tree (without tree members), (..., n)."""
         out = self.values.copy()
         determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
         for index, unknown in enumerate(self.unknowns):
@@ -155,7 +155,7 @@ class EquilibriumResidual:
 
     @cached_property
     def load_shares(self) -> list[LoadShare]:
-        """How redundant ideal components share what they carry."""
+        """How redundant ideal components share the load."""
         return load_shares(self.kinematics)
 
     @cached_property
@@ -170,28 +170,28 @@ class EquilibriumResidual:
 
     @cached_property
     def sizes(self) -> Array:
-        """Sum of the sizes of what displacements are made of, (..., nodes, 6)."""
+        """Sizes of the displacements, (..., nodes, 6)."""
         out: Array = extended(self.kinematics.sizes(self.coordinates))
         return out
 
     @cached_property
     def deformation_sizes(self) -> list[Array]:
-        """The same of the deformations, by kind of member, (..., n, 6)."""
+        """Sizes of the deformations, by kind of member, (..., n, 6)."""
         return [extended(each.sizes(self.sizes, self.coordinates)) for each in self.springs]
 
     @cached_property
     def displacement_sizes(self) -> list[Array]:
-        """The same of the relative displacements, by link, (..., 6)."""
+        """Sizes of the relative displacements, by link, (..., 6)."""
         found = self.kinematics.displacement_sizes(self.coordinates, self.sizes)
         given = [0.0 if each is None else np.abs(each) for each in self.imposed]
         return [extended(size + more) for size, more in zip(found, given, strict=True)]
 
     @cached_property
     def force_error_bounds(self) -> list[Real]:
-        """By kind of member: what the spring forces may be off at these displacements, (..., n, 6).
+        """By kind of member: bound on the error of the spring forces at these displacements, (..., n, 6).
 
-        By the rounding of the stiffness, for the deformation that there is, and by that of the deformation, for what
-        it is made of.
+        It is the rounding of the stiffness times the deformation, plus the stiffness times the rounding of the
+        deformation, which is relative to the deformation's size.
         """
         kinds = zip(self.springs, self.deformations, self.deformation_sizes, strict=True)
         return [
@@ -201,7 +201,7 @@ class EquilibriumResidual:
 
     @cached_property
     def unbalanced(self) -> Real:
-        """What the loads, and the sums of forces in `balance`, may be off, on the unknowns, (..., n)."""
+        """Bound on the error of `balance` by rounding of loads and of sums of forces, (..., n)."""
         count = self.kinematics.count
         forces = self.loads.error_bound + self.fine * np.abs(self.loads.forces).astype(np.float64)
         for each, generalised_force in zip(self.springs, self.member_forces, strict=True):
@@ -213,7 +213,7 @@ class EquilibriumResidual:
 
     @cached_property
     def force_uncertainty(self) -> Real:
-        """Greatest work of what the spring forces may be off on a motion of unit energy norm, (...)."""
+        """Greatest work of the errors of spring forces on a motion of unit energy norm, (...)."""
         members = sum(
             (each.work(error_bound) for each, error_bound in zip(self.springs, self.force_error_bounds, strict=True)),
             extended(0.0),
@@ -224,7 +224,7 @@ class EquilibriumResidual:
         return out
 
     def place(self, piece: int) -> tuple[int, int]:
-        """Kind of a piece, and its position there."""
+        """Number of a piece's kind of member, and its position among the members of that kind."""
         for number, each in enumerate(self.springs):
             found = np.flatnonzero(each.pieces == piece)
             if found.size:
@@ -233,7 +233,7 @@ class EquilibriumResidual:
 
 
 def rounded(array: Real, trailing: int) -> Real:
-    """An array in double precision, whatever its trailing axes: for `mapped`."""
+    """An array in double precision; `trailing` is ignored (signature as `mapped` needs it)."""
     return array.astype(np.float64)
 
 

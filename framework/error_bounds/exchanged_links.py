@@ -1,8 +1,8 @@
-"""Coordinates that follow from others, and edges that are in the tree of some batch entries only, as links.
+"""Links for edges that are in the tree of some batch entries only, and the coordinates that follow from others.
 
-Such an edge is a link of the tree to an end of its own, on coordinates of its own, so that its displacement is never
-the difference of others where these are larger. A closure without springs holds that end at the node where it belongs:
-at some entries it determines the coordinates of the end, at the others those of the edge that is given up for this one.
+Such an edge becomes a link of the tree to an extra end with coordinates of its own, so that its displacement is never
+the difference of two larger ones. A closure, an ideal link without springs, ties that end to the node where it belongs:
+at some entries it determines the coordinates of the end, at the others those of the edge that this one replaces.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from .kinematic_edge import KinematicEdge, Real
 
 CLOSURE = "closure"
 _SIX = range(6)
-# By coordinate: its row over the unknowns, and by (number of the link, component) what corrects it.
+# By coordinate: its row over the unknowns, and by (number of the link, component) the factor of its correction.
 Dependents: TypeAlias = dict[int, tuple[dict[int, Real], dict[tuple[int, int], Real]]]
 
 
 def exchanged_links(count: int, links: Iterable[KinematicEdge]) -> tuple[list[KinematicEdge], list[KinematicEdge]]:
-    """Links of the tree to ends of their own, the numbers of which follow on those of the nodes, and their closures.
+    """Links of the tree to extra ends, numbered after the nodes, and the closures of these ends.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Sizes of what the forces on coordinates are made of: rounding is a share of these, not of what is left of their sum.
+"""Sizes of the forces on coordinates: sums of the magnitudes of their terms, to which rounding is relative.
 
-A member whose two ends one node carries pulls it to both sides; a force along a constrained component does no work on
-the others. Such parts cancel, but their rounding does not, and it counts where the coordinate is soft.
+A member with both ends carried by one node pulls it to both sides; a force along a constrained component does no work
+on the others. Such terms cancel, but their rounding errors do not, and these matter if the coordinate is soft.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .kinematics import FrameKinematics
 def reduced_sizes(
     kinematics: FrameKinematics, unknowns: Sequence[int], forces: Real, generalised_forces: Sequence[Real | None]
 ) -> Real:
-    """Sum of the sizes of what the forces on the free coordinates are made of, (..., n).
+    """Sizes of the forces on the free coordinates, (..., n).
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def reduced_sizes(
     forces
         Sizes of the forces on the nodes, global, (..., nodes, 6).
     generalised_forces
-        By link: size of the force (..., 6) that works on its relative displacement; None for none.
+        By link: size of the force (..., 6) conjugate to its relative displacement; None for none.
     """
     flat = merged(_on_coordinates(kinematics, forces, generalised_forces), -2, -1)
     if kinematics.dependents:
@@ -42,7 +42,7 @@ def reduced_sizes(
 
 
 def _closing(kinematics: FrameKinematics, flat: Real) -> list[Real | None]:
-    """By link: what the forces on dependent coordinates come to in the components that determine these, (..., 6)."""
+    """By link: forces on dependent coordinates, transferred to the components that determine these, (..., 6)."""
     out: list[Real | None] = [None] * len(kinematics.links)
     for key, (_, by) in kinematics.dependents.items():
         for (k, component), factor in by.items():
@@ -53,7 +53,7 @@ def _closing(kinematics: FrameKinematics, flat: Real) -> list[Real | None]:
 
 
 def _on_coordinates(kinematics: FrameKinematics, forces: Real, generalised_forces: Sequence[Real | None]) -> Real:
-    """The same on all coordinates, (..., nodes, 6)."""
+    """Sizes of the forces on all coordinates, (..., nodes, 6)."""
     shapes = [generalised_force.shape[:-1] for generalised_force in generalised_forces if generalised_force is not None]
     shape = np.broadcast_shapes(forces.shape[:-2], kinematics.shape, *shapes)
     out = np.array(np.broadcast_to(forces, (*shape, kinematics.count, 6)), dtype=np.float64)
@@ -79,7 +79,7 @@ def _on_coordinates(kinematics: FrameKinematics, forces: Real, generalised_force
 
 
 def _of_constrained(link: KinematicEdge, own: Real) -> Real:
-    """What the force on constrained components comes to on the others, as the axes are orthonormal to rounding only."""
+    """Part of the force on constrained components that enters the others: axes are orthonormal to rounding only."""
     if link.axes is None or not link.edge.ideal:
         return np.zeros(6)
     constrained = np.where(np.isin(np.arange(6), link.edge.ideal), own, 0.0)
@@ -98,12 +98,12 @@ def _worked(link: KinematicEdge, sizes: Real) -> Real:
     return sizes if link.lead is None else sheared(sizes, ABOUT, ALONG, sizes_of(link.lead))
 
 
-# Back and forth a screw's advance adds up.
+# As sizes, both directions of a screw's transformation add the advance.
 _exerted = _worked
 
 
 def _moved(sizes: Real, arm: Real | None) -> Real:
-    """Greatest force at the root of an arm."""
+    """Greatest force and moment at the root of an arm, (..., 6)."""
     if arm is None:
         return sizes
     arm_length = sizes_of(arm).sum(axis=-1, keepdims=True)

@@ -1,4 +1,4 @@
-"""An edge of the joint tree in any precision: its coordinates, its arm, and what it transfers."""
+"""An edge of the joint tree in any precision: how it transfers displacements and forces between its nodes."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ class KinematicEdge:
     first, second
         Node numbers.
     sign
-        Of an edge of the tree: 1 where the first node carries the second, -1 where the second the first; 0 where
+        For an edge of the tree, 1 if the first node carries the second and -1 if the second carries the first; 0 if
         the edge closes a loop.
     axes
-        (..., 3, 3) as columns, None for the global ones.
+        Axes of the edge as columns, (..., 3, 3); None for the global ones.
     arm
-        From first to second node of a rigid link, (..., 3); None for every other edge.
+        Vector from first to second node of a rigid link, (..., 3); None for every other edge.
     lead
-        Advance of a screw by its turn, (...); None for every other edge.
+        Advance of a screw per radian, (...); None for every other edge.
     """
 
     edge: Edge
@@ -57,26 +57,27 @@ class KinematicEdge:
 
     @property
     def alone(self) -> bool:
-        """Whether its coordinates are the displacements of its child."""
+        """Whether its coordinates are the global displacements of its child."""
         return self.parent == GROUND and self.sign > 0 and self.axes is None and self.lead is None
 
     def out(self, vector: Real) -> Real:
-        """(..., 6) in the edge's axes as global components."""
+        """A vector (..., 6) in the edge's axes, in global axes."""
         return vector if self.axes is None else rotated(self.axes, vector)
 
     def into(self, vector: Real) -> Real:
-        """(..., 6) in global components along the edge's axes."""
+        """A vector (..., 6) in global axes, in the edge's axes."""
         return vector if self.axes is None else rotated(np.swapaxes(self.axes, -1, -2), vector)
 
     def carry(self, motion: Real, sign: float) -> Real:
-        """Displacement (..., 6) of the end of the arm from that of its start, the second node where `sign` is -1."""
+        """Displacement (..., 6) of the end of the arm from that of its start; the start is the second node if `sign` is
+        -1."""
         return motion if self.arm is None else carried(motion, sign * self.arm)
 
     def transfer(self, force: Real, sign: float) -> Real:
-        """Force (..., 6) on the end of the arm as it acts on its start, the second node where `sign` is -1."""
+        """Force (..., 6) on the end of the arm, transferred to its start (the second node if `sign` is -1)."""
         return force if self.arm is None else transferred(force, sign * self.arm)
 
-    # A screw's coordinate along its axis is what its advance leaves of the displacement.
+    # A screw's coordinate along its axis is the displacement less the advance.
 
     def whole(self, own: Real) -> Real:
         """Displacement (..., 6) in the edge's axes from its coordinates."""
@@ -95,12 +96,12 @@ class KinematicEdge:
         return force if self.lead is None else sheared(force, ABOUT, ALONG, -self.lead)
 
     def spread(self, sizes: Real) -> Real:
-        """Greatest size of the displacement (or coordinates), (..., 6), from that of the coordinates (displacement)."""
+        """Size of the displacement (..., 6) from that of the coordinates, or the other way round."""
         return sizes if self.lead is None else sheared(sizes, ALONG, ABOUT, sizes_of(self.lead))
 
 
 def extended(array: Any) -> Real:
-    """In extended precision."""
+    """An array in extended precision."""
     return np.asarray(array, dtype=Extended)
 
 
@@ -119,7 +120,7 @@ def sheared(vector: Real, into: int, by: int, factor: Real) -> Real:
 
 
 def spread_over(sizes: Real, arm: Real | None) -> Real:
-    """Greatest displacement at the end of an arm."""
+    """Greatest displacement and rotation at the end of an arm, (..., 6)."""
     if arm is None:
         return sizes
     arm_length = np.abs(arm).astype(np.float64).sum(axis=-1, keepdims=True)
@@ -128,5 +129,5 @@ def spread_over(sizes: Real, arm: Real | None) -> Real:
 
 
 def sizes_of(array: Real) -> Real:
-    """In double precision, without the signs."""
+    """Magnitudes of an array in double precision."""
     return np.abs(array).astype(np.float64)

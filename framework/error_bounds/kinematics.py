@@ -1,8 +1,9 @@
-"""Displacements of all nodes from joint-relative coordinates, and forces the other way, in any precision.
+"""Displacements of all nodes from joint-relative coordinates, and forces on coordinates from nodal ones.
 
 The coordinates of a node are those of `linkframe.framework.structure.tree`: its own displacement in its axes, or that
-of the joint, rigid link, tie or support that carries it, ideal components included. A virtual displacement that opens
-an ideal component by one is then as good as any other, and the work that it does is the force there.
+of the joint, rigid link, tie or support that carries it, ideal components included. A unit virtual displacement of an
+ideal component is then a coordinate like any other, and its work is the constraint force there. All holds in any
+precision.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .exchanged_links import Dependents, dependent_coordinates, exchanged_links
 from .kinematic_edge import KinematicEdge, Real, extended, sizes_of, spread_over
 from .redundancy import RedundantLoops, redundant_loops
 
-# Corrections of coordinates that constraints determine: each takes the error to the power of two or to rounding.
+# Corrections of coordinates that constraints determine: each squares the relative error, down to rounding.
 _CORRECTIONS = 3
 
 
@@ -35,18 +36,19 @@ class FrameKinematics:
     Attributes
     ----------
     count
-        Number of nodes, and of ends of edges that are in the tree of some entries only, which come last.
+        Number of nodes, including the extra ends of edges in the tree of some entries only, which come last.
     shape
-        Batch shape of the geometry, and of which coordinates follow from which.
+        Batch shape of the geometry and of the dependent coordinates.
     bodies
-        Nodes with displacements of their own in the axes (..., 1, 3, 3) of a body.
+        Nodes that no other carries, with displacements in the axes (..., 1, 3, 3) of a body.
     links
         Edges of the tree, parents first, then those that close a loop.
     dependents
-        Coordinate that loop-closing ideal components determine: its row over the unknowns, and by (number of the link,
-        component) what corrects it. An unknown that has a row itself stands for other coordinates where that says so.
+        By coordinate that loop-closing ideal components determine: its row over the unknowns, and by (number of the
+        link, component) the factor with which the error in that component corrects it. An unknown with a row of its
+        own stands for other coordinates at the entries at which the row says so.
     idle
-        By unknown, one at entries at which it stands for no coordinate, and zero at the others.
+        By unknown, one at entries at which it stands for no coordinate, zero at the others.
     redundant
         Loops with redundant ideal components.
     """
@@ -68,9 +70,9 @@ class FrameKinematics:
         plan
             The compiled frame.
         determinate
-            Members of which one end is to carry the other, as links, at the entries.
+            Members one end of which carries the other, as links, at the entries.
         entries
-            At which of the batch.
+            The entries of the batch.
         """
         tree, topology = plan.tree, plan.topology
         carried = {branch.child for branch in tree.branches} | {link.child for link in determinate}
@@ -115,14 +117,14 @@ class FrameKinematics:
     # -- coordinates --------------------------------------------------------------------------------------------------
 
     def coordinates(self, unknowns: Sequence[int], values: Real, imposed: Sequence[Real | None]) -> Real:
-        """Coordinates that meet all that is held or imposed.
+        """Coordinates that satisfy all constraints and imposed displacements.
 
         Parameters
         ----------
         unknowns
             Numbers of the free coordinates (n,).
         values
-            Their values (..., n), without what is imposed.
+            Their values (..., n).
         imposed
             By link: displacement (..., 6) imposed on it, in its axes; None for none.
 
@@ -147,8 +149,8 @@ class FrameKinematics:
     def reduced(self, unknowns: Sequence[int], forces: Real) -> Real:
         """Forces (..., n) on the free coordinates for forces (..., nodes, 6) on all.
 
-        As `coordinates` does the other way, it takes what is held and what constraints determine along, corrections
-        of both included: a virtual displacement of an unknown moves them by the rounding of the axes.
+        It is the transpose of `coordinates`: forces on constrained and dependent coordinates are included, with the
+        corrections of both, as a virtual displacement of an unknown moves them by the rounding of the axes.
         """
         if not self.dependents and not self._rotated:
             taken: Real = merged(forces, -2, -1)[..., list(unknowns)]
@@ -158,8 +160,8 @@ class FrameKinematics:
         return taken
 
     def gathered(self, flat: Real, weight: Callable[[Real], Real]) -> Real:
-        """Forces (..., 6 nodes) on all coordinates, those on dependent ones with a `weight` of their rows added to what
-        these follow from, in place."""
+        """Forces (..., 6 nodes) on all coordinates, with those on dependent ones, times a `weight` of their rows, added
+        to the coordinates from which these follow, in place."""
         own = {key: flat[..., key].copy() for key in self._standing}
         for key in own:
             flat[..., key] = 0.0
@@ -186,7 +188,7 @@ class FrameKinematics:
 
     @property
     def _rotated(self) -> list[tuple[int, KinematicEdge]]:
-        """Edges of the tree that hold something along axes of their own, with their numbers."""
+        """Edges of the tree with ideal components in axes of their own, with their numbers."""
         return [
             (k, link) for k, link in enumerate(self.links) if link.sign and link.axes is not None and link.edge.ideal
         ]
@@ -246,7 +248,7 @@ class FrameKinematics:
         return out
 
     def relative_displacements(self, coordinates: Real, displacements: Real) -> list[Real]:
-        """By link: displacement (..., 6) of its second node by the first, in its axes, less a screw's advance."""
+        """By link: displacement (..., 6) of the second node from the first in its axes, less a screw's advance."""
         out = []
         for link in self.links:
             if link.sign:
@@ -260,15 +262,15 @@ class FrameKinematics:
         return out
 
     def sizes(self, coordinates: Real) -> Real:
-        """Sum of the sizes of what the displacements are made of, (..., nodes, 6), in double precision."""
+        """Sizes of the displacements, (..., nodes, 6), in double precision."""
         return self._sizes(self._magnitudes(coordinates))
 
     def displacement_sizes(self, coordinates: Real, sizes: Real) -> list[Real]:
-        """By link: the same for the relative displacements, (..., 6)."""
+        """By link: sizes of the relative displacements, (..., 6)."""
         return self._displacement_sizes(self._magnitudes(coordinates), sizes)
 
     def _magnitudes(self, coordinates: Real) -> Real:
-        """Sizes of the coordinates, of those that constraints determine with what they are determined by."""
+        """Sizes of the coordinates; for those that constraints determine, including the terms of the constraints."""
         shape = np.broadcast_shapes(coordinates.shape[:-2], self.shape)
         out = np.array(np.broadcast_to(np.abs(coordinates).astype(np.float64), (*shape, self.count, 6)))
         if self.dependents:
@@ -315,9 +317,9 @@ class FrameKinematics:
         Parameters
         ----------
         forces
-            On the nodes, global, (..., nodes, 6).
+            Forces on the nodes, global, (..., nodes, 6).
         generalised_forces
-            By link: force (..., 6) that works on its relative displacement; None for none.
+            By link: force (..., 6) conjugate to its relative displacement; None for none.
         """
         shapes = [
             generalised_force.shape[:-1] for generalised_force in generalised_forces if generalised_force is not None
@@ -362,7 +364,7 @@ def _at(dependents: Dependents, change: Change) -> Dependents:
 
 
 def _lead(plan: Plan, joint: str) -> Real:
-    """Advance of a screw by its turn, in extended precision, with all batch axes."""
+    """Advance of a screw per radian, in extended precision, with all batch axes."""
     turn = 8.0 * np.arctan(extended(1.0))
     return aligned(extended(plan.frame.joints[joint].element.pitch) / turn, len(plan.frame.shape))
 
@@ -391,7 +393,7 @@ def position(plan: Plan | Unloaded, name: str) -> Real:
 
 
 def _shape(bodies: list[tuple[Index, Real]], links: list[KinematicEdge], dependents: Dependents) -> tuple[int, ...]:
-    """Batch shape of a geometry, and of which coordinates follow from which."""
+    """Batch shape of a geometry and of its dependent coordinates."""
     shapes = [axes.shape[:-3] for _, axes in bodies]
     shapes += [link.axes.shape[:-2] for link in links if link.axes is not None]
     shapes += [link.arm.shape[:-1] for link in links if link.arm is not None]

@@ -14,9 +14,10 @@ from .sharing import shared
 
 
 def link_forces(state: EquilibriumResidual) -> list[Array]:
-    """Force and moment of each link on its first node, in its axes, (..., 6): they work on its relative displacement.
+    """Force and moment of each link on its first node, in its axes, (..., 6), in N and N m.
 
-    Of springs by their displacement, of what is held by equilibrium; in the order of ``state.kinematics.links``.
+    Forces of springs follow from their displacements, constraint forces from equilibrium; in the order of
+    ``state.kinematics.links``.
 
     Parameters
     ----------
@@ -28,7 +29,7 @@ def link_forces(state: EquilibriumResidual) -> list[Array]:
 
 
 def working_forces(state: EquilibriumResidual) -> list[Array]:
-    """What works on the relative displacement of each link, (..., 6), likewise.
+    """Force conjugate to the relative displacement of each link, (..., 6), in the same order.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ def working_forces(state: EquilibriumResidual) -> list[Array]:
 
 
 def _unshared(state: EquilibriumResidual) -> list[Array]:
-    """The same in one equilibrium, as the tree has it, before redundant components share it."""
+    """The same in one state of equilibrium, that of the tree, before redundant components share the load."""
     kinematics = state.double
     generalised_forces = [
         np.asarray(generalised_force, dtype=np.float64) for generalised_force in state.generalised_forces
@@ -50,7 +51,7 @@ def _unshared(state: EquilibriumResidual) -> list[Array]:
         generalised_forces = [
             generalised_force + multipliers.get(k, 0.0) for k, generalised_force in enumerate(generalised_forces)
         ]
-        # What holds the loops closed acts on the links of the tree as well.
+        # The forces that close the loops act on the links of the tree as well.
         constrained: list[Real | None] = [multipliers.get(k) for k in range(len(generalised_forces))]
         nothing = np.zeros((kinematics.count, 6))
         residual = residual - kinematics.generalised(nothing, constrained)
@@ -64,7 +65,7 @@ def _unshared(state: EquilibriumResidual) -> list[Array]:
 
 
 def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Array]:
-    """By number of a link that closes a loop, the forces (..., 6) of what it holds on its relative displacement."""
+    """By number of a link that closes a loop, its constraint forces (..., 6)."""
     flat = merged(residual, -2, -1)
     out: dict[int, Array] = {}
     for key, (_, by) in kinematics.dependents.items():
@@ -80,14 +81,14 @@ def _multipliers(kinematics: FrameKinematics, residual: Array) -> dict[int, Arra
 
 
 def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]:
-    """What rounding may make of the forces in links where there are none, (..., 2): force, and moment.
+    """Bound on the rounding error of the forces in links, by link (..., 2): of force and moment.
 
     Parameters
     ----------
     state
         The solution in its equations of equilibrium.
     ends
-        By kind of member, the same of the forces on both ends, (..., n, 2, 2).
+        By kind of member, the same for the forces on both ends, (..., n, 2, 2).
     """
     kinematics = state.double
     count = kinematics.count
@@ -112,7 +113,7 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
     out = list(found)
     forces = _unshared(state) if state.load_shares else []
     for load_share in state.load_shares:
-        # what is shared may be off, and so may the share itself of all that is shared
+        # the shared forces have errors, and so has the share, relative to the sizes of all shared forces
         own = load_share.rounding[..., None]
         sizes = {n: np.repeat(found[n], 3, axis=-1) + own * np.abs(forces[n]) for n in load_share.place}
         for number in load_share.place:
@@ -122,7 +123,7 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
 
 
 def _gathered(springs: Springs, ends: Array, count: int) -> Array:
-    """Sums on the nodes, (..., count, 2)."""
+    """Sums on the nodes, (..., count, 2), of those at the ends of members."""
     shape = ends.shape[:-3]
     flat = np.zeros((*shape, springs.nodes.size, 6))
     flat[..., :2] = ends.reshape(*shape, springs.nodes.size, 2)
@@ -130,7 +131,7 @@ def _gathered(springs: Springs, ends: Array, count: int) -> Array:
 
 
 def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:
-    """Sizes (..., nodes, 2) with those of all that a node carries."""
+    """Sizes (..., nodes, 2), with those of all nodes that a node carries added."""
     links = [link for link in kinematics.links if link.sign]
     arms = [link.arm.shape[:-1] for link in links if link.arm is not None]
     shape = np.broadcast_shapes(nodal.shape[:-2], *arms)
@@ -142,7 +143,7 @@ def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:
 
 
 def _moved(size: Array, arm: Real | None) -> Array:
-    """Sizes of a force and a moment (..., 2) at the end of an arm as felt at its root."""
+    """Sizes of a force and a moment (..., 2) at the end of an arm, transferred to its root."""
     if arm is None:
         return size
     arm_length = np.linalg.norm(np.asarray(arm, dtype=np.float64), axis=-1)

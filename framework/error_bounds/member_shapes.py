@@ -1,8 +1,8 @@
-"""How a result depends on where nodes are and how thick members are, from the same adjoint.
+"""Derivatives of a result by coordinates of nodes, rotations of bodies and sizes of sections, from its adjoint.
 
-With u the displacements and z those of the adjoint, the result changes by what ``z . (f - K u)`` does while both stay:
-a sum over the members, of which each is evaluated at neighbouring shapes (differences of sixth order, which leave
-hardly more than the rounding). Rigid links turn with their arm and pass on their forces. Nothing is solved again
+With u the displacements and z those of the adjoint, the derivative of the result is that of ``z . (f - K u)`` with both
+kept: a sum over the members, each evaluated at neighbouring shapes (differences of sixth order, whose error is hardly
+more than rounding). Rigid links rotate with their arms and transfer their forces. No further solve is needed
 (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch. 2; semi-analytical method).
 """
 
@@ -26,7 +26,7 @@ from .equilibrium import Statics
 from .kinematic_edge import KinematicEdge
 from .link_forces import working_forces
 
-# Relative step, and weights of the differences over one, two and three steps.
+# Relative step of the differences, and their weights over one, two and three steps.
 STEP = 1e-3
 WEIGHTS = ((1.0, 0.75), (2.0, -0.15), (3.0, 1.0 / 60.0))
 # Sections of a beam, and what goes before the names of their sizes.
@@ -35,16 +35,16 @@ _SECTIONS = {"section": "", "end": "end."}
 
 @dataclass(frozen=True, eq=False)
 class MemberWork:
-    """Displacements and those of the adjoint, global, and the forces in rigid links, of the whole batch.
+    """Displacements of the solution and of the adjoint, and the forces in rigid links, for the whole batch.
 
     Attributes
     ----------
     moved, adjoint
-        Of the nodes, (..., nodes, 6).
+        Displacements of the nodes, global, (..., nodes, 6).
     arms
         Rigid links of the tree, by their number among the edges.
     forces, adjoint_forces
-        By that number: force that works on its relative displacement, (..., 6), under the loads and under those of the
+        By that number: force conjugate to its relative displacement, (..., 6), under the loads and under those of the
         adjoint.
     """
 
@@ -56,7 +56,7 @@ class MemberWork:
 
     @classmethod
     def empty(cls, statics: Statics, shape: tuple[int, ...]) -> MemberWork:
-        """For a batch of that shape, to be entered part by part."""
+        """Zeros for a batch of `shape`, to be filled part by part with `enter`."""
         edges = enumerate(statics.kinematics.links)
         arms = {k: link for k, link in edges if link.arm is not None and link.sign != 0.0}
         moved, adjoint = (np.zeros((*shape, statics.kinematics.count, 6)) for _ in range(2))
@@ -64,7 +64,7 @@ class MemberWork:
         return cls(moved, adjoint, arms, forces, others)
 
     def enter(self, where: Any, adjoint: Adjoint, index: int, constrained: list[Array]) -> None:
-        """Enter a part of the batch, of one result, with what `Adjoint.constrained` tells of it."""
+        """Fill in a part of the batch, for result `index` of an adjoint, with its `Adjoint.constrained` forces."""
         state = adjoint.state
         found = working_forces(state) if self.arms else []
         self.moved[where] = state.displacements
@@ -75,12 +75,12 @@ class MemberWork:
 
 
 def by_coordinates(plan: Plan, work: MemberWork) -> dict[str, Array]:
-    """Derivatives by the coordinates of each node, (..., 3): on a body in its axes.
+    """Derivatives by the coordinates of each node, (..., 3); for a node on a body, in the body's axes.
 
     Raises
     ------
     FrameError
-        If a member has a force at rest, or rigid links close loops.
+        If a member has a preload, or rigid links close loops.
     """
     frame, topology = plan.frame, plan.topology
     _check(plan)
@@ -156,7 +156,7 @@ Larger = Callable[[float], LineElement]
 
 
 def _shifted(group: Group, component: int) -> Change:
-    """A group whose chords are longer along one axis by a share of their length."""
+    """Change of a group: its chords are longer along one axis by a fraction of their length."""
     length = np.linalg.norm(group.chord, axis=-1)[..., None]
     element = group.element
 
@@ -170,7 +170,7 @@ def _shifted(group: Group, component: int) -> Change:
 
 
 def _rotated(group: Group, component: int) -> Change:
-    """A group whose body is turned about a global axis."""
+    """Change of a group: its body is rotated about a global axis."""
 
     def change(step: float) -> Group:
         assert group.body is not None
@@ -233,7 +233,7 @@ def _larger(whole: LineElement) -> Iterator[tuple[str, Any, Larger]]:
 
 
 def _made_again(element: Any, field: str, section: Any) -> Any:
-    """An element of its own class with another section."""
+    """The element with another section."""
     try:
         return replace(element, **{field: section})
     except TypeError as error:
@@ -245,7 +245,7 @@ def _made_again(element: Any, field: str, section: Any) -> Any:
 
 
 def _difference(plan: Plan, group: Group, work: MemberWork, change: Change) -> Array:
-    """Derivative of the work of a group's pieces by the share of a change, (n, ...)."""
+    """Derivative of the work of a group's pieces by the fraction of a change, (n, ...)."""
     total: Any = 0.0
     for steps, weight in WEIGHTS:
         ahead, behind = (_work(plan, change(sign * steps * STEP), work) for sign in (1.0, -1.0))

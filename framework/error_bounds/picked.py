@@ -1,4 +1,4 @@
-"""The equations in extended precision at some entries of a batch alone: what they hold is that of these entries."""
+"""The equations in extended precision at some entries of a batch, holding data of these entries only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plan at some entries of its batch, for what is computed of its nodes and members there alone."""
+"""A plan restricted to some entries of its batch: its nodes, members, masses and loads there."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class _MassAt(PointElement):
         return self.matrix.shape[:-2]
 
     def mass_matrix(self) -> Array:
-        """Mass in global axes, (..., 6, 6)."""
+        """Mass matrix in global axes, (..., 6, 6)."""
         return self.matrix
 
 
 def plan_at(plan: Plan, change: Change, shape: Shape) -> Plan:
-    """The nodes and members of a plan at some entries of its batch, and what acts on them.
+    """A plan restricted to some entries of its batch: nodes, members and loads there; the joint tree stays whole.
 
     Parameters
     ----------
     plan
         The compiled frame.
     change
-        Takes these entries out of an array, given the number of its trailing axes.
+        Function of an array and its number of trailing axes, which takes these entries out of it.
     shape
         Their batch shape.
     """

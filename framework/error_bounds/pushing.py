@@ -1,4 +1,4 @@
-"""Springs with a stiffness below zero, as they push at rest: by how much they amplify what forces do elsewhere."""
+"""Springs of negative stiffness (preloaded in compression): by how much they amplify displacements under forces."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STEPS, _RANDOM = 8, 2
 
 @dataclass(frozen=True)
 class SpringModel:
-    """A frame as its springs, for `resisted`."""
+    """Kinematics and springs of a frame, for `resisted`."""
 
     kinematics: FrameKinematics
     springs: list[Springs]
@@ -33,23 +33,23 @@ def in_double(state: EquilibriumResidual) -> SpringModel:
 
 
 def amplification(state: EquilibriumResidual, root: Array, solve: Callable[[Array], Array], margin: float) -> Array:
-    """By how much springs that push amplify what forces on the deformations do, estimated, (...).
+    """Estimated amplification of displacements under forces on deformations by springs of negative stiffness, (...).
 
-    With the part S' of the stiffness S that these springs take off, the sizes of all stiffnesses together are
-    ``|S| = S + 2 S'``. What forces p on the deformations bring about has, by the norm of |S|, no more than
+    With the part S' by which these springs lower the stiffness S, the magnitudes of all stiffnesses give
+    ``|S| = S + 2 S'``. The displacements under forces p on the deformations have a norm in |S| of at most
     ``|k^-1/2 p|`` times the greatest eigenvalue of ``S^-1 |S| = 1 + 2 S^-1 S'``, which is found by iteration from
-    motions of these springs alone.
+    motions of these springs.
 
     Parameters
     ----------
     state
         A solution of the frame, with n unknowns.
     root
-        One over the square root of the diagonal of its stiffness, (..., n).
+        Inverse square root of the diagonal of its stiffness, (..., n).
     solve
-        Displacements (m, ..., n) for loads (m, ..., n).
+        Function that returns displacements (m, ..., n) for loads (m, ..., n).
     margin
-        The factor by which the eigenvalue of ``S^-1 S'`` may be above what the iteration finds.
+        Factor by which the eigenvalue of ``S^-1 S'`` may exceed the estimate of the iteration.
     """
     if not any((each.stiffness < 0.0).any() for each in state.springs):
         return np.ones(())
@@ -61,7 +61,7 @@ def amplification(state: EquilibriumResidual, root: Array, solve: Callable[[Arra
     for _ in range(_STEPS):
         load = resisted(part, unknowns, motion)
         growth = np.asarray(np.sqrt(np.maximum(np.sum(motion * load, axis=-1), 0.0)), np.float64)
-        # of what does not move these springs nothing comes
+        # displacements that do not deform these springs have no part in the iteration
         motion = solve(load.astype(np.float64) / np.where(growth == 0.0, 1.0, growth)[..., None])
     found = growth.max(axis=0)
     out: Array = 1.0 + 2.0 * margin * np.where(np.isfinite(found), found, np.inf)

@@ -1,7 +1,7 @@
-"""Loops of ideal components that hold each other: forces there that need no load, and what such loops consist of.
+"""Loops with redundant ideal components, and their states of self-stress.
 
-Where an ideal component follows from the others of its loop, it is redundant: statics leaves open which of them carry
-the load. Any share differs from any other by states of self-stress, which are in equilibrium without a load.
+An ideal component that follows from the others of its loop is redundant: equilibrium alone does not determine which of
+them carry the load. Any two distributions differ by states of self-stress, forces in equilibrium without a load.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from ..structure.topology import Index
 from .exchanged_links import CLOSURE
 from .kinematic_edge import KinematicEdge, Real
 
-# What shares the load; rigid links and ties carry what is left to them.
+# Links among which the load is shared; the forces in rigid links and ties follow from theirs.
 SHARING = ("joint", "support")
-# Share of their coordinates by which joints in one place may lie apart.
+# Distance, relative to their coordinates, up to which joints count as being in one place.
 _ONE_PLACE = 1e-9
 
 
@@ -37,8 +37,7 @@ class RedundantLoops:
         By redundant component: forces in ideal components of links that close a loop, by (number of the link,
         component).
     length
-        What moments are divided by to compare them with forces, (...): how far their joints and supports lie from each
-        other, and a screw's advance.
+        Length by which moments are divided to compare them with forces, (...), in m: see `_length`.
     """
 
     links: Index
@@ -52,7 +51,7 @@ class RedundantLoops:
 
 
 def redundant_loops(plan: Plan, links: Sequence[KinematicEdge], entries: Entries = WHOLE) -> list[RedundantLoops]:
-    """The loops of a frame that have redundant components; these do not depend on which edges close them.
+    """The loops of a frame that have redundant components, which do not depend on the choice of closing edges.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ def redundant_loops(plan: Plan, links: Sequence[KinematicEdge], entries: Entries
 
 
 def _joined(links: Sequence[KinematicEdge]) -> DisjointSets[int]:
-    """Numbers of links, of which those of loops with edges in common are one set."""
+    """Numbers of links in disjoint sets: loops with edges in common form one set."""
     above = {link.child: number for number, link in enumerate(links) if link.sign}
     sets = DisjointSets[int]()
     for number, link in enumerate(links):

@@ -1,7 +1,7 @@
-"""What can be asked of a solution, as linear functions of its displacements: their values, and what does work on them.
+"""Requested results as linear functions of the displacements: their values, and the unit loads whose work equals them.
 
-A displacement is asked for by a unit force; the force in a spring by a unit relative displacement of it, which is the
-force k on what it joins; the force that holds an ideal component by a unit relative displacement of that component
+For a displacement that is a unit force; for the force in a spring, a unit relative displacement of it, which means
+forces k on the nodes it joins; for a constraint force, a unit relative displacement of its ideal component
 (Müller-Breslau's principle).
 """
 
@@ -25,24 +25,24 @@ KINDS = ("displacement", "reaction", "joint_displacement", "joint_force", "end_f
 
 @dataclass
 class RequestedResults:
-    """Results of one name, m of them.
+    """The m results of one kind at a node, joint or member.
 
     Attributes
     ----------
     value
-        From the displacements, in extended precision, (..., m); without what holds ideal components.
+        Values from the displacements, in extended precision, (..., m); without constraint forces of ideal components.
     error_bound
-        What rounding of the stiffness leaves undetermined in `value` itself, (..., m).
+        Bound on the error of `value` at the given displacements by rounding of the stiffness, (..., m).
     forces
-        On the nodes (m, ..., nodes, 6), that do work equal to the result.
+        Forces on the nodes (m, ..., nodes, 6), whose work equals the result.
     generalised_forces
         The same on the relative displacements of links: by number of the link (m, ..., 6).
     imposed
         Unit relative displacements: by number of the link (m, 6).
     sizes
-        Of what `forces` are made of, (m, ..., nodes, 6); None where they are no sums.
+        Sizes of `forces`, (m, ..., nodes, 6); None if they are no sums.
     unresolved
-        What rounding of the stiffness leaves undetermined in a unit motion, by the energy norm, (..., m).
+        Bound on the error of the result by rounding of the stiffness in a motion of unit energy norm, (..., m).
     """
 
     value: Real
@@ -54,7 +54,7 @@ class RequestedResults:
     unresolved: Real | float = 0.0
 
     def only(self, indices: Sequence[int] | None) -> RequestedResults:
-        """Some of the results, in the same axes.
+        """Some of the results.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class RequestedResults:
 
 
 def checked(kind: str) -> str:
-    """A kind of result that is known.
+    """The kind of result, if it is known.
 
     Raises
     ------
@@ -170,7 +170,7 @@ def _force(state: EquilibriumResidual, index: int, reaction: bool) -> RequestedR
 
 
 def _exerted(link: KinematicEdge, forces: Any) -> Any:
-    """Force and moment of a screw, by what they come of (6, ..., 6), from the forces on its coordinates."""
+    """Force and moment (6, ..., 6) of a screw, from the forces on its coordinates."""
     lead = np.asarray(link.lead)[..., None]
     shape = np.broadcast_shapes(forces.shape, (1, *lead.shape))
     out = extended(np.broadcast_to(forces, shape)).copy()
@@ -195,11 +195,11 @@ def _end_forces(state: EquilibriumResidual, name: str) -> RequestedResults:
 
 
 def _end(state: EquilibriumResidual, piece: int, end: slice) -> RequestedResults:
-    """Forces on one end of a piece: those of its springs, turned by their rows, less the equivalent loads.
+    """Forces on one end of a piece: those of its springs times their rows, less the equivalent loads.
 
-    ``R = a^T k e(u) - p`` with the rows a. Rounding of k and of the deformations e changes it by what it changes of
-    the spring forces, by way of a; what it makes of a motion w of which only the energy norm is known is at most that
-    times ``|k^-1/2 dk a|``.
+    ``R = a^T k e(u) - p`` with the rows a. Rounding of k and of the deformations e changes the spring forces, and by
+    ``a^T`` the result; in a motion w of which only the energy norm is known, by at most that norm times
+    ``|k^-1/2 dk a|``.
     """
     group, at = state.place(piece)
     springs, count = state.springs[group], state.kinematics.count

@@ -1,4 +1,4 @@
-"""What motions of the unknowns meet, by way of the deformations: rigid motion costs nothing, and no digits."""
+"""Forces and energy of motions of the unknowns, from deformations, so that rigid motions cause no cancellation."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def displaced(frame: Stiff, unknowns: Sequence[int], motions: Real) -> tuple[Rea
 
 
 def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
-    """Forces on the unknowns that motions (motions, ..., n) call for."""
+    """Forces on the unknowns that balance motions (motions, ..., n): the stiffness times these motions."""
     kinematics = frame.kinematics
     coordinates, moved = displaced(frame, unknowns, motions)
     inner = sum(
@@ -47,8 +47,8 @@ def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
 
 
 def weighted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Iterator[Real]:
-    """Deformations in motions (motions, ..., n) by the root of their stiffness, (motions, ...): their squares add up to
-    twice the energy."""
+    """Deformations in motions (motions, ..., n) times the root of their stiffness, (motions, ...): their squares add up
+    to twice the energy."""
     coordinates, moved = displaced(frame, unknowns, motions)
     for each in frame.springs:
         yield np.sqrt(each.stiffness) * each.of(moved, coordinates)

@@ -1,8 +1,8 @@
-"""What is regular, but singular to double precision: solved in extended precision.
+"""Entries whose stiffness is singular to double precision though the frame is not, solved in extended precision.
 
-A matrix whose least eigenvalue is that of rounding may belong to a frame that is not singular at all: the stiffness
-squares what its deformations know, as ``S = A^T A`` with ``A = sqrt(k) B D``. So the rank is that of A, by its singular
-values; and what has full rank is solved with S in extended precision, where that suffices.
+A matrix whose least eigenvalue is of the size of rounding may belong to a frame that is not singular: the stiffness
+``S = A^T A`` with ``A = sqrt(k) B D`` squares the condition number of A. So the rank is found from the singular values
+of A, and entries of full rank are solved with S in extended precision, if that suffices.
 """
 
 from __future__ import annotations
@@ -30,29 +30,29 @@ from .sparse_compliance import SparseCompliance, softest
 
 # Indices of entries by batch axis; None for the only entry of a batch without axes.
 At = tuple[NDArray[np.int64], ...] | None
-# Unknowns up to which it is worth the time.
+# Number of unknowns up to which singular values are affordable.
 MOST = 400
-# Singular values of A that a matrix in extended precision can tell from zero.
+# Least singular value of A at which S can be solved in extended precision.
 _LEAST = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
-# How many times stiffer a spring may be at one entry than at another, for free motions to be found with either.
+# Greatest ratio of a spring's stiffnesses at two entries at which the free motions of one hold for the other.
 _ALIKE = 1e6
 # Entries handled at a time.
 _CHUNK = 256
-# Steps of refinement: each takes a tenth of the error or less where a matrix is not singular to its precision.
+# Steps of refinement: each leaves a tenth of the error or less if a matrix is not singular to its precision.
 _STEPS = 12
-# Steps of inverse iteration to the softest motion of a matrix that is singular to rounding: the first all but finds it.
+# Steps of inverse iteration to the softest motion of a matrix that is singular to rounding; the first almost finds it.
 _SOFT = 3
-# Share of the load that the frame resists least that such steps leave unbalanced where it is not.
+# Relative residual below which these refinement steps have converged for a load in the shape of the softest motion.
 _BALANCED = 1e-3
 
 
 class Solved(Protocol):
-    """Entries that are singular to double precision, and are not.
+    """Entries that are singular to double precision only, with their solution.
 
     Attributes
     ----------
     mask
-        Those that are solved, (...).
+        Mask of the entries that are solved, (...).
     """
 
     mask: NDArray[np.bool_]
@@ -110,7 +110,7 @@ class Resolved:
 
 
 class ResolvedByBands:
-    """Entries of a batch of frames of many unknowns, solved once more within bands, where tensions tell what is soft.
+    """Entries of a batch of frames with many unknowns, solved once more by banded factors in tension form.
 
     Parameters
     ----------
@@ -139,26 +139,26 @@ class ResolvedByBands:
 
 
 def banded(plan: Plan) -> StackedSolver:
-    """The batch as matrices in bands, whatever solves it."""
+    """A banded solver for the batch, whichever solver is used otherwise."""
     return StackedSolver(plan, {}, np.isin(plan.graph.unknown, excited(plan)))
 
 
 class ResolvedLarge:
-    """One large frame whose matrix is singular to double precision, by as many steps of refinement as it takes.
+    """One large frame whose matrix is singular to double precision, solved by steps of refinement.
 
-    For a load in the shape of the softest motion they converge only where the frame is not singular.
+    For a load in the shape of the softest motion they converge only if the frame is not singular.
 
     Parameters
     ----------
     plan
         The compiled frame.
     solver
-        Its factor.
+        Its solver, with the factor.
 
     Attributes
     ----------
     mask
-        Whether that is so, (...).
+        Whether they converge, (...).
     """
 
     def __init__(self, plan: Plan, solver: SparseSolver) -> None:
@@ -173,9 +173,9 @@ class ResolvedLarge:
         self.mask = np.full(plan.frame.shape, regular)
 
     def _by_springs(self, solver: SparseSolver, residual: SpringResidual, sizes: Array | None) -> tuple[bool, Real]:
-        """Whether the frame is regular, and its unknowns (..., n), by deformations that are the same at all entries.
+        """Whether the frame is regular, and its unknowns (..., n), if the deformations are the same at all entries.
 
-        Where the solver is that of units, `sizes` (units, load cases) are those of what they are units of.
+        If `solver` is that of unit loads, `sizes` (units, load cases) are the amounts of these in the load cases.
         """
         factor = solver.factor
         probe = softest(factor, _SOFT)[0] / factor.root
@@ -206,20 +206,20 @@ class ResolvedLarge:
         return combined(self.plan, self.unknowns, self._values[self.mask], rows, self.mask)
 
     def whole(self, solver: SparseSolver) -> Array:
-        """All unknowns of the solver, those that the loads reach as they are resolved, (n, load cases)."""
+        """All unknowns of the solver, (n, load cases); those that the loads reach have their resolved values."""
         out = solver.unknowns.copy()
         out[solver.excited] = self._values.reshape(-1, len(self.unknowns)).T
         return out
 
 
 def rest(statics: Statics, unknowns: Sequence[int]) -> EquilibriumResidual:
-    """A frame without displacements of its unknowns, the whole batch."""
+    """The state of the whole batch with all unknowns zero."""
     none = extended(np.zeros((*statics.plan.frame.shape, len(unknowns))))
     return EquilibriumResidual(statics, WHOLE, unknowns, none)
 
 
 def _regular(state: EquilibriumResidual, compliance: SparseCompliance) -> bool:
-    """Whether refinement balances a load in the shape that the matrix resists least."""
+    """Whether refinement converges for a load in the shape of the matrix's softest motion."""
     probe = compliance.softest / compliance.root
     found = extended(np.zeros(state.values.shape))
     left = extended(np.broadcast_to(probe, found.shape))
@@ -250,7 +250,7 @@ def combined(plan: Plan, unknowns: Sequence[int], values: Real, rows: Sequence[R
 def ill_conditioned_state(
     statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
 ) -> EquilibriumResidual:
-    """Some entries (m,) of a batch as a state of their own, at rest."""
+    """The state of some entries (m,) of a batch with all unknowns zero."""
     shape = statics.plan.frame.shape
     count = () if index is None else (len(index[0]),)
     start = extended(np.zeros((*count, len(unknowns))))
@@ -260,7 +260,7 @@ def ill_conditioned_state(
 def ill_conditioned(
     statics: Statics, index: tuple[NDArray[np.int64], ...] | None, unknowns: Sequence[int]
 ) -> tuple[EquilibriumResidual, DenseCompliance]:
-    """Entries solved and inverted in extended precision."""
+    """The solved state of some entries of a batch, and the inverse of their stiffness, in extended precision."""
     state = ill_conditioned_state(statics, index, unknowns)
     compliance = DenseCompliance(state.kinematics, state.springs, state.stiffness, unknowns, Extended)
     for _ in range(_STEPS):
@@ -274,9 +274,9 @@ def excited(plan: Plan) -> list[int]:
 
 
 def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of the `suspects` resist every motion of what no load reaches after all, (...) of the batch shape.
+    """Mask of the `suspects` without free motion of the unknowns that no load reaches, (...) of the batch shape.
 
-    Judged by the deformations themselves, which tell twice as many digits as the stiffness.
+    Judged by the singular values of the deformations, which resolve twice as many digits as the stiffness.
     """
     unknowns = sorted(set(plan.unknowns) - set(excited(plan)))
     out = np.zeros(plan.frame.shape, dtype=bool)
@@ -296,7 +296,7 @@ def kinematically_stable(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.
 
 
 def geometry_shape(statics: Statics) -> Shape:
-    """Batch over which the geometry varies, with all axes of the batch."""
+    """Batch shape over which the geometry varies, with all axes of the batch."""
     kinematics = statics.kinematics
     dependents = [np.shape(v) for row, by in kinematics.dependents.values() for v in (*row.values(), *by.values())]
     idle = [np.shape(where) for where in kinematics.idle.values()]
@@ -306,17 +306,16 @@ def geometry_shape(statics: Statics) -> Shape:
 
 
 def matrix_shape(statics: Statics) -> Shape:
-    """Batch over which geometry or stiffness varies, with all axes of the batch."""
+    """Batch shape over which geometry or stiffness varies, with all axes of the batch."""
     members = [each.stiffness.shape[:-2] for each in statics.springs]
     return np.broadcast_shapes(geometry_shape(statics), *members, *(each.shape[:-1] for each in statics.stiffness))
 
 
 def grouped(mask: NDArray[np.bool_], shape: Shape, most: int = _CHUNK) -> Iterator[tuple[At, At, Index]]:
-    """Entries in a mask, so many at a time at `most`, those together of which what varies over a batch of `shape` is
-    the same.
+    """Entries in a mask, at most `most` at a time, and which of them are distinct within a batch of `shape`.
 
-    Yields their indices; those of one for each that differs (m,); and which of these each entry is like. Indices are
-    None for the only entry of a batch without axes.
+    Yields their indices; the indices of the distinct ones (m,); and for each entry the number of its distinct one.
+    Indices are None for the only entry of a batch without axes.
     """
     if not mask.ndim:
         if mask:
@@ -330,8 +329,8 @@ def grouped(mask: NDArray[np.bool_], shape: Shape, most: int = _CHUNK) -> Iterat
 
 
 def distinct(index: tuple[Index, ...], shape: Shape) -> tuple[tuple[Index, ...], Index]:
-    """Of entries at these indices one for each that differs in what varies over a batch of `shape`; and which of these
-    each is like."""
+    """Indices of the entries that are distinct within a batch of `shape`, and for each entry the number of its distinct
+    one."""
     if not index:
         return (), np.zeros(1, dtype=np.int64)
     _, first, which = np.unique(_numbered(index, shape), return_index=True, return_inverse=True)
@@ -339,13 +338,13 @@ def distinct(index: tuple[Index, ...], shape: Shape) -> tuple[tuple[Index, ...],
 
 
 def _numbered(index: tuple[Index, ...], shape: Shape) -> Index:
-    """Numbers of entries, (m,), the same for those among which nothing varies over a batch of `shape`."""
+    """Numbers of entries within a batch of `shape`, (m,); entries of the same number do not differ there."""
     own = tuple(each if size > 1 else np.zeros_like(each) for each, size in zip(index, shape, strict=True))
     return np.ravel_multi_index(own, shape)
 
 
 def alike(statics: Statics) -> bool:
-    """Whether no spring is far stiffer at one entry of the batch than at another, or resists at some alone."""
+    """Whether no spring is far stiffer at one entry of the batch than at another, or zero at some only."""
     for k, last in [*((each.stiffness, 2) for each in statics.springs), *((each, 1) for each in statics.stiffness)]:
         if k.size:
             batch = tuple(range(k.ndim - last))

@@ -1,9 +1,8 @@
-"""How a result depends on every input, from one adjoint solve.
+"""Derivatives of a result by every input, from one adjoint solve.
 
-With the displacements z under the unit force that does work equal to the result R, a change of a spring's stiffness k
-changes R by ``-e(z) e(u) dk``, a change of a load by the displacement z where it acts, and a change of what is imposed
-on an edge by the force there under the unit force (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*,
-2005, ch. 2).
+With the displacements z under the unit force whose work equals the result R, a change of a spring's stiffness k changes
+R by ``-e(z) e(u) dk``; the derivative by a load is the displacement z where it acts, that by an imposed displacement
+the force there under the unit force (Choi & Kim, *Structural Sensitivity Analysis and Optimization 1*, 2005, ch. 2).
 """
 
 from __future__ import annotations
@@ -93,9 +92,9 @@ class Sensitivity:
 
     @cached_property
     def pitches(self) -> dict[str, Array]:
-        """By joint with a thread: by its pitch, (...).
+        """By screw joint: by its pitch, (...).
 
-        The spring along z acts on ``uz - pitch rz / 2 pi``, in the displacement and in the unit load's.
+        The spring along z acts on ``uz - pitch rz/(2 pi)``, in the displacements as in those of the adjoint.
 
         Raises
         ------
@@ -129,7 +128,7 @@ class Sensitivity:
             axes, apart = self._axes(name), self._apart(name)
             moved = rotated(axes, solution.joint_displacement(name))
             unit = self.offsets[name].copy()
-            # A thread turns by its force along z as well, which an offset of the rotation does not meet.
+            # A screw's force along z does work on its rotation as well, which the force on an offset does not include.
             unit[..., 5] -= solution.plan.frame.joints[name].element.pitch / (2.0 * np.pi) * unit[..., 2]
             forces = rotated(axes, solution.joint_force(name)), rotated(axes, unit)
             total = np.zeros((*solution.shape, 3))
@@ -160,7 +159,7 @@ class Sensitivity:
         return np.eye(3) if axes is None else aligned(np.asarray(axes), len(self._solution.shape), 2)
 
     def _apart(self, joint: str) -> Array:
-        """By how much the second node of a joint moves from the first under the unit load, global, (..., 6)."""
+        """Displacement of a joint's second node relative to the first under the unit load, global, (..., 6)."""
         plan = self._solution.plan
         first, second = (plan.topology.number[node] for node in plan.frame.joints[joint][1:3])
         return np.asarray(self._work.adjoint[..., second, :] - self._work.adjoint[..., first, :])
@@ -174,14 +173,14 @@ NAMED = ("loads", "joints", "offsets", "supports", "members")
 
 
 def weighed_sum(found: Sequence[Sensitivity], weights: Array) -> Sensitivity:
-    """Derivatives of a weighted sum of results of one kind and solution, at the cost of one of them.
+    """Derivatives of a weighted sum of results of one kind and solution.
 
     Parameters
     ----------
     found
-        Those of the k results.
+        Derivatives of the k results.
     weights
-        Weights (..., k).
+        Weights of the results, (..., k).
     """
 
     def summed(parts: Sequence[Array]) -> Array:
@@ -207,7 +206,7 @@ def sensitivity(solution: BoundedResults, name: str, what: str, kind: str) -> Se
     if checked(kind) == "end_forces":
         raise FrameError("sensitivity of end forces: ask for that of a reaction, a joint force or a displacement")
     index = component(what, FORCES if kind in ("reaction", "joint_force") else DISPLACEMENTS)
-    # By loads and offsets a result has derivatives even where all of them are zero, and nothing was solved for.
+    # A result has derivatives by loads and offsets even if all of these are zero and no unknown was solved for.
     solution = solution.reaching(_unknowns_of_result(solution, name, kind, index))
     getattr(solution, kind)(name)  # warns of what can move though no load makes it
     out: dict[tuple[str, str], Array] = {}
@@ -264,7 +263,7 @@ def _derivatives(
 
 
 def _unknowns_of_result(solution: BoundedResults, name: str, kind: str, index: int) -> list[int]:
-    """Unknowns on which the force acts that does work equal to one component of a result."""
+    """Unknowns on which the unit load of one component of a result acts."""
     unknowns = solution.plan.unknowns
     if not unknowns:
         return []

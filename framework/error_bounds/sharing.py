@@ -1,9 +1,9 @@
-"""How redundant ideal components share what they carry: by the least sum of squares.
+"""How redundant ideal components share the load: with the least sum of squared forces.
 
-Of all forces in equilibrium those are taken of which the sum of the squares is least, in joints and supports, moments
-being divided by a length of their loops (`RedundantLoops.length`). It is how joints and supports of equal stiffness
-share the load, however stiff, beside rigid links and ties that are stiffer still; it depends on the pose alone, and
-neither on the order in which things are described nor on which edges close the loops.
+Of all forces in equilibrium, those with the least sum of squares over joints and supports are taken, moments being
+divided by a length of their loops (`RedundantLoops.length`). This is how joints and supports of equal, high stiffness
+share the load if rigid links and ties are stiffer still. It depends on the pose only, neither on the order of the
+description nor on which edges close the loops.
 """
 
 from __future__ import annotations
@@ -19,31 +19,31 @@ from .kinematic_edge import KinematicEdge, Real
 from .kinematics import FrameKinematics
 from .redundancy import SHARING, RedundantLoops
 
-# Singular values of states of self-stress of unit size, as a share of the largest, below which they are none.
+# Singular values of states of self-stress of unit size, relative to the largest, below which they count as zero.
 _NONE = 1e-11
-# Such a share, of the smallest, above which they are so independent that their products with each other will do.
+# Relative smallest singular value above which the states are so independent that their normal equations suffice.
 _INDEPENDENT = 1e-3
-# Roundings of a share, of what it is made of, for the root of the number of forces that it is a sum of.
+# Roundings of a share, relative to its size and the square root of its number of terms.
 _ROUNDINGS = 4.0
 
 
 @dataclass(frozen=True)
 class LoadShare:
-    """The share in some loops, as linear functions of any forces in equilibrium there.
+    """The forces in some loops as redundant components share them, as linear functions of any forces in equilibrium.
 
-    Forces are those that work on the relative displacements of links, see `KinematicEdge`; k links, s states of
+    Forces are conjugate to the relative displacements of links, see `KinematicEdge`; there are k links and s states of
     self-stress.
 
     Attributes
     ----------
     place
-        By number of a link, where it stands among the k.
+        By number of a link, its position among the k.
     self_stresses
-        Forces that need no load, (s, ..., k, 6).
+        Forces in the states of self-stress, (s, ..., k, 6).
     parts
-        What makes, by a sum of products, the part of each state in any forces, (s, ..., k, 6).
+        Factors whose sum of products with any forces is the amount of each state in them, (s, ..., k, 6).
     rounding
-        Of a share, as a part of what it is made of, (...).
+        Rounding error of a share, relative to its size, (...).
     """
 
     place: dict[int, int]
@@ -52,21 +52,21 @@ class LoadShare:
     rounding: Array
 
     def excess(self, forces: Mapping[int, Real]) -> dict[int, Real]:
-        """What forces (..., 6) by link exceed the share by."""
+        """By link: the self-stress in given forces, to be subtracted from them, (..., 6)."""
         amounts = sum(np.sum(self.parts[..., k, :] * forces[link], axis=-1) for link, k in self.place.items())
         amounts = np.asarray(amounts)[..., None]
         return {link: np.sum(self.self_stresses[..., k, :] * amounts, axis=0) for link, k in self.place.items()}
 
     def sizes(self, link: int, forces: Mapping[int, Real]) -> Real:
-        """Size of what a link's share of forces (..., 6) is made of beside its own, (..., 6)."""
+        """Size of the self-stress subtracted from a link's force, (..., 6), for given forces (..., 6) by link."""
         parts = np.abs(self.parts)
         amounts = sum(np.sum(parts[..., k, :] * np.abs(forces[each]), axis=-1) for each, k in self.place.items())
         own = np.abs(self.self_stresses[..., self.place[link], :])
         return np.asarray(np.sum(own * np.asarray(amounts)[..., None], axis=0))
 
     def relative_displacements(self, link: int) -> Iterator[tuple[int, Real]]:
-        """Relative displacements (6, ..., 6) of links that, with a unit of each component of a link, agree with all
-        loops: the force in that component, as it is shared, does the work on them."""
+        """Relative displacements (6, ..., 6) of links that, with a unit one of each component of `link`, are compatible
+        with all loops: the unit load for the shared force in that component."""
         own = np.moveaxis(self.self_stresses[..., self.place[link], :], -1, 1)[..., None]
         for each, k in self.place.items():
             yield each, -np.sum(own * self.parts[:, None, ..., k, :], axis=0)
@@ -78,14 +78,14 @@ def load_shares(kinematics: FrameKinematics) -> list[LoadShare]:
 
 
 def shared(found: Sequence[LoadShare], forces: Sequence[Real]) -> list[Real]:
-    """Forces by link (..., 6) in any equilibrium, as redundant components share them.
+    """Forces by link (..., 6) as redundant components share them, from forces in any equilibrium.
 
     Parameters
     ----------
     found
-        The shares in all loops that have such.
+        The shares in all loops with redundant components.
     forces
-        On the relative displacements of all links; those in springs are as they are.
+        Forces conjugate to the relative displacements of all links, (..., 6) each; those in springs do not change.
     """
     out = list(forces)
     for load_share in found:
@@ -104,14 +104,14 @@ def _sharing(kinematics: FrameKinematics, loops: RedundantLoops) -> LoadShare:
     weighed = weights * np.asarray(_of_screws(links, stresses, KinematicEdge.exerted), np.float64)
     inverse, condition = _inverse(merged(weighed, -2, -1))
     inverse = weights * inverse.reshape(weighed.shape)
-    # of a screw's forces those on its coordinates
+    # for screws, the forces on their coordinates
     parts = np.where(ideal, np.asarray(_of_screws(links, inverse, KinematicEdge.rest), np.float64), 0.0)
     rounding = _ROUNDINGS * np.sqrt(6.0 * len(links)) * np.finfo(np.float64).eps * condition
     return LoadShare({int(k): at for at, k in enumerate(loops.links)}, stresses, parts, rounding)
 
 
 def _of_screws(links: Sequence[KinematicEdge], forces: Real, change: Callable[[KinematicEdge, Real], Real]) -> Real:
-    """Forces (..., k, 6) of links, those of screws changed."""
+    """Forces (..., k, 6) of links, those of screws transformed by `change`."""
     if all(link.lead is None for link in links):
         return forces
     each = (change(link, forces[..., k, :]) for k, link in enumerate(links))
@@ -119,7 +119,7 @@ def _of_screws(links: Sequence[KinematicEdge], forces: Real, change: Callable[[K
 
 
 def _self_stresses(kinematics: FrameKinematics, loops: RedundantLoops) -> Real:
-    """Forces that need no load, on the relative displacements of links, (s, ..., k, 6)."""
+    """Forces in the states of self-stress, conjugate to the relative displacements of links, (s, ..., k, 6)."""
     links = kinematics.links
     own: dict[int, Real] = {}
     shapes = [value.shape for each in loops.self_stresses for value in each.values()]
@@ -135,7 +135,7 @@ def _self_stresses(kinematics: FrameKinematics, loops: RedundantLoops) -> Real:
             force = links[k].out(links[k].exerted(own[k]))
             _add(nodal, links[k].second, force)
             _add(nodal, links[k].first, -links[k].transfer(force, 1.0))
-    # what closes the loops acts on the links of the tree as well, on children first
+    # forces in closing edges act on the links of the tree as well; children first
     for k in reversed(loops.links):
         if links[k].sign and links[k].child in nodal:
             force = nodal[links[k].child]
@@ -147,13 +147,13 @@ def _self_stresses(kinematics: FrameKinematics, loops: RedundantLoops) -> Real:
 
 
 def _add(nodal: dict[int, Real], node: int, force: Real) -> None:
-    """Add a force on a node, which the ground needs not."""
+    """Add a force on a node, unless it is the ground."""
     if node != GROUND:
         nodal[node] = nodal[node] + force if node in nodal else force
 
 
 def _inverse(weighed: Array) -> tuple[Array, Array]:
-    """Least inverse (s, ..., n) of states of self-stress (s, ..., n), and their condition number, (...)."""
+    """Pseudo-inverse (s, ..., n) of states of self-stress (s, ..., n), and their condition number, (...)."""
     size = np.sqrt(np.sum(weighed**2, axis=-1, keepdims=True))
     size = np.where(size > 0.0, size, 1.0)
     states = np.where(np.isfinite(weighed), weighed / size, 0.0)  # of absent entries none
@@ -166,9 +166,9 @@ def _inverse(weighed: Array) -> tuple[Array, Array]:
 
 
 def _inverted(states: Array) -> tuple[Array, Array]:
-    """Least inverses (m, n, s) of matrices (m, s, n), and their condition numbers, (m,)."""
+    """Pseudo-inverses (m, n, s) of matrices (m, s, n), and their condition numbers, (m,)."""
     products = states @ np.swapaxes(states, -1, -2)
-    # one in place of states that are none at an entry, apart from all others
+    # a one on the diagonal for states that vanish at an entry
     at = np.arange(states.shape[1])
     products[:, at, at] += products[:, at, at] == 0.0
     squares = np.linalg.eigvalsh(products)
@@ -177,7 +177,7 @@ def _inverted(states: Array) -> tuple[Array, Array]:
     if good.any():
         some = states if good.all() else states[good]
         found = np.swapaxes(some, -1, -2) @ np.linalg.inv(products if good.all() else products[good])
-        # the products have lost digits, which one step of Newton's iteration brings back
+        # the products have lost digits, which one step of Newton's iteration restores
         out[good] = found + found @ (np.eye(states.shape[1]) - some @ found)
         condition[good] = np.sqrt(squares[good, -1] / squares[good, 0])
     if not good.all():

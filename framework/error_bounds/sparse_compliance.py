@@ -1,4 +1,4 @@
-"""An inverse of one large stiffness by its factor, with a proof of how good it is by inverse iteration."""
+"""An inverse of one large stiffness by its factor, with the least eigenvalue estimated by inverse iteration."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .kinematic_edge import Real, extended
 from .pushing import amplification
 from .resistance import resisted
 
-# The factor by which the least eigenvalue of a large matrix may still be below what inverse iteration finds, and the
-# share of `backward_error` below which that finds nothing but rounding.
+# Factor by which the least eigenvalue of a large matrix may be below the estimate of inverse iteration; fraction of
+# `backward_error` below which that estimate is nothing but rounding.
 _SAFETY = 4.0
 _FOUND = 1.0 / 16.0
-# Share of a load that solutions to a few digits leave unbalanced.
+# Relative residual of solutions to a few digits.
 _NEARLY = 1e-4
 
 
 class Factored:
-    """A sparse factor, for loads with the batch before.
+    """A sparse factor that solves for loads with leading batch axes.
 
     Parameters
     ----------
@@ -42,12 +42,12 @@ class Factored:
 
 
 class EstimatedCompliance(Compliance):
-    """A compliance of which the least eigenvalue is estimated, with a margin for what that misses."""
+    """A compliance whose least eigenvalue is estimated, with a safety margin."""
 
     def _estimated(self, found: Array, state: EquilibriumResidual) -> None:
-        """Set `least` and `amplification` from the least eigenvalue (...) that inverse iteration finds.
+        """Set `least` and `amplification` from the estimate (...) of the least eigenvalue by inverse iteration.
 
-        Where no more than rounding is found, there is none.
+        If the estimate is nothing but rounding, `least` is zero.
         """
         self.least = np.where(found > _FOUND * self.backward_error, found / _SAFETY, 0.0)
         self.amplification = amplification(state, self.root, self._solve_nearly, _SAFETY)
@@ -58,21 +58,21 @@ class EstimatedCompliance(Compliance):
 
 
 class SparseCompliance(Factored, EstimatedCompliance):
-    """One large matrix with its factor; the least eigenvalue by inverse iteration, with a margin for what that misses.
+    """One large matrix with its factor; the least eigenvalue is estimated by inverse iteration, with a margin.
 
     Parameters
     ----------
     factor
         The factor.
     coupled
-        Unknowns that share members or joints with one unknown, at most: no scaled entry is above one.
+        Greatest number of unknowns that share members or joints with one unknown.
     rest
-        The frame without displacement, to which the motion that inverse iteration finds is put.
+        The undisplaced state; the energy of the motion found by inverse iteration is evaluated with its frame.
 
     Attributes
     ----------
     softest
-        The motion that the scaled matrix resists least (n,), of length one.
+        Eigenvector of length one of the scaled matrix's least eigenvalue, (n,).
     """
 
     def __init__(self, factor: Factor, coupled: int, rest: EquilibriumResidual) -> None:
@@ -85,20 +85,21 @@ class SparseCompliance(Factored, EstimatedCompliance):
         self._estimated(np.asarray(least), rest)
 
     def _resistance(self, rest: EquilibriumResidual) -> float:
-        """Work against the softest motion; where the matrix is near singular, itself may not tell for its rounding."""
+        """Twice the energy of the softest motion from deformations, accurate even if the matrix is near singular."""
         motion = extended(self.root * self.softest)
         return float(np.max(np.abs(resisted(rest, rest.unknowns, motion) @ motion)))
 
     def energy(self, load: Real, sizes: Real) -> Real:
-        """Energy norm of the displacements under loads (..., n) that may be off by `sizes` (..., n), at most, (...).
+        """Bound on the energy norm of the displacements under loads (..., n) with uncertainties `sizes`, (...).
 
-        Where iterations solve, a few of them tell far better than the least eigenvalue, which serves for the rest.
+        With an iterative solver, a few iterations give a far sharper bound than the least eigenvalue, which is used
+        otherwise.
         """
         if not (isinstance(self.factor, Iterative) and self.iterative):
             return super().energy(load, sizes)
         flat = _flat(load.astype(np.float64)).T
         found = self.factor.energies(flat, _SAFETY).reshape(load.shape[:-1])
-        # of the exact matrix, from which that of the iterations differs by its rounding
+        # for the exact matrix, which differs from that of the iterations by rounding
         certain = 1.0 - self.backward_error / self.least
         out: Real = extended(found) / np.sqrt(certain) if certain > 0.0 else extended(np.full(found.shape, np.inf))
         return out + super().energy(np.zeros(load.shape[-1]), sizes)
@@ -109,7 +110,7 @@ class SparseCompliance(Factored, EstimatedCompliance):
         return isinstance(self.factor, Iterative) and self.factor.instead is None
 
     def solve_to(self, load: Array, share: Array) -> Array:
-        """Displacements for loads (m, ..., n) that leave no more than a `share` (m, ...) of each, scaled."""
+        """Displacements for loads (m, ..., n) with scaled residuals of at most a `share` (m, ...) of each load."""
         flat = _flat(load.astype(np.float64)).T
         shares = np.broadcast_to(share, load.shape[:-1]).astype(np.float64).reshape(-1)
         return self.factor.solve_to(flat, shares).T.reshape(load.shape)
@@ -127,9 +128,9 @@ class SparseCompliance(Factored, EstimatedCompliance):
 
 
 def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -> tuple[Array, float]:
-    """Motion (n,) of length one that the scaled matrix resists least, and one over what it resists it by, estimated.
+    """Estimates of the scaled matrix's softest motion (n,), of length one, and of the inverse of its least eigenvalue.
 
-    No more `steps` of inverse iteration are done, where they are given; fewer where it is to be known `nearly`.
+    At most `steps` of inverse iteration are done, if given; fewer if a rough estimate (`nearly`) suffices.
     """
     vector, enough = factor.soft(nearly=nearly)
     growth = 0.0 if len(vector) else 1.0
@@ -145,14 +146,14 @@ def softest(factor: Factor, steps: int | None = None, *, nearly: bool = False) -
 
 
 class Roughly:
-    """A compliance that leaves a share of what it solves for, which is enough for a correction.
+    """A compliance that solves to a given relative residual, which is enough for a correction.
 
     Parameters
     ----------
     compliance
         The compliance.
     share
-        The share.
+        The relative residual.
     """
 
     def __init__(self, compliance: Compliance, share: float) -> None:

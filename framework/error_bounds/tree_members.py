@@ -1,4 +1,4 @@
-"""Tree members (determinate): one end carries the other, so that what is stiff and short has coordinates of its own."""
+"""Tree members: one end carries the other, so that the deformation of a stiff and short member is a coordinate."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ MEMBER = "member"
 
 
 def tree_members(plan: Plan, springs: list[Springs]) -> tuple[list[Springs], list[KinematicEdge]]:
-    """Members, stiffest first, of which one end can carry the other, and their links.
+    """Springs with the tree members marked, and the links of these; stiffest members are taken first.
 
-    An end can be carried that no other node carries yet, and that does not carry the other. Frames with moving bodies,
-    and with coordinates that constraints determine, are left as they are; so are members whose rigid motion something
-    resists.
+    An end can be carried if no other node carries it yet and it does not carry the other end. Frames with moving bodies
+    or with coordinates that constraints determine are left unchanged; so are members whose rigid motion is resisted.
     """
     topology = plan.topology
     if plan.tree.elimination.rows or plan.frame.bodies:

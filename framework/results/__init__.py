@@ -1,1 +1,1 @@
-"""What is read off a solution: forces, fields, status, condition, vibration and buckling."""
+"""Results of a frame: displacements, forces and stresses, status, free motions, condition numbers, modes, buckling."""

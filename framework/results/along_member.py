@@ -1,6 +1,6 @@
-"""What a solution is at stations along a member, which may lie on any of the pieces that it was cut into.
+"""Results at stations along a member, which may lie on any of the pieces into which it is divided.
 
-Stations lead, (k, ...), and the batch follows.
+Here the axis of the k stations comes first, (k, ...), before the batch axes.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from ..batch import Array, Shape, aligned, finite, joined
 from ..errors import FrameError
 from ..structure.topology import Group, Topology
 
-# A field at stations (k, ...) of a piece, by their distances from its start.
+# A function of a piece's number and of distances (k, ...) from its start that returns a field there.
 Field = Callable[[int, Array], Array]
 
 
 class GroupedPieces:
-    """Where the numbers of each piece stand: which group holds them, and in which place.
+    """The group of each piece, and its position there.
 
     Parameters
     ----------
@@ -39,13 +39,13 @@ class GroupedPieces:
 
     @cached_property
     def placed(self) -> dict[int, tuple[int, int]]:
-        """Number of each piece's group, and its position in that."""
+        """For each piece the number of its group, and its position in that."""
         groups = enumerate(self.topology.groups)
         return {piece: (k, position) for k, group in groups for position, piece in enumerate(group.pieces.tolist())}
 
 
 class AlongMembers(GroupedPieces, ABC):
-    """Forces, stress and displacement along members, from what they are in a piece.
+    """Forces, stress and displacement along members, from those in their pieces.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class AlongMembers(GroupedPieces, ABC):
         pieces, shape = self.topology.pieces_of[member], self.topology.frame.shape
         whole = self.topology.frame.length(member)
         check_stations(member, at, whole, shape)
-        # Where lengths vary, so may the piece on which a station lies.
+        # Where lengths vary over the batch, the piece on which a station lies may vary as well.
         fraction = aligned(at / whole[..., None], len(shape), 1)
         which = np.moveaxis(np.minimum((fraction * len(pieces)).astype(int), len(pieces) - 1), -1, 0)
         stations = np.moveaxis(np.broadcast_to(at, fraction.shape), -1, 0)
@@ -102,7 +102,7 @@ class AlongMembers(GroupedPieces, ABC):
 
 
 def check_stations(member: str, at: ArrayLike, length: Array, batch: Shape) -> None:
-    """Refuse stations (..., k) that do not lie on a member of this length (...), or do not fit the batch."""
+    """Refuse stations (..., k) that are not on a member of a length (...), or do not broadcast with the batch."""
     what = f"at of member {member!r}"
     stations = finite(at, what)
     if not stations.size:

@@ -1,4 +1,4 @@
-"""Condition numbers, of the usual assembly and of the one that is solved."""
+"""Condition numbers of the stiffness, in the usual assembly and in the joint-relative coordinates that are solved."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ Stack = tuple[Index, Array]
 def usual(plan: Plan) -> Array:
     """2-norm condition number of K as structural programs assemble it, (...).
 
-    Every node has its six global displacements, joints are 12 x 12 springs between duplicate nodes, held components
-    are struck out. The nodes of a joint that is ideal in all directions, such as a drive that holds, are one.
+    Every node has its six global displacements, joints are 12 x 12 springs between duplicate nodes, and supported
+    components are deleted. The nodes of a joint that is ideal in all components, such as a locked drive, are merged.
 
     Raises
     ------
     FrameError
-        Where a joint is ideal in some directions only, or a tie would need a penalty.
+        If a joint is ideal in some components only, or there are rigid links or ties, which would need a penalty.
     """
     frame, number = plan.frame, plan.topology.number
     if frame.ties:
@@ -50,7 +50,7 @@ def usual(plan: Plan) -> Array:
 
 
 def scaled(plan: Plan) -> Array:
-    """2-norm condition number of K in joint-relative coordinates, these in the units of `_units`, (...)."""
+    """2-norm condition number of K in joint-relative coordinates, scaled by `_units`, (...)."""
     if _sparse(plan):
         solver = SparseSolver(plan)
         units = scipy.sparse.diags(_units(plan, solver.unknown, solver.stiffness.diagonal()))
@@ -63,11 +63,11 @@ def scaled(plan: Plan) -> Array:
 
 
 def _units(plan: Plan, unknowns: Index, diagonal: Array) -> Array:
-    """Displacements and rotations that count as one, (..., n): inverse roots of the mean stiffness of those alike.
+    """Scale of the unknowns, (..., n): the inverse square root of the mean diagonal stiffness of similar ones.
 
-    The three displacements of a node have one unit, and its three rotations: a mean of the diagonal is the same in any
-    axes. In a joint, whose axes are its own, those are alike that springs of the same stiffness resist. `unknowns` are
-    their numbers, (..., n), -1 for what stands for nothing.
+    The three displacements of a node are similar, and so are its three rotations, as a mean of the diagonal is the same
+    in any axes. In a joint, components with springs of the same stiffness are similar. `unknowns` are the numbers of
+    the unknowns, (..., n) or (n,), -1 for those that represent no displacement.
     """
     springs, count = _joint_springs(plan.tree), 6 * len(plan.topology.number) + 3
     varying = (value.shape for value in springs.values() if isinstance(value, np.ndarray))
@@ -90,7 +90,7 @@ def _units(plan: Plan, unknowns: Index, diagonal: Array) -> Array:
 
 
 def _joint_springs(tree: JointTree) -> dict[int, Value]:
-    """Stiffness of the springs on the coordinates of joints, by the number of the unknown."""
+    """Stiffness of the spring on each joint-relative unknown, by its number."""
     found = {6 * each.child + k: spring for each in tree.branches for k, spring in enumerate(each.edge.stiffness)}
     for edge, exchanged in tree.exchanged.items():  # at some entries another joint has these coordinates
         for row, spring in zip(exchanged.rows, edge.stiffness, strict=True):
@@ -101,7 +101,7 @@ def _joint_springs(tree: JointTree) -> dict[int, Value]:
 
 
 def _same(count: int, pairs: list[tuple[int, int]]) -> Index:
-    """By node the one that stands for it, where pairs of nodes are the same."""
+    """For each node the least number of the nodes merged with it, given pairs of merged nodes, (nodes,)."""
     if not pairs:
         return np.arange(count)
     there = np.ones(len(pairs), dtype=bool)
@@ -115,7 +115,7 @@ def _sparse(plan: Plan) -> bool:
 
 
 def _members(plan: Plan) -> list[Stack]:
-    """Stiffness of the members in global axes."""
+    """DOF numbers (n, 12) and stiffness (n, ..., 12, 12) in global axes of the members of each group."""
     stacks = []
     for group in plan.topology.groups:
         turn = block_diagonal([group.local_axes] * 4)
@@ -125,7 +125,7 @@ def _members(plan: Plan) -> list[Stack]:
 
 
 def _joint(plan: Plan, name: str) -> Stack:
-    """A joint as twelve by twelve springs in global axes, a stack of one."""
+    """DOF numbers (1, 12) and stiffness (1, ..., 12, 12) of a joint in global axes."""
     link, number = plan.frame.joints[name], plan.topology.number
     if np.isinf(link.element.stiffness).any():
         raise FrameError(f"condition_number: joint {name!r} is ideal (inf): use scaled_condition_number()")
@@ -141,6 +141,6 @@ def _ratio(plan: Plan, matrix: Array) -> Array:
 
 
 def _spread(plan: Plan, limits: tuple[Array, Array]) -> Array:
-    """Largest over smallest eigenvalue at the whole batch."""
+    """Largest over smallest eigenvalue, broadcast to the whole batch."""
     with np.errstate(divide="ignore"):
         return np.array(np.broadcast_to(np.divide(limits[1], limits[0]), plan.frame.shape))

@@ -1,6 +1,6 @@
-"""Frames that can move, though no load makes them: their forces, and the displacements that do not depend on it.
+"""Statically consistent mechanisms: frames with free motions on which the loads do no work.
 
-A free motion costs no energy, so that every force is unique, and so is each displacement in which it has no part.
+A free motion costs no energy, so that all forces are unique, and so are the displacements that are not part of it.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ from .constrained_batch import small
 from .constrained_by_springs import carries, constrained_by_springs
 from .reached import reached
 
-# Share of the largest displacement in a free motion that is none.
+# A displacement below this share of the largest one in a free motion counts as zero.
 _STILL = 1e-10
 
 
 def consistent_mechanisms(
     plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver, suspects: NDArray[np.bool_]
 ) -> ConsistentMechanisms | None:
-    """The statically consistent ones among entries that can move, None for none.
+    """The statically consistent mechanisms among the entries with free motions; None for none.
 
     Parameters
     ----------
     plan
         The compiled frame.
     solver
-        What solves it.
+        Its solver.
     suspects
-        Entries that can move, (...) of the batch shape.
+        Mask of the entries with free motions, (...) of the batch shape.
     """
     if len(plan.unknowns) > MOST:
         if not isinstance(solver, SparseSolver):
@@ -68,7 +68,7 @@ def _solved(
     suspects: NDArray[np.bool_],
     unknowns: list[int],
 ) -> list[ConstrainedSolution]:
-    """Entries that can move, those together of which rounding leaves nothing open."""
+    """Solutions of the `suspects`: in one batch where rounding leaves no doubt, the others separately."""
     left = entries.of_all(suspects).copy()
     found = (
         constrained_by_springs(plan, statics, entries, left, unknowns) if isinstance(solver, BroadcastSolver) else None
@@ -80,7 +80,7 @@ def _solved(
 
 
 def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver) -> list[int]:
-    """Unknowns that count as loaded where a batch is solved: what is coupled at some entry is so at all for bands."""
+    """Numbers of the unknowns that count as loaded; banded solvers take the coupling of any entry as that of all."""
     if isinstance(solver, BroadcastSolver):
         return excited(plan)
     reached = solver.excited if isinstance(solver, SparseSolver) else solver.loaded
@@ -89,26 +89,26 @@ def loaded(plan: Plan, solver: BroadcastSolver | StackedSolver | SparseSolver) -
 
 
 class ConsistentMechanisms:
-    """Entries of a batch that can move, though no load makes them.
+    """Entries of a batch that are statically consistent mechanisms.
 
     Parameters
     ----------
     plan
         The compiled frame.
     unknowns
-        Numbers of the unknowns that the loads reach (n,).
+        Numbers of the loaded unknowns, (n,).
     parts
-        Solutions of parts of some entries.
+        Solutions of the candidates, part by part.
     entries
-        These.
+        The selection of batch entries that these solutions are for.
 
     Attributes
     ----------
     mask
-        Those entries, (...).
+        Mask of the consistent mechanisms, (...).
     moving
-        Those of them at which what the loads reach can move, (...): at the others numbers that are zero keep what moves
-        apart from the loads.
+        Mask of those in which a loaded part has a free motion, (...); in the others, numbers that happen to be zero
+        separate the moving part from the loads.
     """
 
     def __init__(
@@ -132,18 +132,18 @@ class ConsistentMechanisms:
         self._reached = np.zeros((0, len(self.unknowns)), dtype=bool)
 
     def values(self, rows: Sequence[Row]) -> Real:
-        """Values of `rows` over the unknowns and the right-hand-side parameters at these entries, (m, rows)."""
+        """Values of rows over unknowns and right-hand-side parameters at the m entries in `mask`, (m, rows)."""
         return combined(self.plan, self.unknowns, self._values, rows, self.mask)
 
     def rest_where_not(self, reached: NDArray[np.bool_]) -> None:
-        """Leave undisplaced which of the unknowns (m, n) at these entries are not reached by the loads there."""
+        """Set to zero the unknowns that loads do not reach at these entries, given a mask (m, n) of those reached."""
         self._values = np.where(reached, self._values, 0.0)
         self._motions = np.where(reached, self._motions, 0.0)
         self.moving[self.mask] = (np.abs(self._motions) > _STILL).any(axis=(0, -1))
         self._reached = reached[~self.moving[self.mask]]
 
     def apart(self, where: NDArray[np.bool_]) -> Iterator[tuple[At, list[int]]]:
-        """Indices of entries in a mask whose free motions the loads do not reach, and the unknowns that they do."""
+        """Indices of entries whose loaded parts have no free motion, with the unknowns that loads reach there."""
         still = self.mask & ~self.moving
         kept = where[still]
         index = tuple(each[kept] for each in np.nonzero(still)) if still.ndim else ()
@@ -154,7 +154,7 @@ class ConsistentMechanisms:
             yield (tuple(each[here] for each in index) if index else None), unknowns
 
     def motions(self, rows: Sequence[Row]) -> Array:
-        """Values of `rows` in each free motion of these entries, (motions, m, rows)."""
+        """Values of rows in each free motion at the m entries in `mask`, (motions, m, rows)."""
         at = {k: number for number, k in enumerate(self.unknowns)}
         motions, change = self._motions, Entries(np.nonzero(self.mask) if self.mask.ndim else ())
         out = np.zeros((*motions.shape[:-1], len(rows)))
@@ -166,14 +166,14 @@ class ConsistentMechanisms:
         return out
 
     def masked(self, found: Array, moved: Array) -> bool:
-        """Displacements made NaN where a free motion has a part in them; whether there are any.
+        """Set displacements to NaN in place if they are part of a free motion; whether any are.
 
         Parameters
         ----------
         found
             ``ux uy uz rx ry rz`` of the whole batch, (..., 6) or (..., k, 6).
         moved
-            The same in each free motion of these entries, (motions, m, 6) or (motions, m, k, 6).
+            Displacements of the same points in each free motion, (motions, m, 6) or (motions, m, k, 6).
         """
         length_scale = self.length_scale.reshape(-1, *(1,) * (moved.ndim - 2))
         weights = np.concatenate([np.ones((*length_scale.shape[:-1], 3)), np.repeat(length_scale, 3, axis=-1)], axis=-1)

@@ -1,7 +1,7 @@
-"""A frame that can move, solved with an unknown held for each free motion, where it moves most.
+"""Solution of a mechanism by constraining one unknown for each free motion, the one with the largest displacement.
 
-``K`` without these rows and columns is regular. Where the force that holds them is none, so that the load does no work
-on any free motion, its solution is one of ``K u = f``, and all others differ from it by free motions.
+``K`` without these rows and columns is regular. If the constraint forces are zero, so that the load does no work on any
+free motion, the solution is one of ``K u = f``, and all others differ from it by free motions.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
 from ..structure.topology import Index
 
-# Singular values of sqrt(k) B with columns of length one that are zero to rounding, by the square root of their number;
-# and those above which a motion is surely resisted.
+# Singular values of sqrt(k) B, its columns of length one, are zero below ZERO times the square root of their number; a
+# motion is surely resisted above _RESISTED.
 ZERO = 16.0 * float(np.finfo(np.float64).eps)
 _RESISTED = 4.0 * float(np.sqrt(np.finfo(Extended).eps))
-# The same of what extended precision has failed to solve, for which there is some room between the two.
+# The threshold in place of _RESISTED for entries that could not be solved in extended precision.
 _UNSOLVED = 16.0 * _RESISTED
-# Roundings of what is described, and of what is computed, in the work that a load does on a motion.
+# Rounding errors in the work of a load on a motion: relative error of given numbers, and roundings of computed ones.
 GIVEN = 32.0 * float(np.finfo(np.float64).eps)
 COMPUTED = 16.0
-# Share of what the parts of a load could do that is work without any doubt.
+# If the work of a load exceeds this share of the sum of the magnitudes of its terms, it is certainly not zero.
 PLAIN = 1e-6
-# Steps of refinement, and the share of the load that they may leave unbalanced.
+# Number of steps of refinement, and the share of the load that may remain unbalanced.
 _STEPS = 3
 _BALANCED = 1e-12
 
@@ -49,16 +49,16 @@ class ConstrainedSolution:
     Attributes
     ----------
     where
-        Indices of the entries.
+        Indices of the batch entries.
     values
-        Of all unknowns, (..., n).
+        Values of all unknowns, (..., n).
     motions
-        Of the unknowns in each free motion, (motions, ..., n), the largest displacement being one; rotations count as
-        what they move at the end of the longest piece.
+        Values of the unknowns in each free motion, (motions, ..., n), the largest displacement being one; rotations
+        are multiplied by the length of the longest piece for this.
     length_scale
-        Its length, (...).
+        Length of the longest piece, (...).
     consistent
-        Whether the load does no work on any of them, (...).
+        Whether the load does no work on any of the motions, (...).
     """
 
     where: Any
@@ -69,20 +69,20 @@ class ConstrainedSolution:
 
     @property
     def alone(self) -> ConstrainedSolution:
-        """The same of the only entry of a batch without axes, (1, ...)."""
+        """The solution of the single entry of a batch without axes, from arrays with a leading axis of size one."""
         motions = self.motions[:, 0]
         return ConstrainedSolution((), self.values[0], motions, self.length_scale[0], self.consistent[0])
 
 
 def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolution]:
-    """The load cases of one large frame; nothing where its free motions are not found.
+    """Solutions of the load cases of one large frame; nothing if its free motions are not found.
 
     Parameters
     ----------
     statics
-        The frame.
+        The equilibrium equations of the frame.
     solver
-        Its matrix.
+        Its solver.
     """
     if _drives_motion(solver.unsupported_motions(solver.excited), solver.load[solver.excited]):
         return
@@ -102,7 +102,7 @@ def large(statics: Statics, solver: SparseSolver) -> Iterator[ConstrainedSolutio
 
 
 def _drives_motion(motions: Array, load: Array) -> bool:
-    """Whether every load case (n, cases) plainly drives one of the motions (n, motions)."""
+    """Whether every load case (n, cases) certainly does work on one of the motions (n, motions)."""
     if not motions.size:
         return False
     driven = np.abs(motions.T @ load) > PLAIN * (np.abs(motions).T @ np.abs(load))
@@ -110,9 +110,11 @@ def _drives_motion(motions: Array, load: Array) -> bool:
 
 
 def weighed(columns: Array, sizes: Array, k: Array) -> tuple[Array, Array]:
-    """Deformations by the unknowns (..., e, n), with sizes of their parts (n, ..., e), weighed by the root of their
-    stiffness (..., e), columns of length one, or zero where they are rounding; and what takes them to that length
-    (..., n)."""
+    """Deformations per unknown, weighted by the square root of the stiffness and with columns scaled to length one.
+
+    Given are deformations (..., e, n), the magnitudes of their terms (n, ..., e), and stiffnesses (..., e). Columns
+    that are rounding become zero. Returned are the matrix, (..., e, n), and the scale of the columns, (..., n).
+    """
     weight = np.sqrt(np.abs(k))[..., None]
     weighted = weight * columns
     length = np.sqrt(np.sum(weighted**2, axis=-2))
@@ -123,9 +125,11 @@ def weighed(columns: Array, sizes: Array, k: Array) -> tuple[Array, Array]:
 
 
 def free(scaled: Array, count: int, *, plainly: bool = True) -> tuple[Array, Index]:
-    """Right singular vectors of deformations (..., e, n), (count, n, n), the free motions last; number of these,
-    (count,): zero where there are others that extended precision does not tell from them. Where they need not be
-    `plainly` free, these others count among them."""
+    """Right singular vectors of deformations (..., e, n), as rows (count, n, n), and the numbers of free motions.
+
+    The free motions are the last rows. With `plainly` the number is zero if there are other motions that extended
+    precision cannot distinguish from free ones; else these count as free.
+    """
     size = scaled.shape[-1]
     flat = scaled.reshape(int(np.prod(scaled.shape[:-2])), *scaled.shape[-2:])
     more = np.zeros((len(flat), max(size - flat.shape[-2], 0), size))
@@ -139,10 +143,10 @@ def free(scaled: Array, count: int, *, plainly: bool = True) -> tuple[Array, Ind
 
 
 def free_motions_of(state: EquilibriumResidual, count: int) -> tuple[Array, Array]:
-    """Unknowns of the frame's own coordinates in the free motions of `count` entries, (motions, count, n); the largest
-    displacement in each, (motions, count), rotations counting as what they move at the distance of the origin.
+    """Unknowns in the free motions of `count` entries, (motions, count, n), and the largest displacements.
 
-    Zero where an entry has fewer than others, or some that rounding does not tell from them.
+    The latter are (motions, count), rotations being multiplied by the distance from the origin. Both are zero where an
+    entry has fewer motions than others, or motions that rounding cannot distinguish from free ones.
     """
     found = by_unknowns(state.double, state.double_springs, state.stiffness, state.unknowns, np.float64)
     scaled, root = weighed(*found)
@@ -167,7 +171,7 @@ def _constrained(
     shapes: Array,
     sure: NDArray[np.bool_],
 ) -> ConstrainedSolution:
-    """The solution and the motions of all unknowns, from those `kept` and rough motions (motions, ..., n)."""
+    """The solution in all unknowns and refined free motions, from the solved unknowns `kept` and rough motions."""
     values = extended(np.zeros((*state.values.shape[:-1], len(unknowns))))
     values[..., kept] = state.values
     whole = EquilibriumResidual(state.statics, state.change, unknowns, values, state.ndim)
@@ -193,7 +197,7 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
     work = np.abs(np.sum(motions * state.balance, axis=-1))
     forces = np.abs(state.loads.forces)
     spread = state.double.sizes(coordinates.astype(np.float64))
-    # a rounded position is off by a rotation's share of the distance from the origin
+    # the rounding of a position is relative to its distance from the origin; a rotation acts on it
     off = np.max(np.abs(moved[..., 3:]), axis=-1) * state.change(extent(state.statics), 0)[..., None]
     reach = np.abs(moved)
     reach[..., :3] += off[..., None]
@@ -212,14 +216,14 @@ def _driven(state: EquilibriumResidual, motions: Real) -> NDArray[np.bool_]:
 
 
 def extent(statics: Statics) -> Real:
-    """Largest coordinate of a node, (...) with all batch axes; those within members lie between described ones."""
+    """Largest absolute coordinate of a described node, (...) with all batch axes."""
     topology, ndim = statics.plan.topology, len(statics.plan.frame.shape)
     each = (np.max(np.abs(topology.position(node)), axis=-1) for node in range(len(topology.frame.nodes)))
     return aligned(reduce(np.maximum, each, np.zeros(())), ndim)
 
 
 def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
-    """The unknowns in motions as the frame's own coordinates have them."""
+    """The unknowns in motions, converted from the coordinates in which determinate members carry each other."""
     out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
     determinate = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
     for index, unknown in enumerate(state.unknowns):

@@ -1,8 +1,9 @@
-"""Entries of a batch that can move, each solved with an unknown held for each free motion, where it moves most.
+"""Mechanisms in a batch of small frames, each solved with one unknown constrained for each free motion.
 
-Deformations by the unknowns and free motions depend on the geometry alone, the matrix on the stiffness too; loads and
-offsets are many for each. So the first are found once for each geometry, the second once for each matrix, and what is
-left for each entry is to balance ``p - B^T k (B u + e)`` in extended precision, all of it small and dense.
+Deformations per unknown and free motions depend on the geometry alone, the matrix on the stiffness as well, and there
+are many loads and offsets for each. So the former are found once for each geometry, the matrix is inverted once for
+each stiffness, and for each entry only ``p - B^T k (B u + e)`` is balanced, in extended precision, by small dense
+matrices.
 """
 
 from __future__ import annotations
@@ -29,25 +30,25 @@ from ..structure.topology import Index
 from .constrained import COMPUTED, GIVEN, ConstrainedSolution, extent, free, weighed
 
 Indices = tuple[Index, ...]
-# How independent the held unknowns of one entry must be at another, by how they are at their own.
+# Constrained unknowns of one entry also suit another if their independence there is at least this share of the former.
 _ALIKE = 0.1
-# Share of an error that a step of refinement may leave, for an inverse in double precision to do; steps with another.
+# Largest factor of the error in a step of refinement with an inverse in double precision; number of steps with another.
 _ROUGH, _STEPS = 1e-6, 4
-# Entries handled at a time: as many as their matrices have so many numbers, but no fewer and no more than these.
+# Entries handled at a time: so many that their matrices have _NUMBERS numbers, but at least _LEAST and at most _MOST.
 _NUMBERS, _LEAST, _MOST = 2**20, 256, 2**11
-# What is left of errors after refinement.
+# Relative error after refinement.
 _LEFT = 1e-22
 
 
 def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) -> Iterator[ConstrainedSolution]:
-    """Entries of a batch; those of which rounding hides whether they can move are left out.
+    """Solutions of entries of a batch, without those at which rounding hides whether there are free motions.
 
     Parameters
     ----------
     statics
-        The frame.
+        The equilibrium equations of the frame.
     suspects
-        Entries to look at, (...) of the batch shape.
+        Mask of the entries to examine, (...) of the batch shape.
     unknowns
         Numbers of the unknowns that count as loaded.
     """
@@ -59,7 +60,7 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
         geometry, own = distinct(matrices, by_geometry)
         frames = MovingGeometries(statics, geometry, unknowns)
         k = np.broadcast_to(stiffness_at(statics, matrices), (len(own), frames.columns.shape[-2]))
-        # the free motions of a geometry are those of any of its matrices
+        # the free motions of a geometry are the same for all stiffnesses
         scaled, root = weighed(frames.double, frames.sizes, k[np.unique(own, return_index=True)[1]])
         for take, basis, constrained in same_constrained(*free(scaled, frames.count, plainly=False)):
             taken = np.flatnonzero(np.isin(own, take))
@@ -72,12 +73,12 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
 
 
 class MovingGeometries:
-    """Some geometries of a frame.
+    """g geometries of a frame, at which it has free motions.
 
     Attributes
     ----------
     columns, sizes
-        Deformations by the unknowns (g, e, n), and sizes of their parts in double precision (n, g, e).
+        Deformations per unknown, (g, e, n), and magnitudes of their terms in double precision, (n, g, e).
     """
 
     def __init__(self, statics: Statics, index: Indices, unknowns: list[int]) -> None:
@@ -96,7 +97,7 @@ class MovingGeometries:
 
     @cached_property
     def units(self) -> Real:
-        """Displacements of the nodes by a unit of each unknown, (n, g or 1, nodes, 6)."""
+        """Displacements of the nodes per unit of each unknown, (n, g or 1, nodes, 6)."""
         unit = np.eye(len(self.unknowns), dtype=Extended)[:, None]
         none: list[Real | None] = [None] * len(self.kinematics.links)
         return self.kinematics.displacements(self.kinematics.coordinates(self.unknowns, unit, none))
@@ -109,7 +110,7 @@ class MovingGeometries:
         return np.broadcast_to(np.where(found > 0.0, found, self.statics.plan.frame.size), (self.count,))
 
     def deformation_sizes(self, coordinates: Real, spread: Array) -> Real:
-        """Sizes of the parts of deformations (r, g, e), by those of displacements of nodes (r, g, nodes, 6)."""
+        """Magnitudes of the terms of deformations, (r, g, e), from those of nodal displacements (r, g, nodes, 6)."""
         opened = self.kinematics.displacement_sizes(coordinates, extended(spread))
         members = [merged(each.sizes(extended(spread), coordinates), -2, -1) for each in self.springs]
         none = extended(np.zeros((1, 1, len(self.kinematics.idle))))
@@ -122,8 +123,10 @@ class MovingGeometries:
         return found
 
     def by_imposed(self, imposed: Sequence[tuple[int, int]]) -> tuple[Array, Array]:
-        """Deformations by a unit of each displacement imposed on a link, of (number of the link, component), (u, g, e),
-        and sizes of what they are made of."""
+        """Deformations per unit of each displacement imposed on a link, (u, g, e), and the magnitudes of their terms.
+
+        The u imposed displacements are given as (number of the link, component).
+        """
         units = units_of(imposed, len(self.kinematics.links))
         rest = extended(np.zeros((len(imposed), 1, len(self.unknowns))))
         _, *both = deformed_by_imposed(self.kinematics, self.springs, self.unknowns, rest, units)
@@ -136,8 +139,10 @@ class MovingGeometries:
         return _forth(self.columns, motions)
 
     def absolute(self, values: Real, own: Index, given: Real) -> Real:
-        """Unknowns (..., m, n) as the frame's own coordinates have them, for geometries (m,), with the displacements of
-        nodes by what is imposed, (m or 1, nodes, 6)."""
+        """Unknowns (..., m, n) in the frame's own coordinates, for geometries `own` (m,).
+
+        `given` are the displacements of nodes by imposed displacements, (m or 1, nodes, 6).
+        """
         out, at = values.copy(), own if len(self.units[0]) > 1 else np.zeros(1, dtype=np.int64)
         determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
         for k, unknown in enumerate(self.unknowns):
@@ -149,16 +154,16 @@ class MovingGeometries:
 
 
 class HeldMatrices:
-    """Matrices that some unknowns are held of, the same at all.
+    """m matrices with the same unknowns constrained.
 
     Parameters
     ----------
     frames
-        Geometries.
+        The geometries.
     kept
-        The unknowns that are not held.
+        Indices of the unknowns that are not constrained.
     own
-        Geometry of each matrix (m,).
+        Index of the geometry of each matrix, (m,).
     k
         Stiffness against the deformations, (m, e).
     """
@@ -177,8 +182,9 @@ class HeldMatrices:
         self.sure = np.broadcast_to(found.least > 0.0, own.shape)
 
     def balanced(self, load: Real, which: Index) -> tuple[Real, Real]:
-        """Unknowns (..., n) that balance loads (..., n) of matrices (...), those held zero; and what is left of these
-        loads, which is what holds them."""
+        """Unknowns (..., n), the constrained ones zero, that balance loads (..., n) of the matrices `which`; and the
+        residual, which is the constraint force.
+        """
         own, k, kept = self.own[which], self.k[which], self.kept
         root, inverse = self.root[which], self._inverse[which]
         columns = self.frames.columns[own]
@@ -190,8 +196,10 @@ class HeldMatrices:
         return out, left
 
     def refined(self, motions: Array, take: Index) -> Real:
-        """Free motions (r, g, n) of all geometries, from rough ones (r, m, n) of those to `take`; the largest
-        displacement is one, rotations counting as what they move at the end of the longest piece."""
+        """Refined free motions (r, g, n), from rough ones (r, m, n) of the geometries `take`.
+
+        The largest displacement is one, rotations being multiplied by the length of the longest piece.
+        """
         known, first = np.unique(self.own, return_index=True)
         first = first[np.searchsorted(known, take)]
         columns, rough, frames = self.frames.columns[take], extended(motions), self.frames
@@ -205,18 +213,18 @@ class HeldMatrices:
 
 
 class _Loading:
-    """Loads and imposed displacements of some entries.
+    """Loads and imposed displacements of l entries.
 
     Attributes
     ----------
     load
-        On the unknowns, without what is imposed, (l, n).
+        Loads on the unknowns, without imposed displacements, (l, n).
     forces, error_bound
-        On the nodes, (l, nodes, 6).
+        Forces on the nodes, and their error bounds, (l, nodes, 6).
     deformations, sizes
-        By what is imposed alone, (l, e), and the sizes of their parts.
+        Deformations by imposed displacements alone, (l, e), and the magnitudes of their terms.
     displacements
-        Of the nodes by what is imposed alone, (l, nodes, 6).
+        Displacements of the nodes by imposed displacements alone, (l, nodes, 6).
     """
 
     def __init__(self, statics: Statics, index: Indices, unknowns: list[int]) -> None:
@@ -233,7 +241,7 @@ class _Loading:
 
     @staticmethod
     def shape(statics: Statics) -> Shape:
-        """Batch over which these vary, with all axes of the batch."""
+        """Batch shape over which loads and imposed displacements vary, with all batch axes."""
         imposed = [each.shape[:-1] for each in statics.imposed if each is not None]
         loads = statics.loads
         return np.broadcast_shapes(
@@ -242,7 +250,7 @@ class _Loading:
 
 
 def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index, motions: Real) -> ConstrainedSolution:
-    """Entries at these indices, of matrices (m,) of a group, with the free motions (r, g, n) of its geometries."""
+    """Solution of the entries at some indices, whose matrices are `which` of a group, with free motions (r, g, n)."""
     frames, own = group.frames, group.own[which]
     first, like = distinct(index, _Loading.shape(statics))
     loading = _Loading(statics, first, frames.unknowns)
@@ -256,16 +264,17 @@ def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index,
 
 
 def _least_work(loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real) -> Real:
-    """Work of loads on free motions (r, g, n) that is but rounding, of what is described and what is computed, (r, m),
-    for the values (m, n) of the unknowns."""
+    """Bound on the rounding error in the work of loads on free motions (r, g, n), (r, m), for values (m, n) of the
+    unknowns.
+    """
     frames, own, fine = group.frames, group.own[which], EquilibriumResidual.fine
     none: list[Real | None] = [None] * len(frames.kinematics.links)
     coordinates = frames.kinematics.coordinates(frames.unknowns, motions, none)
     spread, moved = frames.kinematics.sizes(coordinates), np.abs(frames.displaced(motions)).astype(np.float64)
-    # a rounded position is off by a rotation's share of the distance from the origin
+    # the rounding of a position is relative to its distance from the origin; a rotation acts on it
     off = np.max(moved[..., 3:], axis=-1) * frames.extent[:, None]
     moved[..., :3] += off[..., None]
-    # in extended precision, whose numbers are small enough for the work of the least loads
+    # in extended precision, in which the work of the smallest loads does not underflow
     forces = np.abs(_some(loading.forces, like))
     uncertain = _some(loading.error_bound, like) + fine * forces
     could = np.einsum("rmuk,muk->rm", moved[:, own], np.broadcast_to(forces, (len(own), *forces.shape[1:])))
@@ -277,14 +286,14 @@ def _least_work(loading: _Loading, like: Index, group: HeldMatrices, which: Inde
     borne = np.abs(group.k[which] * (_forth(frames.columns[own], values) + _some(loading.deformations, like)))
     deformed = frames.deformation_sizes(coordinates, moved).astype(np.float64)
     could = could + np.einsum("rme,me->rm", deformed[:, own], borne)
-    # what is all but free bears as much at displacements of the size of those that there are
+    # a motion that is almost free carries a force of this size at displacements like the given ones
     borne_by_motion = np.sum(np.abs(frames.strained(motions))[:, own] * size, axis=-1)
     least: Real = GIVEN * could + COMPUTED * noise + borne_by_motion
     return least
 
 
 def same_constrained(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array, Index]]:
-    """Geometries of which the same unknowns can be held: their numbers, free motions (m, r, n), and those unknowns."""
+    """Groups of geometries that can have the same unknowns constrained: numbers, free motions (m, r, n), unknowns."""
     left = np.flatnonzero(ranks)
     while left.size:
         rank = int(ranks[left[0]])
@@ -298,7 +307,7 @@ def same_constrained(bases: Array, ranks: Index) -> Iterator[tuple[Index, Array,
 
 
 def units_of(imposed: Sequence[tuple[int, int]], links: int) -> list[Real | None]:
-    """By link a unit of each displacement imposed, of (number of the link, component), (u, 1, 6)."""
+    """For each link, unit displacements (u, 1, 6) for the imposed ones, given as (number of the link, component)."""
     units: list[Real | None] = [None] * links
     for number, (link, component) in enumerate(imposed):
         known = units[link]
@@ -309,13 +318,13 @@ def units_of(imposed: Sequence[tuple[int, int]], links: int) -> list[Real | None
 
 
 def imposed_components(statics: Statics) -> list[tuple[int, int]]:
-    """Displacements that are imposed at some entry: number of the link, component."""
+    """The displacements that are imposed at any entry, as (number of the link, component)."""
     given = [(link, each) for link, each in enumerate(statics.imposed) if each is not None]
     return [(link, k) for link, each in given for k in range(6) if each[..., k].any()]
 
 
 def imposed_at(statics: Statics, index: Indices, imposed: Sequence[tuple[int, int]]) -> Array:
-    """These at entries (m,), (u, m)."""
+    """Values of the imposed displacements at m entries, (u, m)."""
     count = len(index[0]) if index else 1
     given = [Entries(index)(np.asarray(statics.imposed[link])[..., k], 0).astype(np.float64) for link, k in imposed]
     return np.stack([np.zeros(count), *(np.broadcast_to(each, (count,)) for each in given)])[1:]
@@ -324,8 +333,10 @@ def imposed_at(statics: Statics, index: Indices, imposed: Sequence[tuple[int, in
 def deformed_by_imposed(
     kinematics: FrameKinematics, springs: list[Springs], unknowns: list[int], rest: Real, imposed: list[Real | None]
 ) -> tuple[Real, Real, Real]:
-    """Displacements of the nodes (..., nodes, 6) and deformations (..., e) by what is imposed on links (..., 6) alone,
-    with the sizes of what the latter are made of, from unknowns (..., n) at rest."""
+    """Displacements of the nodes (..., nodes, 6) and deformations (..., e) by displacements imposed on links, (..., 6).
+
+    The magnitudes of the terms of the deformations come last; `rest` are zeros for the unknowns, (..., n).
+    """
     coordinates = kinematics.coordinates(unknowns, rest, imposed)
     displacements, spread = kinematics.displacements(coordinates), kinematics.sizes(coordinates)
     relative = kinematics.relative_displacements(coordinates, displacements)
@@ -340,7 +351,7 @@ def deformed_by_imposed(
 
 
 def stiffness_at(statics: Statics, index: Indices) -> Array:
-    """Stiffness against deformations at entries, (m or 1, e)."""
+    """Stiffness against deformations at m entries, (m or 1, e)."""
     change = Entries(index)
     kinematics, springs = statics.kinematics.mapped(change), [each.mapped(change) for each in statics.springs]
     stiffness = [change(each, 1) for each in statics.stiffness]
@@ -348,7 +359,7 @@ def stiffness_at(statics: Statics, index: Indices) -> Array:
 
 
 def _forth(columns: Real, values: Real) -> Real:
-    """Deformations (..., e) by unknowns (..., n)."""
+    """Deformations (..., e) for values (..., n) of the unknowns."""
     found: Real = np.einsum("...en,...n->...e", columns, values)
     return found
 
@@ -360,5 +371,5 @@ def _back(columns: Real, forces: Real) -> Real:
 
 
 def _some(array: Real, like: Index) -> Real:
-    """What some entries (m,) are like, of an array (l, ...); as it is where all are like one."""
+    """Items of an array (l, ...) for m entries, given the item that each has; the array itself if it has one item."""
     return array if len(array) == 1 else array[like]

@@ -1,9 +1,9 @@
-"""Entries of a batch that can move though no load makes them, held by a spring where each free motion moves most.
+"""Statically consistent mechanisms in a long batch, solved with a spring on one unknown for each free motion.
 
-The load does no work on the motion, and so the spring bears nothing: what is held by it is regular, and has the forces
-and displacements of the frame itself. Free motions follow from the geometry alone, so that where many entries share one
-they are found once, and the entries are solved as a batch of their own by broadcasting. Those of which rounding leaves
-anything open are left to `linkframe.framework.results.constrained_batch`.
+As the load does no work on the motion, the spring carries no force: the frame with the spring is regular, and has the
+forces and displacements of the frame without it. Free motions depend on the geometry alone, so that they are found once
+for all entries of a geometry, and the entries are solved as a batch by broadcasting. Entries that rounding leaves
+uncertain are left to `linkframe.framework.results.constrained_batch`.
 """
 
 from __future__ import annotations
@@ -35,25 +35,25 @@ from .constrained_batch import (
     stiffness_at,
 )
 
-# Entries from which on a batch of their own takes less time, and how many of them there are for each geometry at least.
+# Least number of entries for which a separate batch is faster, and least number of them for each geometry.
 _MANY, _FOR_EACH = 64, 4
-# Share of the work that may be rounding, below which it surely is.
+# Work is certainly rounding if it is below this share of the bound on its rounding error.
 _SURE = 0.9
 
 
 def constrained_by_springs(
     plan: Plan, statics: Statics, entries: Selected, suspects: NDArray[np.bool_], unknowns: list[int]
 ) -> ConstrainedSolution | None:
-    """Those entries of a batch of which this can be told at once; None for none.
+    """The solution of those entries for which the method is certain to apply; None for none.
 
     Parameters
     ----------
     plan
-        The compiled frame, solved by broadcasting.
+        The plan of the frame, which is solved by broadcasting.
     statics, entries
-        Some of its batch, and the frame there.
+        The equilibrium equations at a selection of batch entries, and that selection.
     suspects
-        Which of these to look at, (...).
+        Mask of the entries to examine, (...).
     unknowns
         Numbers of the unknowns that count as loaded.
     """
@@ -86,23 +86,23 @@ def constrained_by_springs(
 
 
 def carries(statics: Statics) -> bool:
-    """Whether one end of a member carries the other, so that coordinates are not those of the frame."""
+    """Whether coordinates differ from those of the frame, because one end of a member carries the other."""
     return any(link.edge.kind == MEMBER for link in statics.kinematics.links)
 
 
 class _SharedMotions:
-    """Free motions of some geometries of a frame.
+    """Free motions of g geometries of a frame.
 
     Attributes
     ----------
     motions
-        Of the unknowns, the largest displacement being one, (motions, g, n); zero where a geometry has fewer.
+        Values of the unknowns, the largest displacement being one, (motions, g, n); zero where a geometry has fewer.
     held
-        Unknowns that hold them, (g, n).
+        Mask of the unknowns whose springs prevent the motions, (g, n).
     diagonal
-        Stiffness of each unknown alone, (g, n).
+        Diagonal stiffness of each unknown, (g, n).
     sure
-        Geometries that can move, and are surely held so, (g,).
+        Mask of the geometries with free motions that these springs certainly prevent, (g,).
     """
 
     def __init__(self, plan: Plan, statics: Statics, geometry: tuple[Index, ...], unknowns: list[int]) -> None:
@@ -114,7 +114,7 @@ class _SharedMotions:
         bases, ranks = free(scaled, count)
         self.motions = extended(np.zeros((int(ranks.max(initial=0)), count, size)))
         self.held, self.sure = np.zeros((count, size), dtype=bool), np.zeros(count, dtype=bool)
-        # what no joint, tie or support moves has no springs of its own in the frame
+        # unknowns that no joint, tie or support moves cannot be given springs in the frame
         on_edges = np.array([unknown // 6 in plan.tree.rows for unknown in unknowns])
         for take, shapes, constrained in same_constrained(bases * on_edges, ranks):
             basis = bases[take, -len(constrained) :]
@@ -127,8 +127,9 @@ class _SharedMotions:
             self.sure[take] = group.sure & (independent > 1.0 / size)
 
     def without_work(self, index: tuple[Index, ...], own: Index, values: Array) -> NDArray[np.bool_]:
-        """Whether loads surely do no work on the motions at entries (m,) of these geometries, of which these are the
-        values (m, n) of the unknowns, (m,)."""
+        """Whether loads certainly do no work on the motions, (m,), at m entries with geometries `own` and values (m, n)
+        of the unknowns.
+        """
         forces, uncertain = self._loads(index)
         frames, kinematics, fine = self.frames, self.frames.kinematics, EquilibriumResidual.fine
         moved, most = frames.displaced(self.motions), np.abs(forces).astype(np.float64)
@@ -146,22 +147,21 @@ class _SharedMotions:
         noise = _products(spread[:, own], uncertain + fine * most)
         strained = np.einsum("rgn,nge->rge", np.abs(self.motions).astype(np.float64), frames.sizes)
         noise += fine * np.einsum("rme,me->rm", strained[:, own], sizes_within)
-        # places that are rounded leave the motion a share of what is borne
+        # rounded positions let a share of the internal forces do work on the motion
         could = _products(sizes[:, own], most)
         could += np.einsum("rme,me->rm", deformed.astype(np.float64)[:, own], np.abs(forces_within))
         least = GIVEN * could + COMPUTED * noise
         return np.asarray((work <= _SURE * least).all(axis=0))
 
     def _loads(self, index: tuple[Index, ...]) -> tuple[Real, Array]:
-        """Forces on the nodes at entries (m,), and what they may be off, (m, nodes, 6)."""
+        """Forces on the nodes at m entries, and their error bounds, (m, nodes, 6) each."""
         both = self.statics.loads.forces, self.statics.loads.error_bound
         first, like = distinct(index, np.broadcast_shapes(*(each.shape[:-2] for each in both)))
         forces, uncertain = (Entries(first)(each, 2) for each in both)
         return forces if len(forces) == 1 else forces[like], uncertain if len(uncertain) == 1 else uncertain[like]
 
     def _within(self, index: tuple[Index, ...], own: Index, values: Array) -> tuple[Array, Array]:
-        """Forces in springs at entries (m,) for values (m, n) of the unknowns, and sizes of what they are made of,
-        (m, e)."""
+        """Forces in springs at m entries for unknowns (m, n), and magnitudes of their terms, (m, e) each."""
         frames = self.frames
         first, like = distinct(index, matrix_shape(self.statics))
         stiffness = np.broadcast_to(stiffness_at(self.statics, first), (len(first[0]), frames.columns.shape[-2]))
@@ -184,14 +184,14 @@ def _products(moved: Real, forces: Real) -> Real:
 
 
 def _spread(shape: tuple[int, ...], index: tuple[Index, ...], values: Array) -> Array:
-    """Numbers (g,) at indices of a batch of that shape, zero elsewhere."""
+    """An array of a batch shape with numbers (g,) at some indices and zero elsewhere."""
     out = np.zeros(shape)
     out[tuple(k if size > 1 else 0 * k for k, size in zip(index, shape, strict=True))] = values
     return out
 
 
 def _with_springs(plan: Plan, entries: Selected, springs: dict[int, Array]) -> BroadcastSolver | None:
-    """The frame at some entries with springs on some unknowns; None where it has other unknowns there."""
+    """The solver of the frame at some entries with springs on some unknowns; None if its unknowns differ there."""
     own = Plan(_described(plan.frame, entries, entries.shape))
     if _joined(own.tree) is None or _joined(own.tree) != _joined(plan.tree) or own.unknowns != plan.unknowns:
         return None
@@ -200,7 +200,7 @@ def _with_springs(plan: Plan, entries: Selected, springs: dict[int, Array]) -> B
 
 
 def _joined(tree: JointTree) -> list[object] | None:
-    """What joins which nodes, in order; None where that is not the same at all entries."""
+    """The edges of the tree and of loops with their nodes, in order; None if they differ between entries."""
     branches: list[object] = [(each.edge.name, each.edge.kind, each.parent, each.child) for each in tree.branches]
     closing = [(edge.name, edge.kind, edge.first, edge.second) for edge, _ in tree.closing]
     return None if tree.exchanged else [*branches, *closing, *tree.elimination.rows]
@@ -216,7 +216,7 @@ def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> De
 
 
 def _changed(given: Mapping[str, Mapping[int, Array]], change: Change) -> dict[str, Mapping[int, Array]]:
-    """What is given by name and component, at some entries of its batch."""
+    """Supports or offsets, by name and component, at some entries of their batch."""
     return {name: {k: change(value, 0) for k, value in each.items()} for name, each in given.items()}
 
 
@@ -231,7 +231,7 @@ class _JointAt(JointElement):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Batch shape."""
+        """Batch shape: the broadcast of stiffness, axes and pitch."""
         axes = () if self.axes is None else self.axes.shape[:-2]
         return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.pitch.shape)
 
@@ -240,5 +240,5 @@ class _JointAt(JointElement):
         return self.springs_matrix()
 
     def typical(self) -> _JointAt:
-        """The joint itself."""
+        """The joint itself: it is used in linear solutions without clearance only."""
         return self

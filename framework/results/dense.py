@@ -1,4 +1,4 @@
-"""Whole matrices as stacks (..., n, n): for eigenvalues, condition numbers and the naming of mechanisms."""
+"""Dense matrices (..., n, n) of small frames over the batch, for eigenvalues, condition numbers and free motions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..structure.assembly import point_masses
 from ..structure.parts import Row, Value
 from ..structure.topology import Group, Index
 
-# Element matrices held at a time where only some of their batch are wanted.
+# Number of element matrices in memory at a time, where only some batch entries are needed.
 _MATRICES = 16384
 
 
@@ -32,7 +32,7 @@ def nodal(plan: Plan, stacks: list[tuple[Group, Array]]) -> Array:
 
 
 def members(group: Group, entries: Entries = WHOLE) -> Array:
-    """Stiffness of pieces in the nodes' axes, (n, ..., 12, 12), computed at the entries alone."""
+    """Stiffness of pieces in the nodes' axes, (n, ..., 12, 12), computed at the given entries alone."""
     if isinstance(entries, Stretch):
         return group.cut(entries.axis, entries.indices).stiffness()
     if entries.index is None:
@@ -40,7 +40,7 @@ def members(group: Group, entries: Entries = WHOLE) -> Array:
     start, end = (entries(turn, 2, leading=1) for turn in group.end_axes)
     if set(group.shape) <= {1}:
         length = entries(group.length, 0, leading=1)
-        # Parameters may have several axes of size one, which go between the pieces and the entries.
+        # Parameters may have several axes of size one, which are inserted between pieces and entries.
         spread = length.reshape(len(length), *(1,) * max(0, len(group.shape) - 1), *length.shape[1:])
         local = group.element.stiffness_matrix(spread).reshape(*length.shape, 12, 12)
     else:
@@ -56,18 +56,18 @@ def stiffness(plan: Plan, entries: Entries = WHOLE) -> Array:
 
 
 def resisting(plan: Plan, entries: Entries = WHOLE, *, pushed: bool = False) -> Array:
-    """The stiffness, zero in rows and columns of unknowns whose own is no more than rounding of what it is made of.
+    """The stiffness with zeros in rows and columns of unknowns whose diagonal entry is rounding of its terms.
 
-    A node that carries others along moves all of them as it moves itself, and what their members resist cancels.
+    A node that carries others along displaces them all equally, and the stiffness of their members cancels.
 
     Parameters
     ----------
     plan
         The compiled frame.
     entries
-        At which of the batch.
+        The batch entries to compute.
     pushed
-        Whether unknowns that a preload pushes keep their stiffness, which is negative.
+        Whether negative diagonal entries, as caused by a preload in compression, are kept.
     """
     members = of_members(plan, entries)
     out = with_springs(plan, reduced(plan, members, entries), entries)
@@ -84,7 +84,7 @@ def of_members(plan: Plan, entries: Entries = WHOLE) -> Array:
 
 
 def with_springs(plan: Plan, out: Array, entries: Entries = WHOLE) -> Array:
-    """A matrix in joint-relative coordinates (..., n, n) with the springs of joints and supports."""
+    """A matrix in joint-relative coordinates, (..., n, n), with joint springs added."""
     for spring in plan.tree.springs:
         row = _spread(plan, [spring.row], entries)
         k = entries(np.asarray(spring.stiffness), 0)
@@ -110,12 +110,12 @@ def reduced(plan: Plan, matrix: Array, entries: Entries = WHOLE) -> Array:
 
 
 def global_substitution(plan: Plan, nodes: list[int], entries: Entries = WHOLE) -> Array:
-    """Displacements of `nodes` in global axes from the unknowns, (..., 6 nodes, n)."""
+    """Matrix from the unknowns to the displacements of `nodes` in global axes, (..., 6 nodes, n)."""
     return _spread(plan, [row for node in nodes for row in plan.tree.global_rows(node)], entries)
 
 
 def _substitution(plan: Plan, entries: Entries) -> Array:
-    """Displacements of all nodes in their axes from the unknowns, (..., N, n)."""
+    """Matrix from the unknowns to the displacements of all nodes in their axes, (..., N, n)."""
     nodes = range(len(plan.topology.number))
     return _spread(plan, [plan.tree.row(node, k) for node in nodes for k in range(6)], entries)
 

@@ -1,7 +1,7 @@
-"""Entries of a batch that can plainly move, and that loads set in motion, told by their geometry and loads alone.
+"""Entries that are certainly mechanisms, and those that loads certainly set in motion, from geometry and loads alone.
 
-A free motion deforms nothing, so that it does not depend on how stiff anything is: entries of the same geometry have
-the same, which are found once for all of them. What is left for each entry is the work of its loads.
+A free motion causes no deformation, so that it does not depend on stiffness: it is found once for all entries with the
+same geometry. For each entry only the work of its loads on it has to be computed.
 """
 
 from __future__ import annotations
@@ -23,18 +23,17 @@ from .constrained import PLAIN, free_motions_of
 def plain_mechanisms(
     plan: Plan, suspects: NDArray[np.bool_], unknowns: Sequence[int]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which of the `suspects` can plainly move, and which of these their loads plainly set in motion, (...) of the
-    batch shape both.
+    """Masks of the `suspects` with certain free motions, and of those that loads certainly set in motion.
 
-    Others may be so, too: a closer look, at each entry by itself, tells. Displacements that are imposed do no work on
-    what deforms nothing, so that they do not count.
+    Both are of the batch shape, (...). Others may be mechanisms as well, which needs a closer examination. Imposed
+    displacements do not matter, as they do no work on a motion without deformations.
 
     Parameters
     ----------
     plan
         The compiled frame.
     suspects
-        Entries to look at, (...) of the batch shape.
+        Mask of the entries to examine, (...) of the batch shape.
     unknowns
         Numbers of the unknowns that count as loaded.
     """
@@ -50,7 +49,7 @@ def plain_mechanisms(
     rows = [plan.tree.row(*divmod(dof, 6)) for dof in plan.forces]
     with np.errstate(all="ignore"):
         for index in groups(np.asarray(suspects.any(axis=along, keepdims=True))):
-            # the same place in the batch of geometries, and one of its entries
+            # index in the batch of geometries, and one of its entries
             motions, largest = _motions(statics, index, unknowns, rows, entries)
             chosen = np.zeros(shape, dtype=np.int64)
             chosen[... if index is None else index] = 1 if index is None else np.arange(1, 1 + len(index[0]))
@@ -65,14 +64,14 @@ def plain_mechanisms(
 
 
 def at_rest(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which of the `suspects` nothing acts on, no load and no imposed displacement, (...) of the batch shape.
+    """Mask of the `suspects` with neither loads nor imposed displacements, (...) of the batch shape.
 
     Parameters
     ----------
     plan
         The compiled frame.
     suspects
-        Entries to look at, (...) of the batch shape.
+        Mask of the entries to examine, (...) of the batch shape.
     """
     out = np.zeros(suspects.shape, dtype=bool)
     if not suspects.any():
@@ -89,12 +88,12 @@ def at_rest(plan: Plan, suspects: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _at(value: Value, places: tuple[NDArray[np.int64], ...]) -> Array:
-    """A value at some entries, (m,) or (1,) where it is the same at all."""
+    """A value at m entries, (m,), or (1,) where it is the same at all."""
     return picked(aligned(np.asarray(value, dtype=np.float64), len(places)), places)
 
 
 def _imposed(plan: Plan) -> list[Row]:
-    """Rows to which displacements of supports or offsets of joints contribute."""
+    """Rows that depend on prescribed displacements or offsets."""
     rows = [*(row for six in plan.tree.rows.values() for row in six), *(spring.row for spring in plan.tree.springs)]
     return [row for row in rows if min(row, default=0) < 0]
 
@@ -106,10 +105,9 @@ def _motions(
     rows: Sequence[Row],
     entries: Selected,
 ) -> tuple[Array, Array]:
-    """Displacements in the directions of `rows` in each free motion of some entries (m,), (motions, m, rows), and the
-    largest there is, (motions, m).
+    """Values of rows in each free motion of m entries, (motions, m, rows), and the largest displacements, (motions, m).
 
-    Zero where an entry has none, or others that rounding does not tell from them.
+    Zero where an entry has no free motion, or motions that rounding cannot distinguish from free ones.
     """
     count = 1 if index is None else len(index[0])
     shapes, largest = free_motions_of(ill_conditioned_state(statics, index, unknowns), count)
@@ -124,10 +122,10 @@ def _motions(
 
 
 def _driven(plan: Plan, moved: Array, largest: Array, places: tuple[NDArray[np.int64], ...]) -> NDArray[np.bool_]:
-    """Whether the loads of entries (m,) clearly do work on one of the motions (motions, m, dofs).
+    """Whether the loads at m entries certainly do work on one of the motions (motions, m, dofs), (m,).
 
-    That is where their work is no small share of what they would do if every displacement were the `largest` one of the
-    motion, (motions, m).
+    They do if their work is no small share of that if every displacement were the `largest` of the motion,
+    (motions, m).
     """
     work, could = np.zeros(moved.shape[:2]), np.zeros(moved.shape[:2])
     for number, (dof, by_source) in enumerate(plan.forces.items()):

@@ -1,4 +1,4 @@
-"""Forces at member ends, in joints and supports, number by number: of arrays, or of what is written down."""
+"""Forces at member ends, in joints and in supports, component by component: for arrays or terms of a recording."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from ..structure.parts import Row, Value, add_row, combine, product
 from ..structure.tree import entries
 from .member_field import end_loads
 
-# Values of combinations of unknowns and right-hand-side parameters.
+# A function that returns the values of rows over unknowns and right-hand-side parameters.
 Values = Callable[[Sequence[Row]], Sequence[Value]]
 Matrix = Sequence[Sequence[Value]]
 
 
 class ForceNumbers:
-    """Forces that follow from displacements.
+    """Forces from displacements, component by component.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     place
-        Group of each piece, and its position in that.
+        Function that returns the group of a piece, and its position there.
     values
-        Gives the values of combinations.
+        Function that returns the values of rows.
     take
-        Gives what stands for a number that is known.
+        Function that returns a known number as the calculation uses it: itself, or a term of a recording.
     ends
-        Gives the forces on the ends of a piece as an array, (..., 12).
+        Function that returns the forces on the ends of a piece as an array, (..., 12).
     written
-        Whether numbers are written down: forces on ends are then taken from `ends` only where there is no formula.
+        Whether a recording is made: `ends` is then used only if the element has no formula.
     """
 
     def __init__(
@@ -57,26 +57,26 @@ class ForceNumbers:
         self._ends: dict[int, Sequence[Value]] = {}
 
     def displacement(self, node: int) -> Sequence[Value]:
-        """Displacement of a node in global axes, six."""
+        """The six displacements of a node in global axes."""
         axes = self.topology.axes(node)
         return self._node(node) if axes is None else _rotated(self._matrix(axes), self._node(node))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
 
     def ends(self, piece: int) -> Sequence[Value]:
-        """Forces on both ends of a piece in its local axes, twelve."""
+        """The twelve forces and moments on the ends of a piece in its local axes."""
         if piece not in self._ends:
             found = self.by_formula(piece) if self._written else None
             self._ends[piece] = self._components(self._arrays(piece)) if found is None else found
         return self._ends[piece]
 
     def member_ends(self, member: str) -> Sequence[Value]:
-        """Forces on both ends of a member in its local axes, twelve."""
+        """The twelve forces and moments on the ends of a member in its local axes."""
         pieces = self.topology.pieces_of[member]
         return [*self.ends(pieces[0])[:6], *self.ends(pieces[-1])[6:]]
 
     def by_formula(self, piece: int) -> Sequence[Value] | None:
-        """The same by the formula of the element; None where it has none."""
+        """Forces on the ends of a piece by the element's formula, see `end_force_numbers`; None without one."""
         group, position = self._place(piece)
         moved = [value for node in self.topology.pieces[piece].nodes for value in self._node(node)]
         start, end = (self._matrix(turn[position]) for turn in group.end_axes)
@@ -89,7 +89,7 @@ class ForceNumbers:
         return [force - self._take(load) for force, load in zip(found, loads, strict=True)]
 
     def _node(self, node: int) -> Sequence[Value]:
-        """Displacement of a node in its own axes."""
+        """The six displacements of a node in its own axes."""
         if node not in self._nodes:
             self._nodes[node] = self.values([self.tree.row(node, k) for k in range(6)])
         return self._nodes[node]
@@ -105,8 +105,10 @@ class ForceNumbers:
     # -- joints and supports ----------------------------------------------------------------------------------------
 
     def of_edge(self, edge: Edge) -> list[Value]:
-        """Force of an edge on its first node, in its axes, as any choice of redundant components has it: springs by
-        their displacement, what is held by equilibrium."""
+        """Force of an edge on its first node, in the edge's axes: springs by displacement, constraints by equilibrium.
+
+        Redundant constraint forces are those of one arbitrary choice.
+        """
         if edge in self._closing_springs:
             return self._closing_forces[edge]
         branch = next(b for b in self.tree.branches if b.edge is edge)
@@ -123,7 +125,7 @@ class ForceNumbers:
         return self._springs(branch.edge, [self.tree.joint_row(branch, k) for k in range(6)])
 
     def _springs(self, edge: Edge, moved: list[Row]) -> list[Value]:
-        """Forces of an edge's springs on its first node, in its axes, for its relative displacement."""
+        """Forces of an edge's springs on its first node, in the edge's axes, given the rows of its displacement."""
         force: list[Row] = [{} for _ in range(6)]
         for k, row in enumerate(edge.elastic(moved)):
             add_row(force[k], row, edge.stiffness[k])
@@ -139,12 +141,12 @@ class ForceNumbers:
 
     @cached_property
     def _closing_springs(self) -> dict[Edge, list[Value]]:
-        """Forces of the springs in loop-closing edges on their first nodes."""
+        """Spring forces of loop-closing edges on their first nodes."""
         return {edge: self._springs(edge, between) for edge, between in self.tree.closing}
 
     @cached_property
     def _closing_forces(self) -> dict[Edge, list[Value]]:
-        """Forces of loop-closing edges on their first nodes: springs, and multipliers of what they hold."""
+        """Forces of loop-closing edges on their first nodes: spring forces and Lagrange multipliers of constraints."""
         out = {edge: list(force) for edge, force in self._closing_springs.items()}
         for constraint, multiplier in zip(self.tree.elimination.given, self._multipliers(), strict=True):
             force, edge = out[constraint.edge], constraint.edge
@@ -154,7 +156,7 @@ class ForceNumbers:
         return out
 
     def _multipliers(self) -> list[Value]:
-        """One multiplier a constraint: what keeps the dependent unknowns in equilibrium."""
+        """The Lagrange multiplier of each constraint, from the equilibrium of the dependent unknowns."""
         elimination = self.tree.elimination
         out: list[Value] = [0.0] * len(elimination.given)
         for dependent, source in elimination.sources.items():
@@ -179,14 +181,14 @@ class ForceNumbers:
         return vector if edge.axes is None else _rotated(_transposed(self._matrix(edge.axes)), vector)
 
     def _carried(self, node: int, *, closed: bool) -> list[Value]:
-        """Inner minus outer forces at a node and all that it carries, global, six."""
+        """Internal minus external forces on a node and all nodes that it carries in the tree, six global components."""
         total = self._residual(node, closed=closed)
         for branch in self._children.get(node, []):
             total = _sum(total, self._moved(self._carried(branch.child, closed=closed), branch.edge, branch.sign))
         return total
 
     def _moved(self, force: list[Value], edge: Edge, sign: float) -> list[Value]:
-        """A force at the child of a rigid link as felt at its parent."""
+        """A force at the child of an edge transferred to its parent, with its moment along a rigid link."""
         if edge.kind != "rigid":
             return force
         arm = [product(sign, self._take(value)) for value in self.tree.arm(edge)]
@@ -214,7 +216,7 @@ class ForceNumbers:
 
     @cached_property
     def _loads(self) -> dict[int, list[tuple[int, Value]]]:
-        """By node, components and numbers of its loads."""
+        """Components and values of the loads on each node."""
         loads: dict[int, list[tuple[int, Value]]] = {}
         for node, k, value in component_loads(self.topology):
             loads.setdefault(node, []).append((k, self._take(self.grid.value(value))))
@@ -236,7 +238,7 @@ def _sum(one: Sequence[Value], other: Sequence[Value]) -> list[Value]:
 
 
 def _rotated(matrix: Matrix, vector: Sequence[Value]) -> list[Value]:
-    """Each three components multiplied by a matrix."""
+    """A vector of three-component blocks, each multiplied by a matrix."""
     return [
         combine(zip(three, vector[block : block + 3], strict=True))
         for block in range(0, len(vector), 3)

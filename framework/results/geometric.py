@@ -1,21 +1,21 @@
-"""Geometric stiffness: what the forces of a linear solution do where its members, joints and rigid links turn.
+"""Geometric stiffness of the forces of a linear solution, as members, joints and rigid links rotate.
 
-The second derivative of the potential energy at rest, under the forces of the solution: that of the deformations by the
-displacements, times the forces that work on them. With rotation vectors as coordinates of the nodes it is symmetric,
-and a moment that keeps its axis counts as a semitangential one (Argyris, Dunne & Scharpf, *Comput. Methods Appl. Mech.
-Engrg.* 14 (1978) 401-451); so does the tangent of `linkframe.framework.large`, which tends to this one where what is
-displaced before buckling is small.
+It is the second derivative of the potential energy in the undeformed shape: the second derivative of the deformations
+by the displacements, times the forces that work on them. With rotation vectors as coordinates of the nodes it is
+symmetric, and a moment with a fixed axis counts as semitangential (Argyris, Dunne & Scharpf, *Comput. Methods Appl.
+Mech. Engrg.* 14 (1978) 401-451). The tangent stiffness of `linkframe.framework.large` follows the same convention and
+tends to this one where displacements before buckling are small.
 
-*Members.* In axes that turn with the chord by t (mean twist about x, and the turn of the line between the ends) the
-rotation of an end is, to second order, ``w - t - t x w / 2 - s`` with what the turn itself has of second order ::
+*Members.* In axes that rotate with the chord by t (mean twist about x, and the rotation of the line between the ends)
+the rotation of an end is, to second order, ``w - t - t x w / 2 - s``, where s is the second-order part of t ::
 
     s = (-[t x (w1 + w2)]_x / 4,  t_x t_z / 2 - e t_y,  -t_x t_y / 2 - e t_z),    e = (u2 - u1) / L
 
-The moments on the ends work on it; for the axial force there is the element's own matrix.
+The end moments do work on it; the axial force contributes the element's own geometric matrix.
 
-*Links.* The second node moves against the first, in axes that turn with the first by w1, by
-``u2 - u1 + arm x w1 - w1 x (u2 - u1) + w1 x (w1 x arm) / 2`` and turns by ``w2 - w1 - w1 x w2 / 2``; where some
-springs of a joint turn first, by ``- h x l / 2`` less, of what the stiffer (h) and the softer (l) ones turn.
+*Links.* Relative to the first node, in axes that rotate with it by w1, the second node is displaced by
+``u2 - u1 + arm x w1 - w1 x (u2 - u1) + w1 x (w1 x arm) / 2`` and rotated by ``w2 - w1 - w1 x w2 / 2``; less
+``h x l / 2`` if a joint rotates by l about its softer springs in axes carried by the rotation h of the stiffer ones.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from ..batch import Array
 from ..error_bounds.kinematic_edge import KinematicEdge
 
 _X = np.array([1.0, 0.0, 0.0])
-# Spins of the ends by the twelve end displacements.
+# Rotations of the two ends per unit of the twelve end displacements.
 _FIRST, _SECOND = np.zeros((3, 12)), np.zeros((3, 12))
 _FIRST[:, 3:6] = _SECOND[:, 9:12] = np.eye(3)
 
 
 def chord_rotation(length: Array) -> Array:
-    """Turn of the chord's axes by the end displacements in local axes, (..., 3, 12)."""
+    """Rotation of the chord's axes per unit end displacement in local axes, (..., 3, 12)."""
     out = np.zeros((*length.shape, 3, 12))
     out[..., 0, 3] = out[..., 0, 9] = 0.5
     out[..., 1, 2] = out[..., 2, 7] = 1.0 / length
@@ -42,16 +42,16 @@ def chord_rotation(length: Array) -> Array:
 
 
 def of_end_moments(length: Array, first: Array, second: Array, between: Array | None = None) -> Array:
-    """Geometric stiffness of the moments on members, in local axes, (..., 12, 12).
+    """Geometric stiffness of the end moments of members, in local axes, (..., 12, 12).
 
     Parameters
     ----------
     length
         Length, (...).
     first, second
-        Moments on start and end, (..., 3).
+        Moments on the start and on the end, (..., 3).
     between
-        Sum of those applied between the ends, (..., 3); None for none.
+        Sum of moments applied between the ends, (..., 3); None for none.
     """
     turn = chord_rotation(length)
     stretch = _stretch(length)
@@ -70,14 +70,15 @@ def of_end_moments(length: Array, first: Array, second: Array, between: Array | 
 def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Array:
     """Geometric stiffness of a dead force and moment on members between their ends, in local axes, (..., 12, 12).
 
-    Beside its share at the ends, a force moves with what the member is deformed, in axes that turn with the chord.
+    In addition to its equivalent end forces, the force does work on the deformation of the member in axes that rotate
+    with the chord.
 
     Parameters
     ----------
     length, x
         Length, and distance from the start, (...).
     shapes
-        Displacement and rotation there by the end displacements, (..., 6, 12).
+        Displacement and rotation there per unit end displacement, (..., 6, 12).
     force
         Force and moment, (..., 6).
     """
@@ -94,16 +95,16 @@ def of_load_between(length: Array, shapes: Array, x: Array, force: Array) -> Arr
 
 
 def of_link(link: KinematicEdge, stiffness: Array, force: Array) -> Array:
-    """Geometric stiffness of a link by the displacements of both nodes, global, (..., 12, 12).
+    """Geometric stiffness of a link by the displacements of both nodes, in global axes, (..., 12, 12).
 
     Parameters
     ----------
     link
         The joint, rigid link or tie.
     stiffness
-        Its springs, (..., 6), inf where it is ideal.
+        Stiffness of its springs, (..., 6), inf where it is ideal.
     force
-        Force and moment on its first node, in its axes, (..., 6).
+        Force and moment on its first node, in the link's axes, (..., 6).
     """
     if link.axes is not None:
         axes = np.asarray(link.axes, dtype=np.float64)
@@ -128,7 +129,7 @@ def of_link(link: KinematicEdge, stiffness: Array, force: Array) -> Array:
 
 
 def of_arm(arm: Array, force: Array) -> Array:
-    """Derivative (..., 3, 3), by the spin of an arm (..., 3), of the moment of a force (..., 3) that acts at its root.
+    """Derivative (..., 3, 3), by the rotation w of an arm (..., 3), of the moment of a force (..., 3) at its end.
 
     Twice the symmetric matrix of ``force . w x (w x arm) / 2``.
     """
@@ -137,14 +138,14 @@ def of_arm(arm: Array, force: Array) -> Array:
 
 
 def _stretch(length: Array) -> Array:
-    """Strain of the chord by the end displacements in local axes, (..., 1, 12)."""
+    """Strain of the chord per unit end displacement in local axes, (..., 1, 12)."""
     out = np.zeros((*length.shape, 1, 12))
     out[..., 0, 0], out[..., 0, 6] = -1.0 / length, 1.0 / length
     return out
 
 
 def _order(turns: Array, moment: Array) -> Array:
-    """Twice the symmetric matrix (..., 3, 3) of ``moment . h x l / 2`` for stiffer turns h and softer ones l."""
+    """Twice the matrix (..., 3, 3) of ``moment . h x l / 2``, for rotations h of stiffer and l of softer springs."""
     soft = turns == turns.min(axis=-1, keepdims=True)
     mixed = np.where(soft[..., :, None] & ~soft[..., None, :], 0.5 * cross_matrix(moment), 0.0)
     return mixed + np.swapaxes(mixed, -1, -2)

@@ -1,4 +1,4 @@
-"""What bounds, recovered forces, fields and clearances ask of a linear solution."""
+"""The interface of a linear solution that error bounds, force recovery and clearances need."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LinearResults(Protocol):
 
     @property
     def plan(self) -> Plan:
-        """The compiled frame."""
+        """The plan of the frame."""
         ...
 
     @property
@@ -40,22 +40,22 @@ class LinearResults(Protocol):
 
     @property
     def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
-        """What solves the plan."""
+        """The solver of the plan."""
         ...
 
     @property
     def resolved(self) -> Solved | None:
-        """Entries solved in extended precision."""
+        """Results of entries that were solved in extended precision; None for none."""
         ...
 
     @property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
-        """Entries that can move, on whose free motions the loads do no work."""
+        """Entries with free motions on which the loads do no work; None for none."""
         ...
 
     @property
     def known_consistent_mechanisms(self) -> ConsistentMechanisms | None:
-        """`consistent_mechanisms`, once that has been asked for."""
+        """`consistent_mechanisms` if it has been computed already, else None."""
         ...
 
     @property
@@ -65,28 +65,28 @@ class LinearResults(Protocol):
 
     @property
     def lost(self) -> NDArray[np.bool_]:
-        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        """Entries that certainly have no results, (...): left out, or kinematically unstable under the loads."""
         ...
 
     @property
     def movable(self) -> NDArray[np.bool_]:
-        """Entries in which what the loads reach can move, (...)."""
+        """Entries at which a loaded part of the frame has a free motion, (...)."""
         ...
 
     def silenced(self) -> LinearResults:
-        """This solution, which from now on tells of no mechanism in a warning."""
+        """This solution, with warnings of mechanisms switched off."""
         ...
 
     def part(self, node: str | None) -> LinearResults:
-        """The solution of the part of the frame that a node is in."""
+        """The solution of the connected part of the frame that contains a node."""
         ...
 
     def reaching(self, unknowns: Iterable[int]) -> LinearResults:
-        """The same with what is coupled with these unknowns solved for too."""
+        """The solution in which these unknowns, and those coupled with them, are solved for as well."""
         ...
 
     def joint_displacement(self, joint: str) -> Array:
-        """Displacement of a joint's second node from its first in its axes, (..., 6)."""
+        """Displacement of a joint's second node relative to its first, in the joint's axes, (..., 6)."""
         ...
 
     def joint_force(self, joint: str) -> Array:
@@ -102,7 +102,7 @@ class LinearResults(Protocol):
         ...
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Values of n combinations of unknowns and right-hand-side parameters, (..., n)."""
+        """Values of n rows over unknowns and right-hand-side parameters, (..., n)."""
         ...
 
     def nodal(self) -> Array:

@@ -1,6 +1,7 @@
-"""Forces and displacement inside pieces of members, exact for any load that they carry.
+"""Internal forces and displacement inside pieces of members, exact for any load on them.
 
-Pieces of one group are taken together: stations lead, (k, n, ...), the pieces and their batch follow.
+Pieces of one group are evaluated together: arrays have the stations first, then the pieces, then the batch,
+(k, n, ...).
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from ..errors import FrameError
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
 from ..structure.topology import Group, Index, Topology
 
-# Share of the length by which a station is at an end.
+# A station within this share of the length from an end counts as being there.
 _AT = 1e-9
-# Strain that each displacement and rotation comes of first, and those of bending.
+# For each of ux uy uz rx ry rz the strain that mainly causes it, and the strains of bending.
 _STRAIN_OF, _BENDING = [0, 5, 4, 3, 4, 5], [4, 5]
 
 
@@ -28,21 +29,21 @@ def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends:
     topology, group
         The numbered frame, and the group of the pieces.
     at
-        Positions of the pieces in the group (n,).
+        Positions of the pieces in the group, (n,).
     x
-        Distances from the starts of the pieces (k, n, ...).
+        Distances from the starts of the pieces, (k, n, ...).
     ends
-        Forces on the ends of the pieces (n, ..., 12), local.
+        Forces on the ends of the pieces in local axes, (n, ..., 12).
 
     Raises
     ------
     FrameError
-        Where a station lies between the ends of a piece that is held between them: its ends do not tell.
+        If a station lies between the ends of a piece on an elastic foundation, whose forces are known at its ends only.
     """
     if group.has_foundation:
         return _at_ends(topology, group, at, x, ends)
     forces = cut_forces(topology, group, at, x, ends[..., :6])
-    if group.resists:  # a force at rest, carried by the turned line as well
+    if group.resists:  # a preload, whose line rotates with the member
         length = group.length[at]
         last = cut_forces(topology, group, at, length[None], ends[..., :6])
         forces = forces + (x / length)[..., None] * (ends[..., 6:] - last)
@@ -50,9 +51,10 @@ def internal_forces(topology: Topology, group: Group, at: Index, x: Array, ends:
 
 
 def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Array) -> Array:
-    """As `internal_forces`, where nothing holds the pieces between their ends.
+    """Internal forces as by `internal_forces`, for pieces that are not supported between their ends.
 
-    Equilibrium of the stretch before the cut: under `start` (n, ..., 6), the force on its first end, and its loads.
+    They follow from the equilibrium of the part before the cut, under the force `start` (n, ..., 6) on its first end
+    and its loads.
     """
     total = -about(start, -x)
     for s, force in weight_forces(topology, group, at, x):
@@ -64,7 +66,7 @@ def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Arr
 
 
 def _at_ends(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
-    """Internal forces at the ends of pieces from the forces on these."""
+    """Internal forces at stations that are ends of pieces, from the forces on these ends."""
     length = group.length[at]
     last = x >= length * (1.0 - _AT)
     if not np.all(last | (x <= length * _AT)):
@@ -82,7 +84,7 @@ def _named(topology: Topology, group: Group, at: Index) -> str:
 
 
 def end_loads(topology: Topology, group: Group, at: Index) -> Array:
-    """End forces (n, ..., 12), local, that do the work of the loads on some pieces."""
+    """End forces in local axes, (n, ..., 12), that are equivalent in work to the loads on some pieces."""
     out = equivalent(group, at, weight_forces(topology, group, at))
     if group.strained:
         out = out + strain_forces(group, at)
@@ -94,19 +96,19 @@ def end_loads(topology: Topology, group: Group, at: Index) -> Array:
 
 
 def _own_loads(topology: Topology, group: Group, position: int) -> Array:
-    """End forces (1, ..., 12), local, that do the work of the line and point loads on one piece."""
+    """End forces in local axes, (1, ..., 12), that are equivalent in work to the line and point loads on one piece."""
     return equivalent(group, np.array([position]), applied_forces(topology, group, position))
 
 
 def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:
-    """Displacement in some pieces for the displacements of their ends, local, (k, n, ..., 6).
+    """Displacement inside some pieces, in local axes, (k, n, ..., 6), given the displacements of their ends.
 
     Parameters
     ----------
     topology, group, at, x
         As for `cut_forces`.
     ends
-        Displacements (n, ..., 12) of the ends of the pieces, local.
+        Displacements of the ends of the pieces in local axes, (n, ..., 12).
     """
     shapes = group.of(at).shape_functions(group.length[at], x)
     moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
@@ -122,7 +124,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
 
 
 def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -> None:
-    """Refuse stations between the ends of loaded pieces that are held there and whose shape functions are exact."""
+    """Refuse stations between the ends of loaded pieces on a foundation whose shape functions are otherwise exact."""
     length = group.length[at]
     if group.element.exact and np.any((x > length * _AT) & (x < length * (1.0 - _AT))):
         raise FrameError(
@@ -132,7 +134,7 @@ def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -
 
 
 def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
-    """Pieces that carry a load: all whose own weight is all they carry together, each of the others by itself."""
+    """Indices of the pieces with loads: those with their weight alone together, the others one by one."""
     loaded = _loaded(topology, group, at)
     if topology.frame.weight is not None or group.strained:
         plain = np.setdiff1d(np.arange(len(at)), np.array(loaded, dtype=np.int64))
@@ -143,10 +145,9 @@ def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
 
 
 def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
-    """Displacement by the loads on some pieces between ends that do not move.
+    """Displacement by the loads on some pieces whose ends are fixed, in local axes, (k, n, ..., 6).
 
-    Integrated in each plane from the end where sections are less flexible: what the strain of a thin end has of
-    rounding does not swing the whole.
+    It is integrated in each plane from the stiffer end, so that rounding in the strain of a thin end is not amplified.
     """
     length = group.length[at]
     ends = np.stack([np.zeros_like(length), np.ones_like(length)])
@@ -168,7 +169,7 @@ def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) ->
 
 
 def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
-    """Which of some pieces belong to members with line or point loads."""
+    """Indices of those pieces that belong to members with line or point loads."""
     loads = topology.frame.member_loads
     if not loads:
         return []
@@ -177,7 +178,7 @@ def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
 
 
 def about(force: Array, arm: Array) -> Array:
-    """A force (..., 6) at distance `arm` (...) ahead along x, with its moment about the origin."""
+    """A force and moment (..., 6) at the distance `arm` (...) along x, transferred to the origin."""
     shape = np.broadcast_shapes(force.shape[:-1], np.shape(arm))
     out = np.array(np.broadcast_to(force, (*shape, 6)))
     out[..., 4] -= arm * force[..., 2]
@@ -196,7 +197,7 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
         points, weights = element.rule_between(a / length, b / length)
         for some in together(len(points), out.size):
             places = a + (b - a) * points[some]
-            # one axis for the stations and the points of the rule between them: an element knows only stations
+            # stations and quadrature points are merged into one axis, as elements take stations only
             s = places.reshape(-1, *places.shape[2:])
             strain = element.section_flexibility(s / length) * cut_forces(topology, group, at, s, start)
             free = element.free_strain(s / length)
@@ -209,9 +210,9 @@ def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Ar
 
 
 def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
-    """Distances from the start at which a load begins or ends, in order, and the end of the piece.
+    """Distances from the start at which loads begin or end, in order, and the length of the piece.
 
-    Of pieces with line or point loads, one at a time.
+    For pieces with line or point loads `at` has a single piece.
     """
     piece, length = topology.pieces[group.pieces[at[0]]], group.length[at]
     start = length * piece.index
@@ -223,7 +224,7 @@ def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
 
 
 def _carried(strain: Array, ahead: Array) -> Array:
-    """Displacement at a distance `ahead` of a unit stretch with this strain."""
+    """Displacement at a distance `ahead` caused by a strain over a unit length."""
     out = strain.copy()
     out[..., 1] += ahead * strain[..., 5]
     out[..., 2] -= ahead * strain[..., 4]
@@ -231,13 +232,13 @@ def _carried(strain: Array, ahead: Array) -> Array:
 
 
 def _rigid(motion: Array, x: Array) -> Array:
-    """Displacement at a distance `x` ahead that goes with a `motion` (..., 6)."""
+    """Displacement at a distance `x` ahead in a rigid `motion` (..., 6) of the origin."""
     shape = np.broadcast_shapes(motion.shape[:-1], np.shape(x))
     return _carried(np.broadcast_to(motion, (*shape, 6)), np.asarray(x))
 
 
 def _slips(group: Group, length: Array, other: Array, side: int) -> Array:
-    """Motion of the start (0) or end (1) in its released components that brings those of the other back to zero."""
+    """Displacement of the start (0) or end (1) in its released components that makes the other end's zero."""
     free = [component for own, component in group.element.releases if own == side]
     kept = [k for k in range(6) if (1 - side, k) not in group.element.releases]
     out = np.zeros_like(other)

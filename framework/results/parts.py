@@ -1,4 +1,4 @@
-"""What is asked of one part of a frame leaves the others alone: neither solved nor looked at."""
+"""Restriction of results to the connected part of the frame that they belong to, so that other parts are not solved."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Result = TypeVar("Result", bound=Callable[..., Array])
 
 
 def of_part(node: Callable[[Description, str], str | None]) -> Callable[[Result], Result]:
-    """A result by name as that of the part of the frame which the name is in, as told by one of its nodes."""
+    """Decorator: compute a result by name from the part of the frame that contains it; `node` returns its node."""
 
     def decorate(result: Result) -> Result:
         first = list(signature(result).parameters)[1]
@@ -47,7 +47,7 @@ def of_joint(frame: Description, name: str) -> str | None:
 
 
 def node_of(frame: Description, name: str, kind: str) -> str | None:
-    """A node in the part of the frame that a result of a kind, such as ``joint_force``, is in; None where unknown."""
+    """A node in the part of the frame that contains a result, of a kind such as ``joint_force``; None if unknown."""
     if not isinstance(name, str):
         return None
     found = {"end_forces": of_member, "joint_displacement": of_joint, "joint_force": of_joint}.get(kind, of_node)

@@ -1,4 +1,4 @@
-"""What the pieces do into which members are cut: the displacement of their ends, and the forces on them."""
+"""Displacements of, and forces on, the ends of the pieces into which members are divided."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class PieceEnds(GroupedPieces):
     Parameters
     ----------
     solution
-        Where the unknowns come from.
+        The values of the unknowns.
     """
 
     def __init__(self, solution: Primary) -> None:
@@ -33,11 +33,11 @@ class PieceEnds(GroupedPieces):
 
     @property
     def long(self) -> bool:
-        """Whether the batch is so long that what is to be done is written down first."""
+        """Whether the batch is so long that results are recorded as a program first."""
         return math.prod(self.solution.shape) >= sweep.LONG
 
     def rows(self, piece: int) -> list[Row]:
-        """Displacement of both ends in the axes of the nodes, twelve, over the unknowns."""
+        """The twelve rows of the end displacements in the nodes' axes."""
         row = self.plan.tree.row
         return [row(node, k) for node in self.topology.pieces[piece].nodes for k in range(6)]
 
@@ -57,7 +57,7 @@ class PieceEnds(GroupedPieces):
         return self._forces[piece]
 
     def _by_formula(self, piece: int) -> Array | None:
-        """The same over a long batch, None where the element has no formula number by number."""
+        """The forces by a program, for a long batch; None where the element has no `end_force_numbers`."""
         once = self.solution.sweep()
         found = self.written(once).by_formula(piece)
         return None if found is None else once.run([found])[0]
@@ -70,11 +70,11 @@ class PieceEnds(GroupedPieces):
         return np.broadcast_to(found, (*self.solution.shape, 12))
 
     def written(self, once: Sweep) -> ForceNumbers:
-        """Forces number by number, written down."""
+        """Forces component by component, as terms of a recording."""
         return ForceNumbers(self.plan, self.group, once.values, once.recording.take, self.forces, written=True)
 
     def of_arrays(self) -> ForceNumbers:
-        """Forces number by number, of arrays."""
+        """Forces component by component, as arrays."""
         solution = self.solution
 
         def values(rows: Sequence[Row]) -> list[Value]:

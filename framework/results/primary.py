@@ -1,4 +1,4 @@
-"""The unknowns of a linear solution: what solves for them, and what stands in where double precision does not do."""
+"""The unknowns of a linear solution: their solver, and the methods that replace it where double precision fails."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ from .consistent_mechanisms import ConsistentMechanisms, consistent_mechanisms, 
 from .driven_mechanisms import at_rest, plain_mechanisms
 
 Solver = BroadcastSolver | StackedSolver | SparseSolver
-# Loaded parts of a frame up to which each is solved by itself, when it is first read, where a matrix is factorised: of
-# many that are small all take less time together.
+# Up to this many loaded parts of a frame are solved separately, each when it is first read, if a matrix is factorised;
+# many small parts take less time together.
 PARTS = 16
-# Numbers of a result up to which it lies anywhere in memory, but where machine code writes it.
+# Results of up to this size need no aligned memory, unless machine code writes them.
 _PLAIN = 2**12
 
 
 class Primary:
-    """Values of combinations of the unknowns and the right-hand-side parameters of a plan.
+    """The unknowns of a plan, and the values of rows over them.
 
     Parameters
     ----------
     plan
-        The compiled frame.
+        The plan of the frame.
     factors
-        What other solutions of it leave for this one, and this one for others.
+        Factors that solutions of the same frame share.
     contact
-        Whether journals were moved to where they rest in their clearances.
+        Whether offsets of joints contain the positions of journals in their clearances.
     solver
-        What solves the plan; made when it is first asked for where None.
+        The solver; made when first needed where None.
     driven
-        Entries that are known to be mechanisms which the loads set in motion, (...); None where nothing is known.
+        Mask of the entries known to be kinematically unstable under the loads, (...); None if nothing is known.
 
     Attributes
     ----------
     known_consistent_mechanisms
-        `consistent_mechanisms`, once that has been asked for.
+        `consistent_mechanisms` if it has been computed already, else None.
     """
 
     def __init__(
@@ -69,18 +69,19 @@ class Primary:
             self.solver = solver
 
     def under(self, plan: Plan, solver: Solver) -> Primary:
-        """The same for another plan of the frame, of which other parts count as loaded."""
+        """The unknowns of another plan of the frame, in which other parts count as loaded."""
         return Primary(plan, self.factors, contact=self.contact, solver=solver)
 
     def part(self, node: int, movable: Callable[[], NDArray[np.bool_]]) -> Primary:
-        """The same for that part of the frame alone which a node is in; itself where all are solved together.
+        """The unknowns of the part of the frame that contains a node; itself where all parts are solved together.
 
         Parameters
         ----------
         node
             Number of the node.
         movable
-            Gives the entries of the batch at which something can move: only what does loses its results.
+            Function that returns a mask of the entries with free motions, (...): there parts are solved separately, so
+            that only the moving one loses its results.
         """
         solver = self.solver
         together = not isinstance(solver, BroadcastSolver) and solver.parts > PARTS and not movable().any()
@@ -104,7 +105,7 @@ class Primary:
 
     @cached_property
     def solver(self) -> Solver:
-        """What solves the plan: by broadcasting, by a band for each entry, or by one sparse factorisation for all."""
+        """The solver: broadcast elimination, one banded factor for each entry, or one sparse factor for all."""
         if self.plan.method.name == BROADCAST:
             return BroadcastSolver(self.plan, self.factors.light)
         if not self.plan.constant:
@@ -113,13 +114,13 @@ class Primary:
 
     @cached_property
     def sound(self) -> bool:
-        """Whether no pivot raises the suspicion that something can move, so that nothing is to be looked at again."""
+        """Whether pivots show at all entries that there are no free motions, so that no further test is needed."""
         solver = self.solver
         return solver.surely_regular if isinstance(solver, SparseSolver) else not any_of(solver.suspects())
 
     @cached_property
     def lost(self) -> NDArray[np.bool_]:
-        """Entries without results of which that is plain: left out, or set in motion by the loads, (...)."""
+        """Entries that certainly have no results, (...): left out, or kinematically unstable under the loads."""
         frame = self.frame
         absent = False if frame.absent is None else frame.absent
         left = np.array(np.broadcast_to(absent, self.shape))
@@ -129,8 +130,10 @@ class Primary:
 
     @cached_property
     def _plain(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """Entries that can plainly move, and those of these which the loads set in motion, (...); of such as are known
-        to be nothing is asked."""
+        """Masks of the entries with certain free motions, and of those that loads certainly set in motion, (...) each.
+
+        Entries that are known to be unstable are not examined.
+        """
         none = np.zeros(self.shape, dtype=bool)
         if isinstance(self.solver, SparseSolver) or self.plan.entry is not None:
             return none, none
@@ -140,7 +143,7 @@ class Primary:
 
     @cached_property
     def singular(self) -> NDArray[np.bool_]:
-        """Entries in which what the loads reach is singular to double precision, (...)."""
+        """Entries at which the loaded components are singular in double precision, (...)."""
         if self.sound:
             return np.zeros(self.shape, dtype=bool)
         if isinstance(self.solver, BroadcastSolver):
@@ -149,7 +152,7 @@ class Primary:
 
     @cached_property
     def resolved(self) -> Solved | None:
-        """Entries singular, or almost, to double precision only, solved in extended precision; None for none."""
+        """Results in extended precision of entries that are almost singular in double precision; None for none."""
         if self.contact or self.sound:
             return None
         found: Solved
@@ -175,22 +178,22 @@ class Primary:
 
     @cached_property
     def _undetermined(self) -> NDArray[np.bool_]:
-        """Entries that can move, where it is still to be found out whether the loads do work on that motion, (...)."""
+        """Entries with free motions for which it is not yet known whether the loads do work on them, (...)."""
         found = self.singular & ~self.lost
         return found if self.resolved is None else found & ~self.resolved.mask
 
     @cached_property
     def at_rest(self) -> NDArray[np.bool_]:
-        """Entries that can move, and on which nothing acts, though something does on others: nothing is displaced.
+        """Entries with free motions on which nothing acts, unlike on others: all displacements are zero, (...).
 
-        None where it is asked what loads would do.
+        All False where unloaded unknowns are solved for.
         """
         none = self.sound or bool(self.plan.asked_unknowns)
         return np.zeros(self.shape, dtype=bool) if none else at_rest(self.plan, self._undetermined)
 
     @cached_property
     def consistent_mechanisms(self) -> ConsistentMechanisms | None:
-        """Entries that the loads reach and that can move, but on whose free motions they do no work; None for none."""
+        """Entries at which a loaded part has a free motion on which the loads do no work; None for none."""
         if self.sound:
             return None
         found = self._undetermined & ~self.at_rest
@@ -198,19 +201,19 @@ class Primary:
         return self.known_consistent_mechanisms
 
     def stacked(self, rows: Sequence[Row]) -> Array:
-        """Values of combinations of unknowns and right-hand-side parameters as one array of the batch shape.
+        """Values of rows over unknowns and right-hand-side parameters, as one array of the batch shape.
 
         Parameters
         ----------
         rows
-            n combinations.
+            The n rows.
 
         Returns
         -------
         ndarray
-            (..., n).
+            Values, (..., n).
         """
-        # Row by row in memory, as they are computed: nothing is copied, and what is zero is never touched.
+        # Row by row in memory, as they are computed: nothing is copied, and memory of zeros is never touched.
         solver = self.solver
         plain = math.prod(self.shape) <= _PLAIN and not isinstance(solver, BroadcastSolver)
         whole = np.zeros((len(rows), *self.shape)) if plain else zeros(len(rows), self.shape)
@@ -231,7 +234,7 @@ class Primary:
         return out
 
     def sweep(self) -> Sweep:
-        """What results of a long batch are written down in: from the elimination on, or from `stacked`."""
+        """A recording to which results of a long batch are added: from the elimination on, or from `stacked`."""
         recording, grid = Recording(), self.plan.grid
         if isinstance(self.solver, BroadcastSolver) and (
             self.sound or (self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any())
@@ -247,7 +250,7 @@ class Primary:
         return Sweep(grid, recording, values)
 
     def nodal(self) -> Array:
-        """Displacements of all nodes in their own axes, those inside members included, (..., nodes, 6)."""
+        """Displacements of all nodes in their own axes, nodes inside members included, (..., nodes, 6)."""
         count = len(self.plan.topology.number)
         better = self.resolved
         if (

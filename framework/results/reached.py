@@ -1,4 +1,4 @@
-"""Unknowns that loads reach at one entry of a batch: they may reach more at others, where other numbers are zero."""
+"""The unknowns that loads reach at single batch entries; which ones may differ with the numbers that are zero there."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from ..error_bounds.kinematic_edge import extended
 from ..error_bounds.resolved import At, distinct, geometry_shape, grouped, matrix_shape
 from .constrained_batch import deformed_by_imposed, imposed_at, imposed_components, units_of
 
-# Entries handled at a time.
+# Number of entries handled at a time.
 _MOST = 2**11
 
 
 def reached(
     plan: Plan, statics: Statics, entries: Selected, mask: NDArray[np.bool_], unknowns: Sequence[int]
 ) -> NDArray[np.bool_]:
-    """Which unknowns the loads of some entries reach, (m, n): loaded ones or asked for, and what is coupled with them.
+    """Mask (m, n) of the unknowns that loads reach at m entries: loaded or requested, and coupled with such.
 
     Parameters
     ----------
     plan
         The compiled frame.
     statics, entries
-        Some of its batch, and the frame there in its own coordinates.
+        The equilibrium equations at a selection of batch entries, in the frame's own coordinates; that selection.
     mask
-        Those of them that are asked for, (...) of the batch shape.
+        Mask of the m entries among these, (...) of the batch shape.
     unknowns
-        Numbers of the unknowns that count as loaded at any entry (n,).
+        Numbers of the unknowns that count as loaded at any entry, (n,).
     """
     own = entries.of_all(mask)
     asked, imposed = np.isin(unknowns, list(plan.asked_unknowns)), imposed_components(statics)
@@ -48,7 +48,7 @@ def reached(
         )
         loaded = np.broadcast_to(_loaded(statics, index, unknowns) | asked, (len(which), len(unknowns)))
         moved = (imposed_at(statics, index or (), imposed) != 0.0).T
-        # what is coupled with what, and acted on, is the same at almost all entries
+        # the coupling and the loaded unknowns are the same at almost all entries
         parts = at[:, None].view(np.uint8), resisted.view(np.uint8), loaded.view(np.uint8), moved.view(np.uint8)
         one, alike = _different(np.concatenate(parts, axis=1))
         springs = columns[at[one]] & resisted[one][..., None]
@@ -59,7 +59,7 @@ def reached(
 
 
 def _different(rows: NDArray[np.uint8]) -> tuple[Index, Index]:
-    """One of each of the rows (m, c) that differ, and which of these each row is like, (m,)."""
+    """Index of one of each of the distinct rows of (m, c), and for each row the number of the distinct one, (m,)."""
     if not rows.shape[1] or (rows == rows[:1]).all():
         return np.zeros(1, dtype=np.int64), np.zeros(len(rows), dtype=np.int64)
     whole = np.ascontiguousarray(rows).view(np.dtype((np.void, rows.shape[1])))[:, 0]
@@ -69,8 +69,9 @@ def _different(rows: NDArray[np.uint8]) -> tuple[Index, Index]:
 def _deformed(
     statics: Statics, index: tuple[Index, ...], unknowns: Sequence[int], imposed: Sequence[tuple[int, int]]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Which springs are deformed by which unknowns in some geometries, (g, e, n), and by which displacements that are
-    imposed, (u, g, e)."""
+    """Masks of the springs that each unknown deforms in g geometries, (g, e, n), and that each imposed displacement
+    deforms, (u, g, e).
+    """
     change, links = Entries(index or None), len(statics.kinematics.links)
     kinematics = statics.kinematics.mapped(change).mapped(rounded)
     springs = [each.mapped(change).mapped(rounded) for each in statics.springs]
@@ -83,7 +84,7 @@ def _deformed(
 
 
 def _resisted(statics: Statics, index: At) -> NDArray[np.bool_]:
-    """Which deformations springs resist at some entries (m,), (m or 1, e)."""
+    """Mask of the deformations with a spring stiffness at m entries, (m or 1, e)."""
     at = Entries(index)
     springs, links = [each.mapped(at) for each in statics.springs], [at(each, 1) for each in statics.stiffness]
     found = resistances(statics.kinematics.mapped(at), springs, links, 1) != 0.0
@@ -91,7 +92,7 @@ def _resisted(statics: Statics, index: At) -> NDArray[np.bool_]:
 
 
 def _loaded(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.bool_]:
-    """Which unknowns loads act on at some entries (m,), (m or 1, n)."""
+    """Mask of the unknowns on which loads act at m entries, (m or 1, n)."""
     shape = np.broadcast_shapes(geometry_shape(statics), statics.loads.forces.shape[:-2])
     first, like = distinct(index or (), shape)
     change = Entries(first or None)
@@ -107,7 +108,9 @@ def _in_rows(array: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _coupled(deformed: NDArray[np.float32], out: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """What springs (..., e, n), one where an unknown deforms them, couple with some of the unknowns (m, n)."""
+    """Mask of the unknowns that springs couple with those in `out` (m, n); `deformed` (..., e, n) is one if an unknown
+    deforms a spring.
+    """
     while True:
         strained = np.matmul(deformed, out[..., None].astype(np.float32)) > 0.0
         more = out | (np.matmul(np.swapaxes(deformed, -1, -2), strained.astype(np.float32)) > 0.0)[..., 0]

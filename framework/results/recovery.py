@@ -1,4 +1,4 @@
-"""Forces from displacements: at member ends, in joints and supports, and along members."""
+"""Recovery of forces from displacements: at member ends, in joints and supports, and along members."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from .primary import Primary
 
 
 class Recovery(AlongMembers):
-    """What follows from the displacements of a solution.
+    """Forces and displacements that follow from the unknowns of a solution.
 
     Parameters
     ----------
     solution
-        Where the unknowns come from.
+        The values of the unknowns.
     """
 
     def __init__(self, solution: Primary) -> None:
@@ -43,7 +43,7 @@ class Recovery(AlongMembers):
     # -- members ----------------------------------------------------------------------------------------------------
 
     def end_forces(self, member: str) -> Array:
-        """Forces on both ends of a member in its local axes, (..., 12), not to be written to."""
+        """Forces on both ends of a member in its local axes, (..., 12); the array must not be modified."""
         pieces = self.topology.pieces_of[member]
         start, end = self._piece_ends.forces(pieces[0]), self._piece_ends.forces(pieces[-1])
         if start is end:
@@ -58,7 +58,7 @@ class Recovery(AlongMembers):
         return rotated(np.swapaxes(group.local_axes[position], -1, -2), local)
 
     def moved_along(self, member: str, at: Array) -> Array:
-        """Displacement at stations in each free motion of consistent mechanisms, global, (motions, m, k, 6)."""
+        """Displacement at stations in each free motion of consistent mechanisms, in global axes, (motions, m, k, 6)."""
         mechanisms = self.solution.consistent_mechanisms
         assert mechanisms is not None
         count = len(mechanisms.motions([]))
@@ -84,19 +84,19 @@ class Recovery(AlongMembers):
     # -- joints and supports ----------------------------------------------------------------------------------------
 
     def joint_rows(self, joint: str) -> list[Row]:
-        """Relative displacement in a joint, in its axes."""
+        """Rows of the relative displacement in a joint, in the joint's axes."""
         if joint in self._branches:
             return [self.tree.joint_row(self._branches[joint], k) for k in range(6)]
         return next(rows for edge, rows in self.tree.closing if edge.kind == "joint" and edge.name == joint)
 
     def joint_force(self, joint: str) -> Array:
-        """Force of a joint on its first node, in its axes, (..., 6)."""
+        """Force and moment of a joint on its first node, in the joint's axes, (..., 6)."""
         edge = self._edge("joint", joint)
         found = self._alone(lambda numbers: numbers.of_edge(edge))
         return found - self._excess[edge] if edge in self._excess else found
 
     def reaction(self, node: str) -> Array:
-        """Force of the ground on a node, global, (..., 6)."""
+        """Force and moment of the support on a node, in global axes, (..., 6)."""
         edge = self._edge("support", node)
         found = self._alone(lambda numbers: [0.0 - x for x in numbers.of_edge(edge)])
         return found + self._excess[edge] if edge in self._excess else found
@@ -106,7 +106,7 @@ class Recovery(AlongMembers):
 
     @cached_property
     def _excess(self) -> dict[Edge, Array]:
-        """What forces of edges exceed those by that redundant ideal components have as they share them."""
+        """Correction of the forces of edges with redundant constraints, to be subtracted to give the shared forces."""
         if not self.tree.elimination.self_stresses:
             return {}
         kinematics = FrameKinematics.of(self.plan).mapped(rounded)
@@ -124,15 +124,15 @@ class Recovery(AlongMembers):
     def _branches(self) -> dict[str, TreeEdge]:
         return {b.edge.name: b for b in self.tree.branches if b.edge.kind == "joint" and b.edge.name is not None}
 
-    # -- together ---------------------------------------------------------------------------------------------------
+    # -- many results at once ---------------------------------------------------------------------------------------
 
     def all_of(self, kinds: Iterable[str]) -> list[Array] | None:
-        """Some of `AllResults` in one pass over a long batch; None where they are not made together.
+        """Some fields of `AllResults`, in one pass over a long batch; None where that is not possible.
 
         Parameters
         ----------
         kinds
-            Their names.
+            Names of the fields.
         """
         frame, number = self.plan.frame, self.topology.number
         if not self._piece_ends.long or self.tree.elimination.self_stresses:
@@ -150,7 +150,7 @@ class Recovery(AlongMembers):
             return (numbers.of_edge(self._edge("joint", joint)) for joint in frame.joints)
 
         def flat(numbers: ForceNumbers, kind: str) -> list[Value]:
-            # component by component: those that are zero throughout, as across a plane, lie together
+            # component by component, so that those that are zero, as in a plane frame, are contiguous
             return list(chain.from_iterable(zip(*of(kind, numbers), strict=True)))
 
         found = self.together([partial(flat, kind=kind) for kind in kinds])
@@ -161,7 +161,7 @@ class Recovery(AlongMembers):
         ]
 
     def together(self, results: Sequence[Callable[[ForceNumbers], Sequence[Value]]]) -> list[Array]:
-        """Some results, each (..., n): in one pass over the batch where that is long."""
+        """Some results, each (..., n), in one pass over the batch if that is long."""
         with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
             if self._piece_ends.long:
                 once = self.solution.sweep()
@@ -170,8 +170,11 @@ class Recovery(AlongMembers):
             return [self._stacked(result(self._numbers)) for result in results]
 
     def _alone(self, result: Callable[[ForceNumbers], Sequence[Value]]) -> Array:
-        """One result, (..., n). Others are likely to follow, for which what it takes is kept as arrays: over a batch
-        that is not so long to write it down anew for each takes longer."""
+        """One result, (..., n).
+
+        As others are likely to follow, intermediate arrays are kept, unless the batch is very long: recording each
+        result separately takes longer.
+        """
         if math.prod(self.solution.shape) >= 2 * sweep.LONG:
             return self.together([result])[0]
         with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked

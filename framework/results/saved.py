@@ -1,4 +1,4 @@
-"""Results that write themselves to files, and draw themselves."""
+"""Results with the methods that save, tabulate and plot them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SavedResults(Results):
-    """Results by name, which files for ParaView and figures are made of."""
+    """Results by name that can be saved for ParaView, tabulated and plotted."""
 
     def save(
         self,
@@ -28,21 +28,21 @@ class SavedResults(Results):
         times: ArrayLike | None = None,
         stations: int = 8,
     ) -> None:
-        """Write files for ParaView, whole or not at all; `linkframe.framework.paraview.export` says what they hold.
+        """Write files for ParaView, completely or not at all; `linkframe.framework.paraview.export` lists them.
 
         Parameters
         ----------
         path
             ``name.vtu`` for one batch entry; ``name.pvd`` for those along a batch axis as a time series, with its
-            files in the folder ``name`` beside it. Folders that are missing are made.
+            files in the folder ``name`` beside it. Missing folders are created.
         entry
             Indices of the batch entry; for a .pvd those of the other axes. Not needed where these have size 1.
         axis
             For a .pvd, the batch axis that becomes time; not needed where only one is longer than 1.
         times
-            For a .pvd, increasing times (or angles) of the entries, (n,); their numbers 0, 1, ... by default.
+            For a .pvd, increasing times (or angles) of the entries, (n,); their indices 0, 1, ... by default.
         stations
-            Cells of a member, so that its curved shape shows.
+            Number of cells into which each member is divided, to show its curved shape.
 
         Raises
         ------
@@ -68,12 +68,12 @@ class SavedResults(Results):
         save(self, path, entry=entry, axis=axis, times=times, stations=stations)
 
     def to_dataframe(self) -> Any:
-        """Put displacements into a table, one row a batch entry and node.
+        """Put displacements into a table, with one row for each batch entry and node.
 
         Returns
         -------
         pandas.DataFrame
-            A column with the numbers of the entries for each batch axis, by the names of ``Frame(axes=...)``; ``node``,
+            A column of indices for each batch axis, by the names of ``Frame(axes=...)``; columns ``node``,
             ``ux uy uz rx ry rz``, length and radians, and ``status``.
 
         Raises
@@ -84,7 +84,7 @@ class SavedResults(Results):
         return to_dataframe(self)
 
     def to_xarray(self) -> Any:
-        """Name the dimensions of the results: the batch axes as ``Frame(axes=("pose", "sample"))`` has them.
+        """Put results into a data set with named dimensions: the batch axes by ``Frame(axes=("pose", "sample"))``.
 
         Returns
         -------
@@ -109,36 +109,36 @@ class SavedResults(Results):
         names: bool = True,
         units: tuple[str, str] = ("m", "N"),
     ) -> Axes:
-        """Draw one entry: the deformed frame, its stress, or the diagram of a section force along its members.
+        """Draw one entry: the deformed frame, its stress, or the diagram of an internal force along its members.
 
-        What lies, and is displaced, in a coordinate plane is drawn in it. Diagrams stand across their members, bending
-        moments on the side in tension; in a plane numbers have their signs (moments positive about the plane's normal,
-        shear towards the left of the member), in space they are sizes.
+        A frame that lies, and is displaced, in a coordinate plane is drawn in that plane. Diagrams are drawn
+        perpendicular to members, bending moments on the side in tension. In a plane numbers have signs (moments
+        positive about the plane's normal, shear towards the left of the member); in space they are magnitudes.
 
         Parameters
         ----------
         what
             ``deformed``, ``von_mises``, or ``N``, ``V``, ``T``, ``M``.
         ax
-            Axes of matplotlib to draw on, in space for a frame in space; new ones where None.
+            Axes of matplotlib to draw on, three-dimensional for a frame in space; new ones where None.
         entry
-            Indices of the batch entry; not needed where the batch holds one.
+            Indices of the batch entry; not needed if the batch has a single one.
         scale
-            Factor on the displacements; a round one that shows them where None. It stands above the figure.
+            Factor on the displacements; a suitable round one where None. It is given above the figure.
         names
-            Whether nodes are named.
+            Whether to label nodes with their names.
         units
             Units of length and force, for the labels.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on, in the frame's own lengths.
+            The axes drawn on, in the frame's unit of length.
 
         Raises
         ------
         FrameError
-            If there is nothing of that name, no member, or no such entry.
+            If `what` is unknown, or the frame has no member or no such entry.
 
         Examples
         --------

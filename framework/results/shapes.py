@@ -1,4 +1,4 @@
-"""Eigenvalues of a frame come with shapes: what their displacements are at a node, and how many there can be."""
+"""Shapes of natural modes and of buckling: their displacements at nodes, and the check of how many can be asked for."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from . import dense
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """Displacements that go with eigenvalues."""
+    """Shapes, the displacements that belong to eigenvalues, with one shape for each."""
 
     _: KW_ONLY
     _plan: Plan = field(repr=False)
@@ -32,7 +32,7 @@ class Shapes:
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (..., count, 6).
+            ``ux uy uz rx ry rz`` in each shape, (..., count, 6).
 
         Raises
         ------
@@ -52,7 +52,7 @@ def check_count(what: str, count: int, size: int) -> None:
 
 
 def check_count_of(what: str, count: int, plan: Plan) -> None:
-    """Refuse a number of shapes that the frame of a plan cannot have, or not at each batch entry, as it is alone."""
+    """Refuse a number of shapes that the frame of a plan cannot have, at any batch entry."""
     size, idle = len(plan.unknowns), plan.tree.elimination.idle
     check_count(what, count, size)
     if not idle:

@@ -1,4 +1,4 @@
-"""A singular pose as an answer: how the frame can move, which joints turn, and which loads do work on it."""
+"""The free motions of a mechanism: displacements of nodes, motion in the joints, and the work of the loads on them."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ from .status import length_scale
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FreeMotion:
-    """Motions of one batch entry that nothing resists, as small as one likes.
+    """Infinitesimal motions of one batch entry that nothing resists.
 
-    The first is the one that the load drives, if it drives any; the load does no work on the others. The largest
-    displacement of each is one, rotations counting as what they move at the end of the longest member.
+    If the loads do work on any motion, it is the first one; they do none on the others. The largest displacement of
+    each is one, rotations being multiplied by the length of the longest member.
 
     Attributes
     ----------
     count
-        How many there are.
+        Number of independent motions.
     joints
         By joint: relative displacement in its axes, (count, 6).
     work
-        By loaded node: work of its load on each motion, (count,); a load on a member counts at its ends.
+        By loaded node: work of its load on each motion, (count,); loads on members are included at their ends.
     drive
-        Work of everything that acts, offsets and prescribed displacements included, (count,).
+        Work of all loads, offsets and prescribed displacements on each motion, (count,).
     solvable
-        Whether the load is in equilibrium: it does no more work on any motion than rounding.
+        Whether the loads are in equilibrium: they do no work on any motion, to rounding.
     """
 
     count: int
@@ -75,7 +75,7 @@ class FreeMotion:
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz``, (count, 6), in units in which the largest of the motion is one.
+            ``ux uy uz rx ry rz``, (count, 6), scaled so that the largest displacement of the motion is one.
 
         Raises
         ------
@@ -88,7 +88,7 @@ class FreeMotion:
 
 
 def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMotion:
-    """Motions that nothing resists at a batch entry, where the load may be in equilibrium or not."""
+    """Free motions at a batch entry; `solvable` tells whether its loads are in equilibrium."""
     state = _state(plan, entry)
     shapes = _shapes(plan, state)
     none: list[Real | None] = [None] * len(state.kinematics.links)
@@ -125,7 +125,7 @@ def free_motion(plan: Plan, entry: tuple[int, ...], *, solvable: bool) -> FreeMo
 
 
 def _state(plan: Plan, entry: tuple[int, ...]) -> EquilibriumResidual:
-    """The entry at rest under its loads."""
+    """The equilibrium equations of the entry in the undeformed shape, under its loads."""
     index = tuple(np.array([k]) for k in entry) or None
     state = ill_conditioned_state(Statics(plan), index, plan.unknowns)
 
@@ -136,7 +136,7 @@ def _state(plan: Plan, entry: tuple[int, ...]) -> EquilibriumResidual:
 
 
 def _shapes(plan: Plan, state: EquilibriumResidual) -> Array:
-    """Values of the unknowns in each motion, (count, n), by the singular values of the deformations."""
+    """Values of the unknowns in each free motion, (count, n), by singular value decomposition of the deformations."""
     if plan.large and len(plan.unknowns) > MOST:
         return SparseSolver(plan).motions().T
     found = DenseCompliance(state.double, state.double_springs, state.stiffness, plan.unknowns)
@@ -147,7 +147,7 @@ def _shapes(plan: Plan, state: EquilibriumResidual) -> Array:
 
 
 def _driven(shapes: Array, drive: Real) -> Array:
-    """The motions turned among themselves so that all work is done on the first, and is positive."""
+    """The motions rotated among themselves so that all work is done on the first, and is positive."""
     weights = drive.astype(np.float64)
     size = np.hypot.reduce(weights)
     if not size > 0.0:

@@ -1,9 +1,9 @@
-"""Eigenvalues of one large frame: by block Krylov spaces, then as exact as the deformations of their shapes.
+"""Eigenvalues of one large frame by block Krylov spaces, with the precision of the deformations of their shapes.
 
-In double precision K forgets what is softer than rounding of its stiffest part: of n members in line their softest
-bending loses n^4 roundings. So the space in which shapes are sought grows with a factor of K, but what it holds is told
-by their deformations: Rayleigh-Ritz values err by the square of the error of the shapes (Parlett, *The Symmetric
-Eigenvalue Problem*, 1998, ch. 11).
+In double precision K loses stiffnesses below the rounding of its stiffest part: the softest bending mode of n members
+in a row loses n^4 roundings. So a factor of K is used only to build the space in which shapes are sought, and the
+eigenvalues are computed from the deformations of the shapes: Rayleigh-Ritz values have an error of the square of that
+of the shapes (Parlett, *The Symmetric Eigenvalue Problem*, 1998, ch. 11).
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from ..error_bounds.resistance import weighted
 from ..errors import FrameError
 from ..solvers.sparse import SparseSolver
 
-# Shapes sought beyond those asked for; blocks of a Krylov space; restarts with the best shapes that it holds, and the
-# share of the largest eigenvalue by which the wanted ones change no more.
+# Number of shapes computed beyond those asked for; of blocks in a Krylov space; of restarts with the best shapes found;
+# and the change of the wanted eigenvalues, relative to the largest one, at which they have converged.
 _MORE = 4
 _DEPTH = 8
 _RESTARTS = 40
 _SETTLED = 1e-11
-# Products of columns of a basis up to which it counts as orthonormal.
+# Largest inner product of two columns of a basis that counts as orthonormal.
 _ORTHONORMAL = 1e-8
 
 
 class SparsePencil:
-    """``other x = mu (K + shift M) x`` for one large frame.
+    """The eigenvalue problem ``other x = mu (K + shift M) x`` of one large frame.
 
     Parameters
     ----------
     solver
-        Its matrix.
+        The solver of the frame.
     shift
-        Of a frame that can move; 0.0 where it is regular.
+        Shift by which the stiffness of a mechanism becomes regular; 0.0 for a regular frame.
     """
 
     def __init__(self, solver: SparseSolver, shift: float = 0.0) -> None:
@@ -53,11 +53,11 @@ class SparsePencil:
         Parameters
         ----------
         other
-            Symmetric (n, n).
+            Symmetric matrix, (n, n).
         count
-            How many.
+            Number of eigenvalues.
         restarts
-            Of the search, at most.
+            Largest number of restarts of the search.
         """
         root, size = self.factor.root[:, None], len(self.unknowns)
         width = min(count + _MORE, size)
@@ -71,7 +71,7 @@ class SparsePencil:
         return values[:count], vectors[:, :count]
 
     def _krylov(self, other: scipy.sparse.csr_matrix, block: Array) -> Array:
-        """Orthonormal basis (n, m), scaled, of a block (n, k) and of what repeated inverse iteration makes of it."""
+        """Orthonormal basis (n, m), in scaled unknowns, of a block (n, k) and its images under inverse iteration."""
         root, size = self.factor.root[:, None], len(self.unknowns)
         basis = np.linalg.qr(block)[0]
         newest = basis
@@ -95,12 +95,12 @@ class SparsePencil:
         return values[::-1][:count], back @ turn[:, ::-1][:, :count]
 
     def _upper(self, stretched: Array, basis: Array) -> Array:
-        """R of ``basis^T K basis = R^T R``, from the deformations, or from K where springs push at rest.
+        """R of ``basis^T K basis = R^T R``, from the deformations, or from K if springs have a negative stiffness.
 
         Raises
         ------
         FrameError
-            Where nothing resists some motion with mass, or something pushes it on.
+            If the matrix is not positive definite: a mechanism, or an unstable preload.
         """
         try:
             if np.isfinite(stretched).all():
@@ -116,17 +116,17 @@ class SparsePencil:
         return upper
 
     def _spread(self, motions: Array) -> Array:
-        """Columns (n, count) as motions (count, ..., n)."""
+        """Columns (n, count) reshaped to motions (count, ..., n)."""
         ndim = len(self.statics.plan.frame.shape)
         return np.ascontiguousarray(motions.T).reshape(motions.shape[1], *(1,) * ndim, len(motions))
 
 
 def _orthonormal(basis: Array, more: Array) -> Array:
-    """An orthonormal basis (n, m) with more columns (n, k) made orthonormal to it and each other, twice to be sure."""
+    """An orthonormal basis (n, m) extended by columns (n, k), which are orthogonalised twice for precision."""
     for _ in range(2):
         size = np.linalg.norm(more, axis=0)
         more = more / np.where(size > 0.0, size, 1.0)
         more = np.linalg.qr(more - basis @ (basis.T @ more))[0]
     both = np.hstack([basis, more])
-    # what has no new direction, as where few nodes have mass, comes out of that along the basis
+    # columns without a new direction, as if few nodes have mass, come out along the basis
     return both if np.abs(basis.T @ more).max() <= _ORTHONORMAL else np.linalg.qr(both)[0]

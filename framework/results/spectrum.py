@@ -1,4 +1,4 @@
-"""Symmetric eigenproblems of the whole batch, or of one large frame."""
+"""Symmetric eigenvalue problems with dense matrices for a whole batch, and extreme eigenvalues of a sparse one."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from ..errors import FrameError
 from ..solvers.rounding import zero_eigenvalue
 from . import dense
 
-# Above this many unknowns a single frame goes the sparse way.
+# Above this many unknowns a single frame is treated with sparse matrices.
 DENSE = 400
-# Where squared frequencies lie further apart than this, the higher are found anew at a shift as large as themselves.
+# If squared frequencies differ by more than this factor, the higher ones are computed again with a shift of their size.
 _APART = 1e4
 
 
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
     """L of ``D K D = L L^T`` with unit diagonal, (..., n, n), and D's diagonal, (..., n), by QR of the deformations.
 
-    ``D K D = A^T A`` with the deformations A by the unknowns, weighed by the root of their stiffness. The product
-    would square its condition number. Springs that push at rest have no such root: there L comes from the product, and
-    is NaN where they push the frame over.
+    ``D K D = A^T A``, with A the deformations per unknown weighted by the square root of their stiffness. Forming the
+    product would square the condition number. Where springs have a negative stiffness, by a preload, L comes from the
+    product nevertheless, and is NaN if the frame is unstable.
     """
     found = _compliance(plan)
     weighted, size = found.scaled, len(plan.unknowns)
@@ -41,7 +41,7 @@ def stiffness_halves(plan: Plan) -> tuple[Array, Array]:
 
 
 def surely_stiff(plan: Plan) -> NDArray[np.bool_]:
-    """Where deformations tell a stiffness above rounding for every motion, also where the sum of all has lost it."""
+    """Entries at which deformations show a stiffness above rounding for every motion, even if K has lost it, (...)."""
     found = _compliance(plan)
     return np.asarray(found.distance() > found.backward_error)
 
@@ -56,16 +56,16 @@ def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[
     """Eigenvalues mu of largest magnitude of ``other x = mu K x``, (..., count), and vectors (..., n, count).
 
     With ``D K D = L L^T`` the problem is that of ``L^-1 D other D L^-T``, which is symmetric; eigenvalues of large
-    magnitude come out to rounding.
+    magnitude are exact to rounding.
 
     Parameters
     ----------
     half, root
         L and the diagonal of D.
     other
-        Symmetric (..., n, n).
+        Symmetric matrices, (..., n, n).
     count
-        How many.
+        Number of eigenvalues.
     """
     left = np.linalg.solve(half, other * root[..., :, None] * root[..., None, :])
     middle = np.linalg.solve(half, np.swapaxes(left, -1, -2))
@@ -79,18 +79,20 @@ def inverse_pencil(half: Array, root: Array, other: Array, count: int) -> tuple[
 def found_anew(
     stiffness: Array, mass: Array, least: Array, squared: Array, vectors: Array, asked: str
 ) -> tuple[Array, Array]:
-    """Modes that are far above the least, which rounding of its inverse hides: at shifts of their own.
+    """Modes in which those far above the lowest, which rounding hides in inverse iteration, are computed again.
+
+    They are computed with shifts of the size of their own squared frequencies.
 
     Parameters
     ----------
     stiffness, mass
-        Symmetric (..., n, n).
+        Symmetric matrices, (..., n, n).
     least
-        A shift as large as the least squared frequency, with which the stiffness is positive definite, (...).
+        A shift of the size of the least squared frequency, with which the stiffness is positive definite, (...).
     squared, vectors
-        Squared frequencies (..., count), in order, and modes (..., n, count), as rounding leaves them.
+        Squared frequencies (..., count), in order, and modes (..., n, count), the higher ones with rounding errors.
     asked
-        What was asked for, and of what, to begin an error.
+        Beginning of the error message, such as ``"modes(5): the frame"``.
 
     Returns
     -------
@@ -100,7 +102,7 @@ def found_anew(
     Raises
     ------
     FrameError
-        Where fewer modes have mass.
+        If the frame has fewer modes with mass.
     """
     fewer = f"{asked} has fewer modes with mass: ask for fewer"
     while (far := np.asarray(squared > _APART * least[..., None])).any():
@@ -118,12 +120,12 @@ def found_anew(
 
 
 def above_rounding(values: Array) -> Array:
-    """Eigenvalues, the greatest first, none below its rounding: that tells how high the mode lies at least."""
+    """Eigenvalues, the greatest first, none below its rounding error, which bounds the frequency of the mode."""
     return np.maximum(values, np.finfo(float).eps * np.abs(values[..., :1]))
 
 
 def _highest(stiffness: Array, mass: Array) -> Array:
-    """A bound of all squared frequencies of modes with mass, (...): the greatest stiffness over the least mass."""
+    """Upper bound on the squared frequencies of modes with mass, (...): greatest stiffness over least mass."""
     heavy, root = dense.scaled(mass)
     own = np.diagonal(stiffness, axis1=-2, axis2=-1) * root**2
     massive = np.diagonal(heavy, axis1=-2, axis2=-1) > 0.0
@@ -131,8 +133,10 @@ def _highest(stiffness: Array, mass: Array) -> Array:
 
 
 def shifted(stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:
-    """L of ``D (K + shift M) D = L L^T`` and the diagonal of D; motions that meet neither stiffness nor mass, and are
-    no modes, are given a stiffness of one."""
+    """L of ``D (K + shift M) D = L L^T``, (..., n, n), and the diagonal of D, (..., n).
+
+    Motions with neither stiffness nor mass, which are no modes, get a stiffness of one.
+    """
     scaled, root = dense.scaled(stiffness + shift[..., None, None] * mass)
     values, vectors = np.linalg.eigh(scaled)
     zero = values <= zero_eigenvalue(values.shape[-1])
@@ -147,6 +151,6 @@ def extremes(matrix: scipy.sparse.csr_matrix) -> tuple[Array, Array]:
     greatest = eigsh(matrix, k=1, v0=start, return_eigenvectors=False)
     try:
         least = eigsh(matrix.tocsc(), k=1, sigma=0.0, v0=start, return_eigenvectors=False)
-    except RuntimeError:  # SuperLU's word for an exactly zero pivot
+    except RuntimeError:  # SuperLU raises it for an exactly zero pivot
         least = np.zeros(1)
     return np.asarray(least[0]), np.asarray(greatest[0])

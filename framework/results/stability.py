@@ -1,7 +1,8 @@
-"""Whether the equilibrium of a linear solution is stable: beyond a buckling load it is not, whatever is displaced.
+"""Whether the equilibrium of a linear solution is stable: above a buckling load it is not, however small displacements
+are.
 
-It is unstable where the stiffness together with what the forces of the solution add to it as the frame turns is not
-positive definite, which one attempt at a Cholesky factor tells. Members are cut into their segments, as for buckling.
+It is unstable if the stiffness plus the geometric stiffness of the solution's forces is not positive definite, which an
+attempted Cholesky factorisation shows. Members are divided into their segments, as for buckling.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from .spectrum import DENSE
 from .under_load import Stack, at_entry, geometric_stacks, over_dofs
 
 Mask = NDArray[np.bool_]
-# Numbers of the matrices over all DOFs that are held at a time.
+# Size of the matrices over all DOFs that are in memory at a time.
 _NUMBERS = 2**21
 
 
@@ -45,13 +46,13 @@ class Stability:
         self._shared, self._done = self._solution is solution and not self._sparse, not plan.unknowns
 
     def see(self, part: BatchPart) -> None:
-        """Judge a part of the batch, with what is known of it, where the solution is cut into segments as it is."""
+        """Examine a part of the batch with its known state, if the members of the solution are divided already."""
         if self._shared and isinstance(part.state.change, Stretch):
             self._judge(part.where, part.state)
             self._done = True
 
     def unstable(self) -> Mask:
-        """Entries whose load exceeds a buckling load, (...); what is not regular is not among them."""
+        """Entries whose load exceeds a buckling load, (...); False for entries that are not regular."""
         if not self._done and self._asked.any():
             with np.errstate(all="ignore"):  # of mechanisms
                 if self._sparse:
@@ -67,7 +68,7 @@ class Stability:
 
 
 def _dense(plan: Plan, where: tuple[slice, ...], state: EquilibriumResidual, asked: Mask) -> Mask:
-    """Those of the `asked` entries of a part of the batch."""
+    """Mask of the unstable ones among the `asked` entries of a part of the batch."""
     stacks = [(nodes, matrices) for nodes, matrices in geometric_stacks(state) if matrices.any()]
     found = [(nodes, _whole(matrices, asked.ndim)) for nodes, matrices in stacks]
     if not found:
@@ -94,7 +95,7 @@ def _whole(matrices: Array, ndim: int) -> Array:
 
 
 def _of(plan: Plan, stacks: list[Stack], asked: Mask, entries: Entries) -> Mask:
-    """Those of the `asked` entries, from the matrices there."""
+    """Mask of the unstable ones among the `asked` entries, from the geometric matrices there."""
     nodal = over_dofs(plan, stacks)
     whole = dense.with_springs(plan, dense.reduced(plan, dense.of_members(plan, entries) + nodal, entries), entries)
     if _definite(dense.scaled(whole)[0], asked):
@@ -107,7 +108,7 @@ def _of(plan: Plan, stacks: list[Stack], asked: Mask, entries: Entries) -> Mask:
 
 
 def _definite(whole: Array, asked: Mask) -> bool:
-    """Whether all `asked` ones of matrices (..., n, n) are positive definite."""
+    """Whether all matrices (..., n, n) in the mask `asked` are positive definite."""
     if not asked.all():
         whole[~np.broadcast_to(asked, whole.shape[:-2])] = np.eye(whole.shape[-1])
     try:
@@ -118,14 +119,14 @@ def _definite(whole: Array, asked: Mask) -> bool:
 
 
 def _sparse(solution: BoundedResults) -> Mask:
-    """Load cases of one large frame."""
+    """Mask of the unstable load cases of one large frame."""
     assert isinstance(solution.solver, SparseSolver)
     solver, shape = solution.solver, solution.shape
     found: list[Stack] = geometric_stacks(solution.bounds.whole())
     out = np.zeros(shape, dtype=bool)
     for entry in np.ndindex(*shape):
         added = solver.matrices.reduced([(nodes, at_entry(entry, matrices).__getitem__) for nodes, matrices in found])
-        # where a pivot is not positive, rounding may be the cause
+        # a pivot that is not positive may be caused by rounding
         if not solver.direct(solver.stiffness + added).definite:
             out[entry] = SparsePencil(solver).greatest(-added, 1)[0][0] > 1.0
     return out

@@ -1,4 +1,4 @@
-"""Results at all nodes and members at once: pieces of one kind are evaluated as one stack."""
+"""Results at all nodes and members at once, with the pieces of a group evaluated as one stack."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from ..structure.topology import Group, Index
 from .linear import LinearResults
 from .member_field import deflection, end_loads, internal_forces
 
-# A field at stations (k, n, ...) of some pieces of a group, from the displacements and the forces of their ends.
+# A function that returns a field at stations (k, n, ...) of some pieces of a group, given the displacements of, and the
+# forces on, their ends.
 Field = Callable[[Group, Index, Array, Array, Array], Array]
-# Numbers of a field that are computed at a time: they stay in the cache, and flat memory.
+# Size of a field that is computed at a time, which stays in the processor's cache and limits memory.
 _CHUNK = 2**18
 
 
 class StackedResults:
-    """What follows from the displacements of all nodes.
+    """Results from the displacements of all nodes.
 
     Parameters
     ----------
     solution
-        Where they come from.
+        The solution with these displacements.
     """
 
     def __init__(self, solution: LinearResults) -> None:
@@ -32,7 +33,7 @@ class StackedResults:
         self.nodal = solution.nodal()
 
     def displacements(self) -> Array:
-        """Of the nodes of the description, global, (..., nodes, 6)."""
+        """Displacements of the described nodes in global axes, (..., nodes, 6)."""
         count = len(self.topology.frame.nodes)
         found = np.array(self.nodal[..., :count, :])
         for node in range(count):
@@ -68,14 +69,14 @@ class StackedResults:
     def _along(self, fraction: Array, size: int, field: Field) -> Array:
         """A field of `size` components at the same fractions (k,) of all members, (..., members, k, size).
 
-        NaN for members that do not tell, such as the stress of a section that is known by its properties only.
+        NaN for members without that field, such as stress for a section given by its properties alone.
         """
         out = np.zeros((*self.solution.shape, len(self.topology.counts), len(fraction), size))
         counts = self.topology.counts[self.topology.members]
         index = np.arange(len(counts)) - np.repeat(np.cumsum(self.topology.counts), self.topology.counts) + counts
         for group, at in self._chunks(12 * len(fraction)):
             pieces = group.pieces[at]
-            # which stations lie on each piece; on the last of its member its end as well
+            # the stations on each piece; the end of the member belongs to its last piece
             on = np.minimum((fraction[:, None] * counts[pieces]).astype(int), counts[pieces] - 1) == index[pieces]
             inside = np.clip(fraction[:, None] * counts[pieces] - index[pieces], 0.0, 1.0)
             length = group.length[at]
@@ -112,7 +113,7 @@ class StackedResults:
     # -- pieces -----------------------------------------------------------------------------------------------------
 
     def _chunks(self, numbers: int) -> Iterator[tuple[Group, Index]]:
-        """Groups and positions in them, so many pieces at a time that of each `numbers` are held."""
+        """Groups and positions in them, so many pieces at a time that `numbers` for each stay within `_CHUNK`."""
         step = max(1, _CHUNK // (numbers * max(1, int(np.prod(self.solution.shape)))))
         for group in self.topology.groups:
             for start in range(0, len(group.pieces), step):

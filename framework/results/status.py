@@ -1,4 +1,4 @@
-"""Mechanisms: where the stiffness is singular, and in words which nodes move in which direction."""
+"""Mechanisms: the entries at which the stiffness is singular, and their free motions in words."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from ..structure.topology import Index
 from . import dense
 from .spectrum import DENSE
 
-# Motions below this share of the largest are not named, and no more than so many nodes are.
+# Displacements below this share of the largest are not named, and at most _MOST nodes are.
 _NAMED = 0.05
 _MOST = 6
-# Unknowns, and numbers of the dense matrices of the whole frame, from which on bands tell what is singular.
+# Above this many unknowns, if dense matrices of the frame would have more than _DENSE numbers, banded factors are used.
 _FEW, _DENSE = 60, 2**23
-# Numbers of the bands that are held at a time.
+# Size of the bands that are in memory at a time.
 _ROOM = 2**22
 
 
 def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> NDArray[np.bool_]:
-    """Which of the `suspects`, (...) of the batch shape, have a zero eigenvalue among `unknowns`."""
+    """Mask of the `suspects` whose stiffness over `unknowns` has a zero eigenvalue, (...) of the batch shape."""
     out = np.zeros(suspects.shape, dtype=bool)
     index = np.nonzero(np.atleast_1d(suspects)) if suspects.ndim else ()
     kept = [k for k, unknown in enumerate(plan.unknowns) if unknown in unknowns]
@@ -47,16 +47,16 @@ def is_singular(plan: Plan, suspects: NDArray[np.bool_], unknowns: set[int]) -> 
 
 
 def _zero(plan: Plan, values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Which eigenvalues of the scaled stiffness are zero, (..., n).
+    """Mask of the eigenvalues of the scaled stiffness that are zero to rounding, (..., n).
 
-    One below zero is rounding, but not where springs push at rest: there the frame is pushed over and does resist.
+    A negative one is rounding, except if springs have a negative stiffness by a preload: then the frame is unstable.
     """
     pushed = any((group.element.springs(group.length)[0] < 0.0).any() for group in plan.topology.groups)
     return np.asarray((np.abs(values) if pushed else values) <= zero_eigenvalue(values.shape[-1]))
 
 
 def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[np.bool_]:
-    """Which entries are singular among the unknowns `kept`, by inverse iteration with banded factors, (m,)."""
+    """Mask (m,) of the entries that are singular over the unknowns `kept`, by inverse iteration with bands."""
     where = np.zeros(len(plan.unknowns), dtype=bool)
     where[kept] = True
     bands = Bands(plan.coupling, where, plan.graph.order(plan.graph.band, where))
@@ -71,7 +71,7 @@ def _by_bands(plan: Plan, index: tuple[Index, ...], kept: list[int]) -> NDArray[
 
 
 def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
-    """Displacements of the described nodes, (motions, nodes, 6), global, that cost no energy at a batch entry."""
+    """Displacements of the described nodes in the free motions at a batch entry, global, (motions, nodes, 6)."""
     entries = Entries(tuple(np.array([k]) for k in entry) or None)
     nodes = [plan.topology.number[name] for name in plan.frame.nodes]
     if plan.large and len(plan.unknowns) > DENSE:
@@ -88,7 +88,7 @@ def free_motions(plan: Plan, entry: tuple[int, ...]) -> Array:
 
 
 def describe(plan: Plan, entry: tuple[int, ...]) -> str:
-    """Each free motion of a batch entry as a list of nodes and directions."""
+    """The free motions of a batch entry in words: for each a list of nodes and directions."""
     names = list(plan.frame.nodes)
     size = length_scale(plan, entry)
     sentences = []
@@ -118,6 +118,6 @@ def length_scale(plan: Plan, entry: tuple[int, ...]) -> float:
 
 
 def _only(stack: Array) -> Array:
-    """The matrix of the one entry in a stack."""
+    """The matrix of a stack with a single entry."""
     matrix: Array = stack.reshape(stack.shape[-2:])
     return matrix

@@ -1,4 +1,4 @@
-"""Results as a table of pandas, or as a data set of xarray, whose batch axes bear the names that the frame gives."""
+"""Results as a pandas table or an xarray data set, with the names of batch axes that the frame gives."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .base import Results
 
 
 def dimensions(results: Results) -> tuple[str, ...]:
-    """Names of the batch axes: those given, the last of which are the last of the batch, or their numbers."""
+    """Names of the batch axes: those of the frame, aligned with the last axes, or else ``axis_0``, ``axis_1``, ..."""
     count, named = len(results.shape), results.frame.axes
     return named[len(named) - count :] if named else tuple(f"axis_{k}" for k in range(count))
 
 
 def to_dataframe(results: Results) -> Any:
-    """One row a batch entry and node; see `SavedResults.to_dataframe`."""
+    """Table with one row for each batch entry and node; see `SavedResults.to_dataframe`."""
     pandas = imported("pandas", "to_dataframe")
     shape, nodes = results.shape, list(results.frame.nodes)
     numbers = np.indices((*shape, len(nodes))).reshape(len(shape) + 1, -1)
@@ -32,7 +32,7 @@ def to_dataframe(results: Results) -> Any:
 
 
 def to_xarray(results: Results) -> Any:
-    """With dimensions named; see `SavedResults.to_xarray`."""
+    """Data set with named dimensions; see `SavedResults.to_xarray`."""
     xarray = imported("xarray", "to_xarray")
     frame, dims = results.frame, dimensions(results)
     tables: dict[str, tuple[str, str, list[str], Array]] = {

@@ -1,4 +1,4 @@
-"""Geometric stiffness of a whole frame under the forces of its linear solution, as stacks of matrices between nodes."""
+"""Geometric stiffness of a whole frame under the forces of its linear solution, as element matrices between nodes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..structure.topology import Group, Index, Topology
 from . import dense
 from .geometric import of_arm, of_end_moments, of_link, of_load_between
 
-# Roundings that make a force where there is none.
+# A force below this many roundings of its terms is zero.
 _ROUNDINGS = 16.0
 _EPS = float(np.finfo(float).eps)
 Stack = tuple[Index, Array]
@@ -35,9 +35,9 @@ def geometric_stacks(state: EquilibriumResidual, frame: Description | None = Non
     Parameters
     ----------
     state
-        The solution of the whole batch, or a part of it, in its equations of equilibrium.
+        The solution, for the whole batch or a part of it, in its equilibrium equations.
     frame
-        The frame that is displaced, whose springs decide which rotations of a joint turn first; that of the solution
+        The frame that buckles, whose springs decide which rotations of a joint carry the others; that of the solution
         where None.
     """
     topology = _part(state)
@@ -52,20 +52,20 @@ def geometric_stacks(state: EquilibriumResidual, frame: Description | None = Non
 
 
 def at_entry(entry: tuple[int, ...], matrices: Array) -> Array:
-    """Those of a batch entry (n, m, m) of matrices (n, ..., m, m), which need not vary along every axis.
+    """Matrices (n, m, m) at one batch entry.
 
     Parameters
     ----------
     entry
-        Its indices.
+        Indices of the batch entry.
     matrices
-        The matrices.
+        Matrices (n, ..., m, m), which need not vary along every batch axis.
     """
     return picked(matrices, tuple(np.array([k]) for k in entry), trailing=2, leading=1)[:, 0]
 
 
 def _part(state: EquilibriumResidual) -> Topology:
-    """Members and what acts on them in the part of the batch that the state is of."""
+    """Members and their loads in the part of the batch to which the state belongs."""
     cut, topology = state.change, state.plan.topology
     return topology.cut(cut.axis, cut.indices) if isinstance(cut, Stretch) and cut.ndim else topology
 
@@ -76,9 +76,9 @@ def geometric_stiffness(plan: Plan, state: EquilibriumResidual) -> Array:
     Parameters
     ----------
     plan
-        The frame whose unknowns they are: that of the solution, or one that is supported in another way.
+        The plan whose unknowns are meant: that of the solution, or of a frame with other supports.
     state
-        The solution of the whole batch in its equations of equilibrium.
+        The solution for the whole batch in its equilibrium equations.
     """
     return dense.reduced(plan, over_dofs(plan, geometric_stacks(state, None if plan is state.plan else plan.frame)))
 
@@ -89,16 +89,16 @@ def over_dofs(plan: Plan, stacks: list[Stack]) -> Array:
     Parameters
     ----------
     plan
-        The frame.
+        The plan of the frame.
     stacks
-        Node numbers (n, k) and matrices (n, ..., 6 k, 6 k).
+        Node numbers (n, k) and matrices (n, ..., 6 k, 6 k) of each stack.
     """
     by_dof = [((6 * nodes[:, :, None] + np.arange(6)).reshape(len(nodes), -1), each) for nodes, each in stacks]
     return dense.summed(by_dof, 6 * len(plan.topology.number))
 
 
 def _ends(state: EquilibriumResidual, springs: Springs, number: int) -> tuple[Array, Array]:
-    """Forces on both ends of members in local axes, and what rounding may make of them, (..., n, 12)."""
+    """Forces on both ends of members in local axes, and bounds on their rounding errors, (..., n, 12) each."""
     rows = np.asarray(springs.local_rows, dtype=np.float64)
     generalised_forces = np.asarray(state.member_forces[number], dtype=np.float64)
     sizes = np.asarray(springs.stiffness * state.deformation_sizes[number], dtype=np.float64)
@@ -112,13 +112,13 @@ def _ends(state: EquilibriumResidual, springs: Springs, number: int) -> tuple[Ar
 
 
 def _stacked(each: list[Array]) -> Array:
-    """Arrays (..., 12) as one (..., n, 12)."""
+    """Stack of n arrays (..., 12), (..., n, 12)."""
     shape = np.broadcast_shapes(*(array.shape for array in each))
     return np.stack([np.broadcast_to(array, shape) for array in each], axis=-2)
 
 
 def _greatest(error_bound: Array) -> Array:
-    """The greatest force and the greatest moment on both ends, (..., n, 2, 2)."""
+    """The greatest force and moment component on both ends, (..., n, 2, 2)."""
     out: Array = error_bound.reshape(*error_bound.shape[:-1], 2, 2, 3).max(axis=-1)
     return out
 
@@ -143,7 +143,7 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
 
 
 def _links(state: EquilibriumResidual, frame: Description | None, roundings: list[Array]) -> list[Stack]:
-    """Joints, rigid links and ties that pass on forces."""
+    """Node numbers and geometric stiffness of joints, rigid links and ties that transmit forces."""
     nodes, matrices = [], []
     forces, error_bounds = link_forces(state), link_roundings(state, roundings)
     links = zip(state.kinematics.links, state.stiffness, forces, error_bounds, strict=True)
@@ -162,14 +162,14 @@ def _links(state: EquilibriumResidual, frame: Description | None, roundings: lis
 
 
 def _springs(state: EquilibriumResidual, frame: Description | None, edge: Edge, stiffness: Array) -> Array:
-    """Springs of an edge (..., 6), inf where it is ideal, in the frame that is displaced."""
+    """Spring stiffnesses of an edge (..., 6), inf where it is ideal, in the frame that buckles."""
     if frame is None or edge.kind != "joint" or edge.name is None:
         return np.where(np.isin(range(6), edge.ideal), np.inf, stiffness)
     return state.change(aligned(frame.joints[edge.name].element.stiffness, len(frame.shape), 1), 1)
 
 
 def _weights(state: EquilibriumResidual) -> Iterator[Stack]:
-    """Weights at the end of arms that turn with a node."""
+    """Geometric stiffness of weights with an offset from their node, whose arms rotate with it."""
     topology = state.plan.topology
     ndim = len(topology.frame.shape)
     for node, force, arm in offset_weights(topology):
@@ -181,7 +181,7 @@ def _weights(state: EquilibriumResidual) -> Iterator[Stack]:
 
 
 def _in_axes(state: EquilibriumResidual, nodes: tuple[int, ...], matrix: Array) -> Array:
-    """A matrix (..., 6 k, 6 k) in global axes as one in those of its nodes."""
+    """A matrix (..., 6 k, 6 k) in global axes, transformed to the axes of its nodes."""
     each = (state.plan.topology.axes(node) for node in nodes)
     axes = [None if own is None else state.change(own, 2) for own in each]
     if all(own is None for own in axes):

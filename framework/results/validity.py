@@ -1,16 +1,16 @@
-"""How far the displaced shape of a linear solution is from equilibrium: whether linear mechanics holds.
+"""Whether linear theory holds: an estimate of its error from the forces out of balance in the displaced shape.
 
-In the displaced shape the internal forces of each member go with its chord, and those of joints and rigid links with
-their first node. What they leave unbalanced at the nodes, ``g = sum over members of psi x f`` with the rotation psi of
-the chord, and of links what `linkframe.framework.results.geometric` says, would move the frame by ``K^-1 g``: the first
-step of an iteration to large displacement, with f taken as dead. Its size in the energy norm over that of the solution,
-``sqrt(g . K^-1 g / u . K u)``, is the relative error by which the linear result is off, to first order; and a chord
-that turns by psi draws its end back by half of psi times what it moves (Crisfield, *Non-linear Finite Element Analysis
-of Solids and Structures* 1, 1991, ch. 7, for the forces that go with the chord). The displaced shape includes what
-journals move within their clearances, which turns links however small the load is. Where all displacements are rounding
-beside the size of the frame, as in a rigid link pushed along its axis, none of it is an error of linear mechanics.
+In the displaced shape the internal forces of each member rotate with its chord, and those of joints and rigid links
+with their first node. The residual at the nodes is ``g = sum over members of psi x f``, with the rotation psi of the
+chord, plus that of links by `linkframe.framework.results.geometric`. It would move the frame by ``K^-1 g``, the first
+step of an iteration to large displacement with f as dead loads. Its energy norm over that of the solution,
+``sqrt(g . K^-1 g / u . K u)``, is the relative error of the linear result to first order. In addition, a chord that
+rotates by psi shortens its projection by half of psi times the displacement of its end (Crisfield, *Non-linear Finite
+Element Analysis of Solids and Structures* 1, 1991, ch. 7, for forces that rotate with the chord). The displaced shape
+includes displacements within clearances, which rotate links under any load. Where all displacements are rounding
+compared with the size of the frame, as in a rigid link loaded along its axis, the estimate is zero.
 
-Beyond a buckling load the equilibrium is unstable, whatever is displaced: the estimate is inf, see
+Above a buckling load the equilibrium is unstable, and the estimate is inf, see
 `linkframe.framework.results.stability`.
 """
 
@@ -36,17 +36,14 @@ from ..structure.topology import Group
 from .geometric import of_link
 from .stability import Stability
 
-# Relative error above which a linear result is not one to be printed.
+# Linear theory counts as valid if the estimated relative error is below this.
 LINEAR = 0.05
-# Displacements below this share of the frame's size are rounding, and so is by how much of themselves they are off.
+# Displacements below this share of the frame's size are rounding, and their estimated relative error has no meaning.
 _STILL = 1e-13
 
 
 def nonlinearity(solution: BoundedResults) -> Array:
-    """Estimated relative error of a linear solution by its being linear, (...).
-
-    inf where it is a mechanism, and beyond a buckling load.
-    """
+    """Estimated relative error of linear theory in a solution, (...); inf for mechanisms and above a buckling load."""
     out = np.zeros(solution.shape)
     stability = Stability(solution)
     with np.errstate(all="ignore"):  # of mechanisms
@@ -89,7 +86,7 @@ def _of(part: BatchPart) -> Real:
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
     load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)
-    # Below zero, beyond rounding, where the stiffness is singular or not definite, which is no less to be told.
+    # The work is negative where the stiffness is not definite, for which the estimate must not be small either.
     ratio = np.sqrt(np.abs(work) / np.where(energy > 0.0, energy, 1.0))
     size = state.plan.frame.size
     scale = np.abs(state.displacements).astype(np.float64).reshape(*state.displacements.shape[:-1], 2, 3)
@@ -99,13 +96,13 @@ def _of(part: BatchPart) -> Real:
 
 
 def _strain_forces(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
-    """End forces that strain the members of a group as they do without forces, global, (..., n, 12)."""
+    """End forces equivalent to the free strain of the members of a group, in global axes, (..., n, 12)."""
     local = strain_forces(group, np.arange(len(group.pieces)))
     return rotated(np.swapaxes(springs.local_axes, -1, -2), state.change(np.moveaxis(local, 0, -2), 2))
 
 
 def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs) -> Real:
-    """What the law of members is beyond the forces of their stiffness, on their ends, global, (..., n, 12)."""
+    """End forces by the nonlinear law of members less those by their stiffness, in global axes, (..., n, 12)."""
     length = np.asarray(springs.length, dtype=np.float64)
     local_axes = np.asarray(springs.local_axes, dtype=np.float64)
     moved = np.asarray(state.displacements[..., springs.nodes, :], dtype=np.float64)
@@ -132,7 +129,7 @@ def _deformed(springs: Springs, local: Array) -> Real:
 
 
 def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
-    """What a joint's own law leaves unbalanced of the force of its springs, (..., 6); None where it has none."""
+    """Spring forces of a joint less those by its nonlinear law, (..., 6); None where it has no such law."""
     edge = state.kinematics.links[number].edge
     if edge.kind != "joint" or edge.name is None:
         return None
@@ -157,7 +154,7 @@ def _beyond_springs(state: EquilibriumResidual, number: int) -> Real | None:
 
 
 def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
-    """What turning links leave unbalanced at the nodes, (..., nodes, 6), and the largest square of an arm's turn."""
+    """Residual at the nodes by rotating links, (..., nodes, 6), and the largest squared rotation of an arm, (...)."""
     moved = np.asarray(state.displacements, dtype=np.float64)
     out, largest = np.zeros(moved.shape), np.zeros(moved.shape[:-2])
     for link, k, force in zip(state.kinematics.links, state.stiffness, link_forces(state), strict=True):
@@ -174,7 +171,7 @@ def _links(state: EquilibriumResidual) -> tuple[Array, Array]:
 
 
 def _rotation(springs: Springs, displacements: Real) -> Real:
-    """Rotation of the chords, and twist, of members, (..., n, 3)."""
+    """Rotation vectors of the chords of members, with their mean twist, (..., n, 3)."""
     ends = displacements[..., springs.nodes, :]
     along = springs.local_axes[..., 0, :]
     difference = ends[..., 1, :3] - ends[..., 0, :3]

@@ -13,7 +13,7 @@ from .shaped import Shaped
 
 
 def strains(u: DiscreteField) -> Array:
-    """Strains and curvatures that work with ``N Vy Vz T My Mz``, (6, elements, points)."""
+    """Strains and curvatures conjugate to ``N Vy Vz T My Mz``, (6, elements, points)."""
     field, strain = np.asarray(u), np.array(u.grad)
     strain[1] -= field[5]
     strain[2] += field[4]
@@ -41,7 +41,7 @@ def _load(v: DiscreteField, w: Any) -> Array:
 
 
 def _internal_forces(v: DiscreteField, w: Any) -> Array:
-    """End forces by way of the section forces of the interpolated displacement ``w.displacement``."""
+    """Work of the section forces of the interpolated displacement ``w.displacement``; it gives the end forces."""
     return _dot(w.rigidity, strains(w.displacement), strains(v))
 
 
@@ -55,14 +55,14 @@ internal_forces = LinearForm(_internal_forces)
 def section_forces(u: DiscreteField, rigidity: Array) -> Array:
     """``N Vy Vz T My Mz`` of an interpolated displacement, (6, elements, points).
 
-    Without shear deformation the strain says nothing of the shear forces, and they come as 0:
+    Without shear deformation the strains do not determine the shear forces, which are returned as 0:
     they follow from `internal_forces` by equilibrium.
     """
     return rigidity * strains(u)
 
 
 def rigidity_of(member: Shaped, basis: Basis) -> Array:
-    """Rigidities of `member` at the points of `basis`, (6, elements, points); 0 where there is no flexibility."""
+    """Rigidities of `member` at the points of `basis`, (6, elements, points); 0 for a zero flexibility (no strain)."""
     flexibility = _on_points(basis, member.section_flexibility(_stations(basis)))
     return np.divide(1.0, flexibility, out=np.zeros_like(flexibility), where=flexibility > 0.0)
 

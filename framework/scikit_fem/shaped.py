@@ -1,4 +1,4 @@
-"""What scikit-fem's forms, and quadrature over them, ask of a member."""
+"""Protocol of a member for scikit-fem forms and quadrature."""
 
 from __future__ import annotations
 
