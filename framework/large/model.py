@@ -94,7 +94,7 @@ class Model:
         self.contacts = {number: place for place, number in enumerate(rigid)}
 
     def _matters(self, edge: Edge) -> bool:
-        """Whether an edge holds anything but motion out of the plane."""
+        """Whether an edge constrains anything but motion out of the plane."""
         return edge.kind != "support" or any(k in self.components for k in edge.ideal)
 
     def _attach(self, joint: TreeJoint, columns: Index) -> None:

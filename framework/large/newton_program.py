@@ -123,7 +123,7 @@ def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
 
 
 def _suits(model: Model) -> bool:
-    """Whether a model has nothing that is not written down: forces on nodes, members, joints of springs and contact."""
+    """Whether the program covers what a model has: forces on nodes, plain members, springs and contact in joints."""
     return model.plain_members and model.symmetric and not any(joint.own_law for joint in model.edges)
 
 
@@ -354,16 +354,16 @@ class NewtonProgram:
         found = _way(costs, recorded.program.weight, int(space.present.sum()))
         return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
 
-    def solve(self, where: Where, state: StateOfEntries, factor: float, *, loose: bool) -> FoundEquilibria:
+    def solve(self, where: Where, state: StateOfEntries, factor: float, *, unstressed: bool) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads; stable where the last tangent was clearly definite.
 
-        Where `loose`, the first tangent is made without the stresses of members at `state`.
+        Where `unstressed`, the first tangent leaves out the stresses of the members at `state`.
         """
         recorded = self.recorded
         count = state.displacements.shape[-1]
         lengths = self.numbers.space.lengths.at(where)
         rows = [*self.numbers.values(where, factor), 1.0 / lengths]
-        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if loose else 1.0)]
+        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if unstressed else 1.0)]
         rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)

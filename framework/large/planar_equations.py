@@ -90,11 +90,9 @@ class PlanarEquations(TreeEquations):
     def advanced(self, state: PlanarState, step: Array) -> PlanarState:
         """The state after a step of the coordinates (size, m)."""
         nodal = self.nodal(step)
-        new = PlanarState(
-            state.displacements + nodal[:2], state.rotations + nodal[2], state.own, state.contact_multipliers
-        )
-        if self.geometry:
-            new.own = state.own + nodal[:, [joint.child for joint in self.model.joints]]
+        own = state.own + nodal[:, [joint.child for joint in self.model.joints]] if self.geometry else state.own
+        moved = state.displacements + nodal[:2], state.rotations + nodal[2], own
+        new = PlanarState(*moved, state.contact_force, state.contact_stiffness)
         self.follow(new)
         return new
 
@@ -120,7 +118,7 @@ class PlanarEquations(TreeEquations):
         link, joint = self.geometry[number], self.planar_model.joints[number]
         elastic = state.own[:, number] - link.offset
         if joint.joint.law is not None:
-            return joint.law_response(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
+            return joint.law_response(self.where, elastic, state.contact(self.model.contacts.get(number)))
         return link.springs(elastic)
 
     def moment_work(self, old: PlanarState, new: PlanarState) -> Array:

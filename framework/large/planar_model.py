@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..elementwise import contracted, cosine, sine, zeros
-from .joints import ContactMultipliers, TreeJoint
+from .joints import TreeJoint
 from .model import CONSTRAINED, Model, chained
 from .numbers import Numbers, Where
 from .planar_pieces import AXES, ENDS, TERMS, PlanarStack
@@ -62,12 +62,12 @@ class PlanarJoint:
         )
 
     def law_response(
-        self, where: Where, elastic: Array, contact_multipliers: ContactMultipliers, contact: int | None
+        self, where: Where, elastic: Array, contact: tuple[Array, Array] | None
     ) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of its own law at a displacement (3, m) within the plane."""
         whole = zeros((6, elastic.shape[-1]), elastic)
         whole[self.places] = elastic
-        energy, force, tangent = self.joint.resistance(where, whole, contact_multipliers, contact)
+        energy, force, tangent = self.joint.resistance(where, whole, contact)
         return energy, force[self.places], tangent[np.ix_(self.places, self.places)]
 
 
@@ -192,17 +192,18 @@ class PlanarModel:
         out.rotations[0], out.rotations[1 + self.normal] = np.cos(half), np.sin(half)
         for number, joint in enumerate(self.joints):
             out.own[joint.places, number] = state.own[:, number]
-        out.contact_multipliers = state.contact_multipliers
+        out.contact_force, out.contact_stiffness = state.contact_force, state.contact_stiffness
         return out
 
     def in_plane(self, state: DisplacedState, near: PlanarState | None) -> PlanarState:
-        """A state in space as one in the plane, its angles `near` those of another, as a quaternion tells no turns."""
+        """A state in space as one in the plane, its angles `near` those of another, as a quaternion counts no turns."""
         rotations = 2.0 * np.arctan2(state.rotations[1 + self.normal], state.rotations[0])
         if near is not None:
             rotations += 2.0 * np.pi * np.round((near.rotations - rotations) / (2.0 * np.pi))
         owns = [state.own[joint.places, number] for number, joint in enumerate(self.joints)]
         own = np.stack(owns, axis=1) if owns else np.zeros((3, 0, rotations.shape[-1]))
-        return PlanarState(state.displacements[list(self.components[:2])], rotations, own, state.contact_multipliers)
+        displacements = state.displacements[list(self.components[:2])]
+        return PlanarState(displacements, rotations, own, state.contact_force, state.contact_stiffness)
 
     @staticmethod
     def suits(model: Model) -> bool:

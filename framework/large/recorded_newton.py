@@ -1,13 +1,12 @@
-"""Newton's method on one entry written down as a program, its rounds and all.
+"""Newton's method on one entry, recorded as a program with all its iterations.
 
-What is recorded is what `PlanarEquations` and `EquilibriumEquations` say, whose formulas are carried out on terms. The
-program does not tell whether a tangent of which a pivot is not positive is singular by rounding alone.
+What is recorded are the formulas of `PlanarEquations` and `EquilibriumEquations`, carried out on terms in place of
+numbers. The program does not find out whether a tangent with a pivot that is not positive is singular by rounding.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from operator import attrgetter
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -26,7 +25,7 @@ from .state import DisplacedState, PlanarState, StateOfEntries
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16
-# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
+# Iterations after which an entry is given up: one that has not converged by then takes fewer in smaller steps.
 ITERATIONS = 16
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 LONGEST, NOTHING = 1.0, 1e-13
@@ -44,11 +43,11 @@ class StateNumber:
 
     def of(self, state: StateOfEntries) -> Any:
         """Its value (m,)."""
-        return attrgetter(self.array)(state)[self.place]
+        return getattr(state, self.array)[self.place]
 
     def put(self, state: StateOfEntries, value: Any) -> None:
         """Change its value."""
-        attrgetter(self.array)(state)[self.place] = value
+        getattr(state, self.array)[self.place] = value
 
 
 def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
@@ -78,8 +77,8 @@ def constants(model: Model) -> list[StateNumber]:
     out = []
     for number, place in model.contacts.items():
         directions = model.edges[number].clearance_directions
-        out += [StateNumber("contact_multipliers.force", (k, place)) for k in directions]
-        out.append(StateNumber("contact_multipliers.stiffness", (place,)))
+        out += [StateNumber("contact_force", (k, place)) for k in directions]
+        out.append(StateNumber("contact_stiffness", (place,)))
     return out
 
 
@@ -123,8 +122,7 @@ class RecordedNewton:
 
     def state(self, outs: list[Array], before: StateOfEntries) -> StateOfEntries:
         """The state from what the program has made of that `before`, (m,) each."""
-        arrays = (before.displacements.copy(), before.rotations.copy(), before.own.copy())
-        out = replace(before, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
+        out = type(before)(*(each.copy() for each in before.arrays))
         for number, value in zip([*self.moved, *self.carried], outs, strict=True):
             number.put(out, value)
         return out
@@ -184,12 +182,7 @@ class NewtonRecording:
     def _state(self, values: list[Any]) -> Any:
         """The state with these numbers, in which links carry their nodes along."""
         start: StateOfEntries = (PlanarState if self.flat else DisplacedState).start(self.model, 1)
-        arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
-        known = start.contact_multipliers
-        contacts = replace(known, force=known.force.astype(object), stiffness=known.stiffness.astype(object))
-        state = replace(
-            start, displacements=arrays[0], rotations=arrays[1], own=arrays[2], contact_multipliers=contacts
-        )
+        state = type(start)(*(each.astype(object) for each in start.arrays))
         for number, value in [*zip(self.moved, values, strict=True), *self.constant]:
             number.put(state, value)
         self.equations.follow(state)
