@@ -174,8 +174,8 @@ def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) 
             own[:, number] = joint.shortest(inside.own(state, known))
         elif number < links:
             own[:, number] = state.moved(joint.child)
-    known = [planar_model.contacts[place[model.edges[number].edge]] for number in model.contacts]
-    contacts = state.contact_force[:, known], state.contact_stiffness[known]
+    those = [planar_model.contacts[place[model.edges[number].edge]] for number in model.contacts]
+    contacts = state.contact_force[:, those], state.contact_stiffness[those]
     return DisplacedState(state.displacements, state.rotations, own, *contacts)
 
 

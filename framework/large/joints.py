@@ -32,10 +32,20 @@ from .numbers import Numbers, Where
 
 @dataclass(frozen=True)
 class TreeJoint:
-    """An edge of the tree between a child and its parent, its own six coordinates in part unknown.
+    """A joint, rigid link, tie or support between a child of the tree and its parent, or one that closes a loop.
 
     Attributes
     ----------
+    edge
+        The same in the frame's structure.
+    parent, child
+        Numbers of its nodes.
+    forward
+        Whether the child is the second node.
+    axes, arm
+        Axes as columns (3, 3, ...), None for the global ones; from first to second node (3, ...), None for zero.
+    offset, stiffness
+        Imposed displacement, and springs, of its six coordinates (6, ...).
     law
         What replaces its springs, None for nothing.
     clearance_directions, clearance

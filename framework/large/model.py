@@ -1,4 +1,7 @@
-"""A frame compiled for large displacement: which coordinates are unknown, which are given, what follows what."""
+"""A frame compiled for large displacement: which coordinates are unknown or prescribed, and which node follows which.
+
+Released ends of members become joints here, as what they are at finite displacement.
+"""
 
 from __future__ import annotations
 

@@ -364,7 +364,8 @@ class NewtonProgram:
         lengths = self.numbers.space.lengths.at(where)
         rows = [*self.numbers.values(where, factor), 1.0 / lengths]
         rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if unstressed else 1.0)]
-        rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
+        numbers = state.flat()
+        rows += list(numbers[recorded.given])
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
         outs = work.places()
@@ -374,7 +375,9 @@ class NewtonProgram:
                 part = slice(start, min(start + chunk, count))
                 work.run(0, part, [out[part] if len(out) == count else out for out in outs])
         outs = [np.broadcast_to(out, (count,)) for out in outs]
-        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
+        for place, out in zip(recorded.made, outs, strict=False):
+            numbers[place] = out
+        found = FoundEquilibria.nothing(state.like(numbers), copied=False)
         found.converged[:] = outs[-3]
         found.stable[:] = found.converged & outs[-2].astype(bool)
         found.iterations[:] = outs[-1]

@@ -67,7 +67,7 @@ class PlanarEquations(TreeEquations):
     @cached_property
     def geometry(self) -> list[PlanarLink]:
         """Links of the tree."""
-        return [PlanarLink.of(joint, self.where, self.factor) for joint in self.planar_model.joints]
+        return [joint.at(self.where, self.factor) for joint in self.planar_model.joints]
 
     @cached_property
     def ground(self) -> tuple[Array, Array]:
@@ -78,10 +78,8 @@ class PlanarEquations(TreeEquations):
 
     def coordinate(self, state: PlanarState, node: int, component: int) -> Array:
         """Value of a coordinate of a node, or of the link that carries it, by its number in space (m,)."""
-        out: Array
-        if self.model.plain[node]:
-            place = self.planar_model.components.index(component)
-            out = state.displacements[place, node] if place < 2 else state.rotations[node]
+        if self.model.plain[node]:  # which has no prescribed rotation
+            out: Array = state.displacements[self.planar_model.components.index(component), node]
         else:
             number = self.model.link_of[node]
             out = state.own[self.planar_model.joints[number].places.index(component), number]

@@ -20,12 +20,16 @@ from .state import DisplacedState, PlanarState
 
 @dataclass(frozen=True)
 class PlanarJoint:
-    """A link of the tree in the plane.
+    """A joint, rigid link, tie or support of the tree in the plane.
 
     Attributes
     ----------
+    joint
+        The same in space.
+    places
+        Numbers of its two translations and of its angle among the six coordinates in space.
     axes
-        Its two translations as columns (2, 2, ...); `places` are their numbers among the six, and that of the angle.
+        Its two translations as columns (2, 2, ...).
     sense
         Sign of its angle (...).
     arm
@@ -61,6 +65,18 @@ class PlanarJoint:
             Numbers(joint.stiffness.array[places], ndim),
         )
 
+    def at(self, where: Where, factor: float) -> PlanarLink:
+        """The joint at some entries, its offset multiplied by `factor`."""
+        return PlanarLink(
+            self.joint.forward,
+            self.joint.edge.kind != "tie",
+            self.axes.at(where),
+            self.sense.at(where),
+            self.arm.at(where),
+            factor * self.offset.at(where),
+            self.stiffness.at(where),
+        )
+
     def law_response(
         self, where: Where, elastic: Array, contact: tuple[Array, Array] | None
     ) -> tuple[Array, Array, Array]:
@@ -73,7 +89,17 @@ class PlanarJoint:
 
 @dataclass(frozen=True)
 class PlanarLink:
-    """A joint at some entries; see `links.EdgeGeometry`."""
+    """A joint at some entries of the batch, as `links.EdgeGeometry` and `links.LinkChange` in space.
+
+    Attributes
+    ----------
+    forward
+        Whether the child is the second node.
+    follows
+        Whether the translation's axes turn with the first node (not for ties).
+    axes, sense, arm, offset, stiffness
+        As in `PlanarJoint`, (..., m or 1); the offset under the share of the loads.
+    """
 
     forward: bool
     follows: bool
@@ -82,22 +108,6 @@ class PlanarLink:
     arm: Array
     offset: Array
     stiffness: Array
-
-    @classmethod
-    def of(cls, joint: PlanarJoint, where: Where, factor: float) -> PlanarLink:
-        return cls(
-            joint.joint.forward,
-            joint.joint.edge.kind != "tie",
-            joint.axes.at(where),
-            joint.sense.at(where),
-            joint.arm.at(where),
-            factor * joint.offset.at(where),
-            joint.stiffness.at(where),
-        )
-
-    def elastic(self, own: Array) -> Array:
-        """What of the displacement is not imposed (3, m)."""
-        return own - self.offset
 
     def springs(self, elastic: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs."""

@@ -1,4 +1,4 @@
-"""Equilibrium at large displacement: what `Frame.solve(large=True)` returns."""
+"""The solution at large displacement: what `Frame.solve(large=True)` returns, and what it explains of itself."""
 
 from __future__ import annotations
 

@@ -6,7 +6,8 @@ The entries come last on the axes of all arrays.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from math import prod
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +56,17 @@ class StateOfEntries:
         """Replace some of the entries."""
         for mine, others in zip(self.arrays, other.arrays, strict=True):
             mine[..., where] = others
+
+    def flat(self) -> NDArray[Any]:
+        """All numbers, one after the other (n, m)."""
+        return np.concatenate([each.reshape(prod(each.shape[:-1]), each.shape[-1]) for each in self.arrays])
+
+    def like(self, flat: NDArray[Any]) -> Self:
+        """A state of the same kind with these numbers (n, m), as `flat` has them."""
+        sizes = [prod(each.shape[:-1]) for each in self.arrays]
+        parts = np.split(flat, np.cumsum(sizes[:-1]))
+        shapes = [(*each.shape[:-1], flat.shape[-1]) for each in self.arrays]
+        return type(self)(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
 
     def contact(self, place: int | None) -> tuple[Array, Array] | None:
         """Force (6, m) and stiffness (m,) of a rigid contact; None for none."""
