@@ -1,7 +1,7 @@
-"""What rounding leaves of an equilibrium: stability of a tangent that is rounded, and bounds on displacements.
+"""What rounding leaves of an equilibrium: whether it is stable, and bounds on its displacements.
 
-Forces are differences of large terms where members are stiff, and rounded in units of these. What is so in the force
-that turns with a member resists, or seems to resist, motion across it; what is unbalanced moves the nodes.
+Forces in stiff members are small differences of large terms, and rounded in units of these. Such an error in a force
+that turns with its member changes the stiffness across it; as an unbalanced force it moves the nodes.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class ForceRounding:
         """
         free = self.model.free
         if self.model.has_clearance:
-            # forces far below the rounding of others close a clearance, and are told apart by these alone
+            # forces far below the rounding of others close a clearance, and decide there
             return np.zeros((free, self.equations.count))
         return np.asarray((self.forces(all_round=True) * self.equations.scale)[:free])
 
@@ -85,7 +85,7 @@ class ForceRounding:
         for joint in reversed(model.joints):
             jacobian = np.abs(self.at.jacobians[joint.child])
             chain = model.chains[joint.child]
-            # the chain of a node holds those of its parents, so that nothing need be handed up
+            # the chain of a node contains those of its parents, so that nothing is handed up
             np.add.at(out, chain, contracted("ijm,im->jm", jacobian, forces[:, joint.child]))
         plain = np.flatnonzero(model.plain)
         np.add.at(out, model.columns[:, plain].T.reshape(-1), merged(forces[:, plain].swapaxes(0, 1), 0, 1))
@@ -160,7 +160,7 @@ def definite_in_space(model: Model, state: DisplacedState, parts: Iterable[Index
 
 
 def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) -> DisplacedState:
-    """A state with the links and loops of `model`, which has some supports more that hold motion out of the plane."""
+    """A state with the links and loops of `model`, which has more supports: those against motion out of the plane."""
     planar_model = inside.model
     place = {joint.edge: number for number, joint in enumerate(planar_model.edges)}
     forces = inside.linearised(state, tangents=False).own
@@ -174,10 +174,9 @@ def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) 
             own[:, number] = joint.shortest(inside.own(state, known))
         elif number < links:
             own[:, number] = state.moved(joint.child)
-    contact_multipliers = state.contact_multipliers.those(
-        [planar_model.contacts[place[model.edges[number].edge]] for number in model.contacts]
-    )
-    return DisplacedState(state.displacements, state.rotations, own, contact_multipliers)
+    those = [planar_model.contacts[place[model.edges[number].edge]] for number in model.contacts]
+    contacts = state.contact_force[:, those], state.contact_stiffness[those]
+    return DisplacedState(state.displacements, state.rotations, own, *contacts)
 
 
 class ErrorBounds:
@@ -198,11 +197,11 @@ class ErrorBounds:
         self.factor = elimination.factor(self.at.values, symmetric=self.model.symmetric)
         self.wrong = np.abs(self.at.forces) + ForceRounding(equations, state, self.at).forces()
         self.neutral: Index = np.flatnonzero(neutral)
-        self.told = self.model.free <= LARGE and not self.model.constraints
-        if len(self.neutral) and self.told:
+        self.known = self.model.free <= LARGE and not self.model.constraints
+        if len(self.neutral) and self.known:
             self.spectrum = elimination.spectrum(self.at.values[:, self.neutral])
             size = np.abs(self.spectrum.values)
-            # the least is, as no factor told it from rounding
+            # the least counts as free, as no factor could tell it from rounding
             self.free: Mask = np.asarray(size <= np.maximum(elimination.free, size.min(axis=1, keepdims=True)))
 
     def bound(self, node: int) -> Array:
@@ -222,7 +221,7 @@ class ErrorBounds:
 
     def _beside(self, load: Array) -> Array:
         """The same for a displacement of neutral entries that is the work of `load` (free, n): inf where it is free."""
-        if not self.told:
+        if not self.known:
             return np.where(load.any(axis=0), np.inf, 0.0)
         wrong = self.wrong[: self.model.free, self.neutral]
         worst = contracted("im,im->m", np.abs(self.spectrum.solve(load, self.free)), wrong)

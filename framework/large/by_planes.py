@@ -1,4 +1,4 @@
-"""Solutions at large displacement of batches whose entries keep to different planes, each as if it were alone."""
+"""Batches whose entries keep to different planes: each plane is solved for itself, and the results are joined."""
 
 from __future__ import annotations
 

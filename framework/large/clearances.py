@@ -12,7 +12,7 @@ import numpy as np
 from ..batch import Array
 from ..clearances.contact_state import UNLOADED
 from .equations import EquilibriumEquations
-from .joints import ContactMultipliers, TreeJoint
+from .joints import TreeJoint
 from .model import Model
 from .newton import Newton
 from .numbers import Where, at_index
@@ -47,14 +47,15 @@ def start(newton: Newton, where: Where, count: int, factor: float) -> StateOfEnt
     forces = np.where(known, -own, 0.0)
     # what constrained these loops in the components that now have clearance
     state.own[:, len(model.joints) :] *= (model.multipliers >= 0)[..., None]
-    state.contact_multipliers = DisplacedState.start(model, count).contact_multipliers
+    contacts = len(model.contacts), count
+    state.contact_force, state.contact_stiffness = np.zeros((6, *contacts)), np.ones(contacts)
     for number in with_clearance:
         if number < len(model.joints):
             _place(state, number, model.joints[number], forces, model.joints[number].clearance.at(where))
     equations = EquilibriumEquations(model, where, count, factor)
     equations.follow(state)
     if model.contacts:
-        state.contact_multipliers = _guess(newton, equations, state, forces)
+        state.contact_force, state.contact_stiffness = _guess(newton, equations, state, forces)
     return newton.place(state, found.state)
 
 
@@ -68,11 +69,12 @@ def _place(state: DisplacedState, number: int, joint: TreeJoint, forces: Array, 
     state.own[directions, number] += radius * (push / np.where(size > 0.0, size, 1.0))
 
 
-def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array) -> ContactMultipliers:
+def _guess(
+    newton: Newton, equations: EquilibriumEquations, state: DisplacedState, forces: Array
+) -> tuple[Array, Array]:
     """Guesses of the forces in rigid contacts, and the stiffnesses by which they are corrected."""
     model = newton.model
-    force = np.zeros_like(state.contact_multipliers.force)
-    stiffness = np.empty_like(state.contact_multipliers.stiffness)
+    force, stiffness = np.zeros_like(state.contact_force), np.empty_like(state.contact_stiffness)
     met = _met(model, equations.linearised(state).values)
     for number, place in model.contacts.items():
         joint = model.edges[number]
@@ -85,7 +87,7 @@ def _guess(newton: Newton, equations: EquilibriumEquations, state: DisplacedStat
         pressed = np.hypot.reduce(force[:, place], axis=0) / radius
         most = np.maximum(met[columns[:, nodes]].max(axis=(0, 1)), pressed)
         stiffness[place] = _STIFFER * np.where(most > 0.0, most, 1.0)
-    return ContactMultipliers(force, stiffness)
+    return force, stiffness
 
 
 def _met(model: Model, values: Array) -> Array:
@@ -118,15 +120,15 @@ class AugmentedLagrangian:
         for _ in range(_GUESSES):
             here = at_index(where, waiting)
             state = found.state.taken(waiting)
-            contact_multipliers, off = self._better(here, self.newton.space(state), high)
+            force, off = self._better(here, self.newton.space(state), high)
             stalled = off > _FALL * before[:, waiting]
             left: Mask = np.asarray(((off > _ROUNDINGS) & ~(stalled & (off <= _FAR))).any(axis=0))
             before[:, waiting] = off
             waiting = waiting[left]
             if not len(waiting):
                 break
-            contact_multipliers.stiffness[stalled & (off > _FAR)] *= _RAISED
-            state.contact_multipliers = contact_multipliers
+            state.contact_force = force
+            state.contact_stiffness[stalled & (off > _FAR)] *= _RAISED
             self._again(at_index(here, left), state.taken(left), high, found, waiting)
         found.converged &= ~(before > _FAR).any(axis=0)
         return found
@@ -139,22 +141,21 @@ class AugmentedLagrangian:
             again.take(bad, self.search.solve(at_index(where, bad), state.taken(bad), factor, factor))
         found.take(index, again)
 
-    def _better(self, where: Where, state: DisplacedState, factor: float) -> tuple[ContactMultipliers, Array]:
+    def _better(self, where: Where, state: DisplacedState, factor: float) -> tuple[Array, Array]:
         """The forces at a state as guesses, and how far journals are off where these put them, in roundings."""
         equations = EquilibriumEquations(self.model, where, state.displacements.shape[-1], factor)
-        force, off = np.zeros_like(state.contact_multipliers.force), np.zeros_like(state.contact_multipliers.stiffness)
+        force, off = np.zeros_like(state.contact_force), np.zeros_like(state.contact_stiffness)
         for number, place in self.model.contacts.items():
             joint = self.model.edges[number]
             directions = list(joint.clearance_directions)
             own = equations.own(state, number)
             force[directions, place] = equations.resistance(state, number, own)[1][directions]
-            change = np.hypot.reduce(force[directions, place] - state.contact_multipliers.force[directions, place])
+            change = np.hypot.reduce(force[directions, place] - state.contact_force[directions, place])
             distance = np.hypot.reduce(own[directions]) + joint.clearance.at(where)
-            rounding = _EPS * (
-                distance * state.contact_multipliers.stiffness[place] + np.hypot.reduce(force[directions, place])
-            )
+            size = np.hypot.reduce(force[directions, place])
+            rounding = _EPS * (distance * state.contact_stiffness[place] + size)
             off[place] = change / np.where(rounding > 0.0, rounding, 1.0)
-        return ContactMultipliers(force, state.contact_multipliers.stiffness.copy()), off
+        return force, off
 
 
 def touched(equations: EquilibriumEquations, state: DisplacedState) -> DisplacedState:

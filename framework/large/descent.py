@@ -84,7 +84,7 @@ class Descent:
         share: Array,
         factor: float,
     ) -> StateOfEntries:
-        """The state after a share of the step, or beyond it on the way that stiff members leave free, if that is lower.
+        """The state after a share of the step, or farther along the motion that stiff members leave free, if lower.
 
         A stiff rod that swings keeps its length on a circle, and would lengthen along a straight step. `ahead` are the
         step and the eigenvalue above which a mode is stiff there.

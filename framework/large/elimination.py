@@ -29,7 +29,7 @@ CLEAR = 1e-8
 # Roundings, by unknown, in an eigenvalue of a tangent whose rows and columns are scaled so that no entry is above one;
 # so many of these within which a motion is free.
 _ROUNDINGS, _FREE = 4.0 * float(np.finfo(np.float64).eps), 64.0
-# Eigenvalue of scaled equations with multipliers that tells a redundant constraint.
+# Eigenvalue of scaled equations with multipliers up to which a constraint is redundant.
 _REDUNDANT = 1e-12
 
 
@@ -160,7 +160,7 @@ class SymbolicFactorisation:
         return Spectrum(root, eigenvalues, vectors)
 
     def clearly_definite(self, values: Array) -> NDArray[np.bool_]:
-        """Whether tangents are positive definite whatever rounding there may be (m,); not told of constrained ones."""
+        """Whether tangents are positive definite beyond all rounding (m,); with multipliers that is not known."""
         if self.constraints:
             return np.zeros(values.shape[-1], dtype=bool)
         return np.asarray((self.factor(values).pivots > CLEAR).all(axis=0))
@@ -182,7 +182,7 @@ class SymbolicFactorisation:
         return np.asarray((self.factor(raised).pivots > 0.0).all(axis=0))
 
     def neutral(self, values: Array) -> NDArray[np.bool_]:
-        """Whether tangents have an eigenvalue that is rounding or negative (m,); not told of constrained ones."""
+        """Whether tangents have an eigenvalue that is rounding or negative (m,); with multipliers that is not known."""
         if self.constraints:
             return np.zeros(values.shape[-1], dtype=bool)
         return np.asarray(~(self.factor(self.raised(values, -self.free)).pivots > 0.0).all(axis=0))
@@ -283,7 +283,7 @@ class GeneralFactor(StackFactor):
 
 
 def _least(matrix: Array, load: Array) -> Array:
-    """Solution of one, the least where it is singular; an entry does not tell that its neighbours are."""
+    """Solution of one system, of least size where it is singular, whatever the others of the batch are."""
     if not np.isfinite(matrix).all():
         return np.full(len(load), np.nan)
     try:

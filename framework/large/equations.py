@@ -120,7 +120,7 @@ class EquilibriumEquations(TreeEquations):
             own[:, number] = joint.shortest(own[:, number] + nodal[:, joint.child])
         if model.loops:
             own[:, len(model.joints) :] += np.concatenate([step, np.zeros((1, step.shape[-1]))])[model.multipliers]
-        new = DisplacedState(displacements, rotations, own, state.contact_multipliers)
+        new = DisplacedState(displacements, rotations, own, state.contact_force, state.contact_stiffness)
         self.follow(new)
         return new
 
@@ -192,7 +192,7 @@ class EquilibriumEquations(TreeEquations):
         """Energy (m,), force (6, m) and tangent (6, 6, m) of the springs of a link or, counted on, loop."""
         joint = self.model.edges[number]
         elastic = own - self.factor * joint.offset.at(self.where)
-        return joint.resistance(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
+        return joint.resistance(self.where, elastic, state.contact(self.model.contacts.get(number)))
 
     # -- derivatives ------------------------------------------------------------------------------------------------
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,36 +31,21 @@ from .numbers import Numbers, Where
 
 
 @dataclass(frozen=True)
-class ContactMultipliers:
-    """Rigid contacts at m entries: guesses of their forces (6, contacts, m), and stiffnesses k (contacts, m)."""
-
-    force: Array
-    stiffness: Array
-
-    @classmethod
-    def none(cls, contacts: int, count: int) -> ContactMultipliers:
-        """Without any force."""
-        return cls(np.zeros((6, contacts, count)), np.ones((contacts, count)))
-
-    def taken(self, kept: Any) -> ContactMultipliers:
-        """Some of the entries."""
-        return ContactMultipliers(self.force[..., kept], self.stiffness[..., kept])
-
-    def those(self, contacts: list[int]) -> ContactMultipliers:
-        """Some of the contacts."""
-        return ContactMultipliers(self.force[:, contacts], self.stiffness[contacts])
-
-    def put(self, where: Any, other: ContactMultipliers) -> None:
-        """Replace some of the entries."""
-        self.force[..., where], self.stiffness[..., where] = other.force, other.stiffness
-
-
-@dataclass(frozen=True)
 class TreeJoint:
-    """An edge of the tree between a child and its parent, its own six coordinates in part unknown.
+    """A joint, rigid link, tie or support between a child of the tree and its parent, or one that closes a loop.
 
     Attributes
     ----------
+    edge
+        The same in the frame's structure.
+    parent, child
+        Numbers of its nodes.
+    forward
+        Whether the child is the second node.
+    axes, arm
+        Axes as columns (3, 3, ...), None for the global ones; from first to second node (3, ...), None for zero.
+    offset, stiffness
+        Imposed displacement, and springs, of its six coordinates (6, ...).
     law
         What replaces its springs, None for nothing.
     clearance_directions, clearance
@@ -128,17 +112,17 @@ class TreeJoint:
         return EdgeGeometry(axes, arm, self.movable, self.forward, self.edge.kind != "tie", lead)
 
     def resistance(
-        self, where: Where, elastic: Array, contact_multipliers: ContactMultipliers, contact: int | None
+        self, where: Where, elastic: Array, contact: tuple[Array, Array] | None
     ) -> tuple[Array, Array, Array]:
         """Energy (m,), force (6, m) and tangent (6, 6, m) of its springs, or of its own law, at a displacement (6, m).
 
-        Rigid contact is number `contact` of those in `contact_multipliers`.
+        Of rigid contact `contact` is the guess of its force (6, m), and the stiffness by which it is corrected (m,).
         """
         energy, force, tangent = (self._by_own_law if self.own_law else self._by_springs)(where, elastic)
         directions = list(self.clearance_directions)
         if contact is not None:
-            pressed, push = contact_multipliers.stiffness[contact], contact_multipliers.force[directions, contact]
-            more = rigid_contact(elastic[directions], self.clearance.at(where), push, pressed)
+            push, pressed = contact
+            more = rigid_contact(elastic[directions], self.clearance.at(where), push[directions], pressed)
         elif directions and not self.own_law:
             pressed = self.stiffness.at(where)[directions[0]]
             more = elastic_contact(elastic[directions], self.clearance.at(where), pressed)
@@ -192,7 +176,7 @@ class TreeJoint:
         return free and not by_law and self.lead is None and int(self.movable.sum()) > 1
 
     def shortest(self, own: Array) -> Array:
-        """Its coordinates (6, m) for the same place, the soft rotation taken the short way where it `turns_freely`.
+        """Its coordinates (6, m) for the same place, soft rotation by half a turn at most if it `turns_freely`.
 
         Near a whole turn it would hardly change with its coordinates, and not at all at one.
         """

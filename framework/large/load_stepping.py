@@ -1,4 +1,4 @@
-"""Load stepping: the equilibria of a whole batch, piece by piece of the batch and share by share of the loads."""
+"""Load steps: the equilibria of a whole batch, a piece of the batch and a share of the loads at a time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .numbers import Where
 from .search import Search
 from .state import DisplacedState, FoundEquilibria, Index
 
-# Numbers that the stiffness of all members of a piece of the batch may hold, so that it stays in the cache.
+# Numbers in the stiffness of all members of a piece of the batch, at most, so that it stays in the processor's cache.
 _CACHE = 800_000
 # How many times as many entries a program takes at a time, which goes through them in parts of its own.
 _IN_PARTS = 8
@@ -142,8 +142,8 @@ def _work(equations: EquilibriumEquations, states: tuple[DisplacedState, Displac
     total += contracted("im,im->m", mean, (1.0 - share) * equations.prescribed_values)
     for stack, pair in zip(model.stacks, zip(before.pieces, equations.pieces, strict=True), strict=True):
         if stack.free is not None:
-            ways = zip(pair, states, strict=True)
-            at = [corotation.strain_forces(part, motion_of(stack.ends, part, s).deformation) for part, s in ways]
+            steps = zip(pair, states, strict=True)
+            at = [corotation.strain_forces(part, motion_of(stack.ends, part, s).deformation) for part, s in steps]
             free = (1.0 - share) * equations.factor * stack.free.at(equations.where)
             total -= 0.5 * dot(at[0] + at[1], free + np.zeros_like(at[0])).sum(axis=0)
     for number, joint in enumerate(model.joints):

@@ -1,4 +1,7 @@
-"""A frame compiled for large displacement: which coordinates are unknown, which are given, what follows what."""
+"""A frame compiled for large displacement: which coordinates are unknown or prescribed, and which node follows which.
+
+Released ends of members become joints here, as what they are at finite displacement.
+"""
 
 from __future__ import annotations
 
@@ -94,7 +97,7 @@ class Model:
         self.contacts = {number: place for place, number in enumerate(rigid)}
 
     def _matters(self, edge: Edge) -> bool:
-        """Whether an edge holds anything but motion out of the plane."""
+        """Whether an edge constrains anything but motion out of the plane."""
         return edge.kind != "support" or any(k in self.components for k in edge.ideal)
 
     def _attach(self, joint: TreeJoint, columns: Index) -> None:

@@ -43,7 +43,7 @@ class Newton:
     elimination
         Order and fill of the tangents.
     least
-        Pivot up to which the last tangent does not tell whether an equilibrium is stable.
+        Pivot up to which the last tangent does not decide whether an equilibrium is stable.
     """
 
     def __init__(self, model: Model) -> None:
@@ -53,7 +53,7 @@ class Newton:
         self.elimination = SymbolicFactorisation.of(
             rows, columns, model.free, half=self.planar_model is not None, constraints=model.constraints
         )
-        # a journal that a small force presses may stand a rounding inside its circle, where nothing seems to hold it
+        # a journal pressed by a small force may lie a rounding inside its circle, where nothing seems to resist it
         self.least = self.elimination.free if model.has_clearance else CLEAR
 
     def equations(self, where: Where, count: int, factor: float) -> TreeEquations:
@@ -82,43 +82,46 @@ class Newton:
 
     @cached_property
     def program(self) -> NewtonProgram | None:
-        """The same as a program, where that pays for the frame's batch."""
+        """The iterations as a program, None where that does not pay for the frame's batch."""
         return NewtonProgram.of(self.planar_model or self.model, self.elimination)
 
     def solve(self, where: Where, state: StateOfEntries, factor: float, *, at_rest: bool = False) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads.
 
-        Given up at once where the tangent at `state` is singular, or where loads have an energy and it falls there.
-        Where a frame `at_rest` has its journals put on their circles, that has strained its members, whose stresses
-        there tell nothing of those to come: the first tangent is made without them.
+        An entry is given up at once where the tangent at `state` is singular, or where the loads have a potential and
+        the tangent is not positive definite. Putting journals on their circles has strained the members of a frame
+        that is `at_rest`; these stresses say nothing about those to come, so that the first tangent leaves them out.
         """
-        loose = at_rest and self.model.has_clearance
+        unstressed = at_rest and self.model.has_clearance
         if self.program is None:
-            found = self._iterated(where, state, factor, loose=loose)
+            found = self._iterated(where, state, factor, unstressed=unstressed)
         else:
-            found = self.program.solve(where, state, factor, loose=loose)
+            found = self.program.solve(where, state, factor, unstressed=unstressed)
             unclear = self._unclear(found)
             if len(unclear):
                 found.iterations[unclear] = 0
-                found.take(unclear, self._iterated(at_index(where, unclear), state.taken(unclear), factor, loose=loose))
+                found.take(
+                    unclear,
+                    self._iterated(at_index(where, unclear), state.taken(unclear), factor, unstressed=unstressed),
+                )
         self.judge(where, found, factor)
         return found
 
     def _unclear(self, found: FoundEquilibria) -> Index:
-        """Entries of which the program does not tell what arrays do.
+        """Entries that are to be iterated with arrays after the program.
 
-        Where joints have clearance stability is told by the last tangent, which it forgets; where constraints have
-        multipliers, it leaves out none that are redundant.
+        Where joints have clearance, stability follows from the last tangent, which the program does not return; where
+        constraints have multipliers, it does not leave out redundant ones.
         """
         if self.model.constraints:
             return np.flatnonzero(~found.good)
         return np.flatnonzero(self.model.has_clearance & found.converged & ~found.stable)
 
     def judge(self, where: Where, found: FoundEquilibria, factor: float) -> None:
-        """Tell of equilibria that are not known to be stable whether they are, and whether some motion is free there.
+        """Decide whether equilibria that are not known to be stable are, and whether some motion is free there.
 
-        That is asked of the tangent at the place itself: the last step is nothing beside what resists it, but may be
-        much for a motion that hardly anything resists, whose stiffness it then changes.
+        The tangent at the equilibrium itself decides: the last step is negligible beside what resists it, but may be
+        large for a motion that hardly anything resists, and then changes the stiffness of that.
         """
         unclear = np.flatnonzero(found.converged & ~found.stable)
         if not len(unclear):
@@ -131,24 +134,24 @@ class Newton:
         if self.model.symmetric:
             found.neutral[unclear] = found.stable[unclear] & self.elimination.neutral(values)
 
-    def _iterated(self, where: Where, state: StateOfEntries, factor: float, *, loose: bool) -> FoundEquilibria:
+    def _iterated(self, where: Where, state: StateOfEntries, factor: float, *, unstressed: bool) -> FoundEquilibria:
         """Equilibria, iterated with arrays; stable where the last tangent was clearly definite."""
         found = FoundEquilibria.nothing(state)
         active = np.arange(len(found.stable))
-        balance = self.equations(where, len(active), factor)
-        stresses = [np.zeros_like(each) for each in balance.stresses(state)] if loose else None
+        equations = self.equations(where, len(active), factor)
+        stresses = [np.zeros_like(each) for each in equations.stresses(state)] if unstressed else None
         for iteration in range(ITERATIONS):
-            at = balance.linearised(state, stresses)
+            at = equations.linearised(state, stresses)
             factors = self.factor(at)
             positive: Mask = np.asarray((factors.pivots > self.elimination.free).all(axis=0))
-            step = self.step(at, balance.prescribed_residual(state), factors.solve)
+            step = self.step(at, equations.prescribed_residual(state), factors.solve)
             regular = positive if self.model.symmetric else (np.abs(factors.pivots) > self.elimination.free).all(axis=0)
             usable = np.isfinite(step).all(axis=0) & (regular | (iteration > 0))
             step = np.where(usable, step, 0.0)
-            share = self.limited(balance, step)
-            close = usable & (share == 1.0) & self.is_close(balance, at, step, first=iteration == 0)
+            share = self.limited(equations, step)
+            close = usable & (share == 1.0) & self.is_close(equations, at, step, first=iteration == 0)
             found.iterations[active] += 1
-            state = balance.advanced(state, share * step)
+            state = equations.advanced(state, share * step)
             done = close | ~usable
             if done.any():
                 found.state.put(active[done], state.taken(done))
@@ -160,10 +163,10 @@ class Newton:
                 active = active[~done]
             if not len(active):
                 break
-            stresses = balance.step_stresses(at, share * step)
+            stresses = equations.step_stresses(at, share * step)
             if done.any():
                 state, stresses = state.taken(~done), [stress[..., ~done] for stress in stresses]
-                balance = self.equations(at_index(where, active), len(active), factor)
+                equations = self.equations(at_index(where, active), len(active), factor)
         return found
 
     def factor(self, at: Linearisation) -> StackFactor:
@@ -179,16 +182,16 @@ class Newton:
             push = push - self.elimination.prescribed_forces(at.values, residual)
         return np.concatenate([solve(push), residual])
 
-    def limited(self, balance: TreeEquations, step: Array) -> Array:
+    def limited(self, equations: TreeEquations, step: Array) -> Array:
         """Share of a step that turns and moves no more than is allowed (m,)."""
-        return 1.0 / np.maximum(self.largest(balance, step) / LONGEST, 1.0)
+        return 1.0 / np.maximum(self.largest(equations, step) / LONGEST, 1.0)
 
-    def largest(self, balance: TreeEquations, step: Array) -> Array:
+    def largest(self, equations: TreeEquations, step: Array) -> Array:
         """Largest component of a step, in radians or sizes of the frame (m,)."""
-        out: Array = (np.abs(step) * balance.scale).max(axis=0, initial=0.0)
+        out: Array = (np.abs(step) * equations.scale).max(axis=0, initial=0.0)
         return out
 
-    def is_close(self, balance: TreeEquations, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
+    def is_close(self, equations: TreeEquations, at: Linearisation, step: Array, *, first: bool = False) -> Mask:
         """Whether the work of the unbalanced forces on the step, or the step itself, is nothing.
 
         Both are so small that what the step leaves open, of second order, lies below rounding. A `first` step, however
@@ -196,9 +199,9 @@ class Newton:
         """
         nothing = 0.0 if first else NOTHING
         work = np.abs(contracted("im,im->m", at.forces, step))
-        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * np.minimum(1.0, balance.lengths)
+        there = np.abs(step[self.model.free :]).max(axis=0, initial=0.0) <= NOTHING * np.minimum(1.0, equations.lengths)
         near: Mask = (there & (work <= CLOSE * at.energy) & (at.energy > 0.0)) | (
-            self.largest(balance, step) <= nothing
+            self.largest(equations, step) <= nothing
         )
         return near
 

@@ -123,7 +123,7 @@ def _size(model: Model | PlanarModel) -> tuple[Model, _Costs, int]:
 
 
 def _suits(model: Model) -> bool:
-    """Whether a model has nothing that is not written down: forces on nodes, members, joints of springs and contact."""
+    """Whether the program covers what a model has: forces on nodes, plain members, springs and contact in joints."""
     return model.plain_members and model.symmetric and not any(joint.own_law for joint in model.edges)
 
 
@@ -354,17 +354,18 @@ class NewtonProgram:
         found = _way(costs, recorded.program.weight, int(space.present.sum()))
         return cls(numbers, recorded, compiled=found.compiled) if found.recorded else None
 
-    def solve(self, where: Where, state: StateOfEntries, factor: float, *, loose: bool) -> FoundEquilibria:
+    def solve(self, where: Where, state: StateOfEntries, factor: float, *, unstressed: bool) -> FoundEquilibria:
         """Equilibria at a share `factor` of the loads; stable where the last tangent was clearly definite.
 
-        Where `loose`, the first tangent is made without the stresses of members at `state`.
+        Where `unstressed`, the first tangent leaves out the stresses of the members at `state`.
         """
         recorded = self.recorded
         count = state.displacements.shape[-1]
         lengths = self.numbers.space.lengths.at(where)
         rows = [*self.numbers.values(where, factor), 1.0 / lengths]
-        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if loose else 1.0)]
-        rows += [number.of(state) for number in (*recorded.moved, *recorded.constant)]
+        rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if unstressed else 1.0)]
+        numbers = state.flat()
+        rows += list(numbers[recorded.given])
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
         outs = work.places()
@@ -374,7 +375,9 @@ class NewtonProgram:
                 part = slice(start, min(start + chunk, count))
                 work.run(0, part, [out[part] if len(out) == count else out for out in outs])
         outs = [np.broadcast_to(out, (count,)) for out in outs]
-        found = FoundEquilibria.nothing(recorded.state(outs[:-3], state), copied=False)
+        for place, out in zip(recorded.made, outs, strict=False):
+            numbers[place] = out
+        found = FoundEquilibria.nothing(state.like(numbers), copied=False)
         found.converged[:] = outs[-3]
         found.stable[:] = found.converged & outs[-2].astype(bool)
         found.iterations[:] = outs[-1]

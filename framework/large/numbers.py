@@ -1,4 +1,7 @@
-"""A frame's numbers by entry of a batch: stiffness of stacks of pieces, dead loads on nodes and between them."""
+"""Members and loads as numbers by entry of a batch: stiffness of stacks of pieces, dead loads on nodes and in between.
+
+Arrays have their components first and the batch behind, so that those of some entries are taken from them at once.
+"""
 
 from __future__ import annotations
 

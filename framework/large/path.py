@@ -175,11 +175,11 @@ def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: st
     """Where paths ended that did not reach what they were to."""
     first = int(np.argmax(lost))
     entry = np.unravel_index(first, lost.shape)
-    ways = path.displacement(node)[..., component(name)].reshape(len(path.factor), -1)[:, first]
-    points = int(np.isfinite(ways).sum())
+    moved = path.displacement(node)[..., component(name)].reshape(len(path.factor), -1)[:, first]
+    points = int(np.isfinite(moved).sum())
     which = f" (entry {tuple(int(k) for k in entry)} of {int(lost.sum())} such)" if lost.shape else ""
     return (
-        f"the path to {name} = {to:g} of {node!r} ended after {points} points at {ways[points - 1]:.6g}{which}: allow "
+        f"the path to {name} = {to:g} of {node!r} ended after {points} points at {moved[points - 1]:.6g}{which}: allow "
         "more steps, or begin with another first"
     )
 
@@ -215,7 +215,7 @@ class _Tracer(PathBatch[_Corrected]):
         self.along, self.slope = np.zeros((0, count)), np.zeros(count)
         self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
         self.stables = [self.going.copy()]
-        if self._turns_back():
+        if self._unstable_at_rest():
             self._begin(where)
 
     def point(self) -> bool:
@@ -252,7 +252,7 @@ class _Tracer(PathBatch[_Corrected]):
         self.step[paths] *= grown
         self.pending[paths] = False
 
-    def _turns_back(self) -> bool:
+    def _unstable_at_rest(self) -> bool:
         """Whether some entry is kinematically unstable at rest."""
         at, _ = self._linear(self.state, None, self.factor)
         return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.elimination.zero).all())

@@ -67,7 +67,7 @@ class PlanarEquations(TreeEquations):
     @cached_property
     def geometry(self) -> list[PlanarLink]:
         """Links of the tree."""
-        return [PlanarLink.of(joint, self.where, self.factor) for joint in self.planar_model.joints]
+        return [joint.at(self.where, self.factor) for joint in self.planar_model.joints]
 
     @cached_property
     def ground(self) -> tuple[Array, Array]:
@@ -78,10 +78,8 @@ class PlanarEquations(TreeEquations):
 
     def coordinate(self, state: PlanarState, node: int, component: int) -> Array:
         """Value of a coordinate of a node, or of the link that carries it, by its number in space (m,)."""
-        out: Array
-        if self.model.plain[node]:
-            place = self.planar_model.components.index(component)
-            out = state.displacements[place, node] if place < 2 else state.rotations[node]
+        if self.model.plain[node]:  # which has no prescribed rotation
+            out: Array = state.displacements[self.planar_model.components.index(component), node]
         else:
             number = self.model.link_of[node]
             out = state.own[self.planar_model.joints[number].places.index(component), number]
@@ -90,11 +88,9 @@ class PlanarEquations(TreeEquations):
     def advanced(self, state: PlanarState, step: Array) -> PlanarState:
         """The state after a step of the coordinates (size, m)."""
         nodal = self.nodal(step)
-        new = PlanarState(
-            state.displacements + nodal[:2], state.rotations + nodal[2], state.own, state.contact_multipliers
-        )
-        if self.geometry:
-            new.own = state.own + nodal[:, [joint.child for joint in self.model.joints]]
+        own = state.own + nodal[:, [joint.child for joint in self.model.joints]] if self.geometry else state.own
+        moved = state.displacements + nodal[:2], state.rotations + nodal[2], own
+        new = PlanarState(*moved, state.contact_force, state.contact_stiffness)
         self.follow(new)
         return new
 
@@ -120,7 +116,7 @@ class PlanarEquations(TreeEquations):
         link, joint = self.geometry[number], self.planar_model.joints[number]
         elastic = state.own[:, number] - link.offset
         if joint.joint.law is not None:
-            return joint.law_response(self.where, elastic, state.contact_multipliers, self.model.contacts.get(number))
+            return joint.law_response(self.where, elastic, state.contact(self.model.contacts.get(number)))
         return link.springs(elastic)
 
     def moment_work(self, old: PlanarState, new: PlanarState) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..elementwise import contracted, cosine, sine, zeros
-from .joints import ContactMultipliers, TreeJoint
+from .joints import TreeJoint
 from .model import CONSTRAINED, Model, chained
 from .numbers import Numbers, Where
 from .planar_pieces import AXES, ENDS, TERMS, PlanarStack
@@ -20,12 +20,16 @@ from .state import DisplacedState, PlanarState
 
 @dataclass(frozen=True)
 class PlanarJoint:
-    """A link of the tree in the plane.
+    """A joint, rigid link, tie or support of the tree in the plane.
 
     Attributes
     ----------
+    joint
+        The same in space.
+    places
+        Numbers of its two translations and of its angle among the six coordinates in space.
     axes
-        Its two translations as columns (2, 2, ...); `places` are their numbers among the six, and that of the angle.
+        Its two translations as columns (2, 2, ...).
     sense
         Sign of its angle (...).
     arm
@@ -61,19 +65,41 @@ class PlanarJoint:
             Numbers(joint.stiffness.array[places], ndim),
         )
 
+    def at(self, where: Where, factor: float) -> PlanarLink:
+        """The joint at some entries, its offset multiplied by `factor`."""
+        return PlanarLink(
+            self.joint.forward,
+            self.joint.edge.kind != "tie",
+            self.axes.at(where),
+            self.sense.at(where),
+            self.arm.at(where),
+            factor * self.offset.at(where),
+            self.stiffness.at(where),
+        )
+
     def law_response(
-        self, where: Where, elastic: Array, contact_multipliers: ContactMultipliers, contact: int | None
+        self, where: Where, elastic: Array, contact: tuple[Array, Array] | None
     ) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of its own law at a displacement (3, m) within the plane."""
         whole = zeros((6, elastic.shape[-1]), elastic)
         whole[self.places] = elastic
-        energy, force, tangent = self.joint.resistance(where, whole, contact_multipliers, contact)
+        energy, force, tangent = self.joint.resistance(where, whole, contact)
         return energy, force[self.places], tangent[np.ix_(self.places, self.places)]
 
 
 @dataclass(frozen=True)
 class PlanarLink:
-    """A joint at some entries; see `links.EdgeGeometry`."""
+    """A joint at some entries of the batch, as `links.EdgeGeometry` and `links.LinkChange` in space.
+
+    Attributes
+    ----------
+    forward
+        Whether the child is the second node.
+    follows
+        Whether the translation's axes turn with the first node (not for ties).
+    axes, sense, arm, offset, stiffness
+        As in `PlanarJoint`, (..., m or 1); the offset under the share of the loads.
+    """
 
     forward: bool
     follows: bool
@@ -82,22 +108,6 @@ class PlanarLink:
     arm: Array
     offset: Array
     stiffness: Array
-
-    @classmethod
-    def of(cls, joint: PlanarJoint, where: Where, factor: float) -> PlanarLink:
-        return cls(
-            joint.joint.forward,
-            joint.joint.edge.kind != "tie",
-            joint.axes.at(where),
-            joint.sense.at(where),
-            joint.arm.at(where),
-            factor * joint.offset.at(where),
-            joint.stiffness.at(where),
-        )
-
-    def elastic(self, own: Array) -> Array:
-        """What of the displacement is not imposed (3, m)."""
-        return own - self.offset
 
     def springs(self, elastic: Array) -> tuple[Array, Array, Array]:
         """Energy (m,), force (3, m) and tangent (3, 3, m) of the springs."""
@@ -192,17 +202,18 @@ class PlanarModel:
         out.rotations[0], out.rotations[1 + self.normal] = np.cos(half), np.sin(half)
         for number, joint in enumerate(self.joints):
             out.own[joint.places, number] = state.own[:, number]
-        out.contact_multipliers = state.contact_multipliers
+        out.contact_force, out.contact_stiffness = state.contact_force, state.contact_stiffness
         return out
 
     def in_plane(self, state: DisplacedState, near: PlanarState | None) -> PlanarState:
-        """A state in space as one in the plane, its angles `near` those of another, as a quaternion tells no turns."""
+        """A state in space as one in the plane, its angles `near` those of another, as a quaternion counts no turns."""
         rotations = 2.0 * np.arctan2(state.rotations[1 + self.normal], state.rotations[0])
         if near is not None:
             rotations += 2.0 * np.pi * np.round((near.rotations - rotations) / (2.0 * np.pi))
         owns = [state.own[joint.places, number] for number, joint in enumerate(self.joints)]
         own = np.stack(owns, axis=1) if owns else np.zeros((3, 0, rotations.shape[-1]))
-        return PlanarState(state.displacements[list(self.components[:2])], rotations, own, state.contact_multipliers)
+        displacements = state.displacements[list(self.components[:2])]
+        return PlanarState(displacements, rotations, own, state.contact_force, state.contact_stiffness)
 
     @staticmethod
     def suits(model: Model) -> bool:

@@ -1,4 +1,4 @@
-"""Corotational pieces in a plane: an elongation and two angles, in closed form; see `corotation`."""
+"""Corotational pieces in a plane, in closed form: an elongation and two angles each; see `corotation`."""
 
 from __future__ import annotations
 

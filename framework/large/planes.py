@@ -1,4 +1,4 @@
-"""Frames that lie and are loaded in a coordinate plane: what leaves the plane stays zero and is not solved for."""
+"""Which entries of a batch lie and are loaded in a coordinate plane: motion out of it is zero and is not solved for."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _TRIED = (1e-6, 1e-3, 0.1)
 
 @dataclass(frozen=True)
 class EntryPlanes:
-    """In which plane each entry stays, by its own geometry and loads, whatever its neighbours are.
+    """In which plane each entry stays, by its own geometry and loads, whatever the rest of the batch is.
 
     Attributes
     ----------

@@ -1,13 +1,12 @@
-"""Newton's method on one entry written down as a program, its rounds and all.
+"""Newton's method on one entry, recorded as a program with all its iterations.
 
-What is recorded is what `PlanarEquations` and `EquilibriumEquations` say, whose formulas are carried out on terms. The
-program does not tell whether a tangent of which a pivot is not positive is singular by rounding alone.
+What is recorded are the formulas of `PlanarEquations` and `EquilibriumEquations`, carried out on terms in place of
+numbers. The program does not find out whether a tangent with a pivot that is not positive is singular by rounding.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from operator import attrgetter
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -22,11 +21,11 @@ from .elimination import CLEAR, SymbolicFactorisation
 from .equations import EquilibriumEquations
 from .model import CONSTRAINED, Model
 from .planar_equations import PlanarEquations
-from .state import DisplacedState, PlanarState, StateOfEntries
+from .state import DisplacedState, Index, PlanarState, StateOfEntries
 
 # Work of the last Newton step, relative to the strain energy: squared again by the step itself.
 CLOSE = 1e-16
-# Iterations after which one that has not settled wanders, and smaller steps find their way in less.
+# Iterations after which an entry is given up: one that has not converged by then takes fewer in smaller steps.
 ITERATIONS = 16
 # Longest step, and one that is nothing, in radians or sizes of the frame.
 LONGEST, NOTHING = 1.0, 1e-13
@@ -35,61 +34,44 @@ _INDEPENDENT = 1e-9
 _LARGEST = float(np.finfo(np.float64).max)
 
 
-@dataclass(frozen=True)
-class StateNumber:
-    """A number of a state, by the array that holds it and its place there."""
+def moved(model: Model, columns: Index, at: StateOfEntries) -> list[int]:
+    """The numbers of a state that steps of the coordinates (k, nodes) change, multipliers included.
 
-    array: str
-    place: tuple[int, ...]
-
-    def of(self, state: StateOfEntries) -> Any:
-        """Its value (m,)."""
-        return attrgetter(self.array)(state)[self.place]
-
-    def put(self, state: StateOfEntries, value: Any) -> None:
-        """Change its value."""
-        attrgetter(self.array)(state)[self.place] = value
-
-
-def moved(model: Model, columns: NDArray[np.int64]) -> list[StateNumber]:
-    """The numbers of a state that steps of the coordinates (k, nodes) change."""
-    slides, flat = len(columns) // 3 + 1, len(columns) == 3
-    out = []
-    links = {joint.child: number for number, joint in enumerate(model.joints)}
+    `at` is a state of one entry that holds their places, counted through the state.
+    """
+    slides = len(columns) // 3 + 1
+    out: list[int] = []
     for node in range(model.count):
         free = [k for k in range(len(columns)) if columns[k, node] != CONSTRAINED]
-        if node in links:
-            out += [StateNumber("own", (k, links[node])) for k in free]
+        if node in model.link_of:
+            out += _places(at.own[free, model.link_of[node]])
             continue
-        out += [StateNumber("displacements", (k, node)) for k in free if k < slides]
+        out += _places(at.displacements[[k for k in free if k < slides], node])
         if free and free[-1] >= slides:
-            out += [StateNumber("rotations", (node,) if flat else (k, node)) for k in range(1 if flat else 4)]
-    return out
+            out += _places(at.rotations[..., node, :])
+    ideal, loops = np.nonzero(model.multipliers >= 0)
+    return out + _places(at.own[ideal, len(model.joints) + loops])
 
 
-def multipliers(model: Model) -> list[StateNumber]:
-    """The numbers of a state that are forces in the ideal components of loops."""
-    places = np.argwhere(model.multipliers >= 0).tolist()
-    return [StateNumber("own", (k, len(model.joints) + loop)) for k, loop in places]
-
-
-def constants(model: Model) -> list[StateNumber]:
+def constants(model: Model, at: StateOfEntries) -> list[int]:
     """The numbers of a state that steps leave as they are: what rigid contacts are taken to carry."""
-    out = []
+    out: list[int] = []
     for number, place in model.contacts.items():
-        directions = model.edges[number].clearance_directions
-        out += [StateNumber("contact_multipliers.force", (k, place)) for k in directions]
-        out.append(StateNumber("contact_multipliers.stiffness", (place,)))
+        out += _places(at.contact_force[list(model.edges[number].clearance_directions), place])
+        out += _places(at.contact_stiffness[place])
     return out
 
 
-def carried(model: Model, flat: bool) -> list[StateNumber]:
+def carried(model: Model, at: StateOfEntries) -> list[int]:
     """The numbers of a state that nodes attached to others take from these."""
-    out = []
+    out: list[int] = []
     for joint in model.joints:
-        out += [StateNumber("displacements", (k, joint.child)) for k in range(2 if flat else 3)]
-        out += [StateNumber("rotations", (joint.child,) if flat else (k, joint.child)) for k in range(1 if flat else 4)]
+        out += _places(at.displacements[:, joint.child]) + _places(at.rotations[..., joint.child, :])
     return out
+
+
+def _places(numbers: NDArray[Any]) -> list[int]:
+    return [int(number) for number in numbers.reshape(-1)]
 
 
 @dataclass(frozen=True)
@@ -107,27 +89,14 @@ class RecordedNewton:
         the first step.
     places
         Which of these numbers it takes: those that bear on the result.
-    moved
-        Numbers of the state that steps change.
-    constant
-        Numbers of the state that steps leave as they are.
-    carried
-        Those of nodes that are attached to others.
+    given, made
+        Which numbers of a state, laid out flat, it takes and makes.
     """
 
     program: Program
     places: list[int]
-    moved: list[StateNumber]
-    constant: list[StateNumber]
-    carried: list[StateNumber]
-
-    def state(self, outs: list[Array], before: StateOfEntries) -> StateOfEntries:
-        """The state from what the program has made of that `before`, (m,) each."""
-        arrays = (before.displacements.copy(), before.rotations.copy(), before.own.copy())
-        out = replace(before, displacements=arrays[0], rotations=arrays[1], own=arrays[2])
-        for number, value in zip([*self.moved, *self.carried], outs, strict=True):
-            number.put(out, value)
-        return out
+    given: list[int]
+    made: list[int]
 
 
 class NewtonRecording:
@@ -152,9 +121,10 @@ class NewtonRecording:
         self.recording, self.elimination, self.model = recording, elimination, equations.model
         self.equations: Any = equations
         self.flat = isinstance(equations, PlanarEquations)
-        self.moved = [*moved(self.model, equations.columns), *multipliers(self.model)]
-        self.carried = carried(self.model, self.flat)
-        self.constant: list[tuple[StateNumber, Any]] = []
+        self.start: StateOfEntries = (PlanarState if self.flat else DisplacedState).start(self.model, 1)
+        numbers = self.start.like(np.arange(float(len(self.start.flat())))[:, None])
+        self.moved, self.carried = moved(self.model, equations.columns, numbers), carried(self.model, numbers)
+        self.constant = constants(self.model, numbers)
         self.constraints = sorted(elimination.constrained)
         self.translations = set(self.model.columns[:3].reshape(-1).tolist())
         self.inverse_size, self.least, self.stressed = self._later(), self._later(), self._later()
@@ -162,7 +132,7 @@ class NewtonRecording:
     def recorded(self) -> RecordedNewton:
         """The method as a program."""
         begin = [self._later() for _ in self.moved]
-        self.constant = [(number, self._later()) for number in constants(self.model)]
+        self.known = [self._later() for _ in self.constant]
         yes = self.recording.write(Operation.LESS, 0.0, 1.0)
         exact = self.equations.stresses(self._state(begin))
         self._shapes = [stress.shape for stress in exact]
@@ -172,26 +142,21 @@ class NewtonRecording:
         begins = [*begin, *stresses, yes, ~yes, ~yes, 0.0]
         _, after = self.recording.rounds(begins, self._round, ITERATIONS)
         state = self._state(after[: len(begin)])
-        outputs = [*after[: len(begin)], *(number.of(state)[0] for number in self.carried), *after[-3:]]
+        outputs = [*after[: len(begin)], *state.flat()[self.carried, 0], *after[-3:]]
         program, places = self.recording.program([self._term(x) for x in outputs])
         # What a round begins with varies, whatever it begins with first.
         program = program.over(program.masks[: program.given])
-        return RecordedNewton(arranged(program), places, self.moved, [each for each, _ in self.constant], self.carried)
+        given, made = [*self.moved, *self.constant], [*self.moved, *self.carried]
+        return RecordedNewton(arranged(program), places, given, made)
 
     def _later(self) -> Any:
         return cast(Any, self.recording.later(1))
 
     def _state(self, values: list[Any]) -> Any:
         """The state with these numbers, in which links carry their nodes along."""
-        start: StateOfEntries = (PlanarState if self.flat else DisplacedState).start(self.model, 1)
-        arrays = (start.displacements.astype(object), start.rotations.astype(object), start.own.astype(object))
-        known = start.contact_multipliers
-        contacts = replace(known, force=known.force.astype(object), stiffness=known.stiffness.astype(object))
-        state = replace(
-            start, displacements=arrays[0], rotations=arrays[1], own=arrays[2], contact_multipliers=contacts
-        )
-        for number, value in [*zip(self.moved, values, strict=True), *self.constant]:
-            number.put(state, value)
+        numbers = self.start.flat().astype(object)
+        numbers[[*self.moved, *self.constant], 0] = [*values, *self.known]
+        state = self.start.like(numbers)
         self.equations.follow(state)
         return state
 
@@ -218,7 +183,7 @@ class NewtonRecording:
         close = usable & (largest <= LONGEST) & self._close(at.forces[:, 0], at.energy[0], step, largest, first)
         whole = np.array([[share * each] for each in step], dtype=object)
         ahead = self.equations.advanced(state, whole)
-        new = [choose(moving, number.of(ahead)[0], b) for number, b in zip(self.moved, values, strict=True)]
+        new = [choose(moving, a, b) for a, b in zip(ahead.flat()[self.moved, 0], values, strict=True)]
         clear = positive if self.constraints or self.model.has_clearance else positive & ~first
         converged, definite = choose(moving, close, converged), choose(moving, clear, definite)
         count = choose(moving, count + 1.0, count)

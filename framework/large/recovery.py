@@ -323,7 +323,7 @@ class RecoveredResults(Results):
         """Whether a joint is pressed: a rigid one by its force, one with a stiffness where `beyond` its clearance."""
         if number not in self.model.contacts:
             return beyond
-        force = self.displaced.contact_multipliers.force[:, self.model.contacts[number]]
+        force = self.displaced.contact_force[:, self.model.contacts[number]]
         pressed: NDArray[np.bool_] = np.hypot.reduce(force, axis=0) > self._unloaded
         return pressed.reshape(beyond.shape)
 

@@ -1,6 +1,6 @@
-"""How corotational pieces respond to motions of their ends: forces and tangent, from the derivatives of their energy.
+"""Forces and tangent of corotational pieces by the motion of their ends: the derivatives of the energy of `corotation`.
 
-Only motions that deform them bear on it. See `corotation`; components lead, as there.
+Only motions that deform the pieces matter. Components lead, as there.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The search for stable equilibria: ways in turn, from the fastest to the surest."""
+"""The search for stable equilibria: methods in turn, from the fastest to the surest."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .state import FoundEquilibria, Mask, StateOfEntries
 
 # Into how many steps a load step is cut where one is too long, and how often it is halved where that is still so.
 _CUTS, _HALVINGS = (4, 16), 6
-# Iterations of the descent before the fast way is tried again; doubled each time, up to.
+# Iterations of the descent before Newton's method is tried again: at first, and at most, doubled each time.
 _FIRST, _LAST = 3, 200
 
 
@@ -38,8 +38,9 @@ class Search:
     def solve(self, where: Where, begin: StateOfEntries, low: float, high: float) -> FoundEquilibria:
         """Equilibria at a share `high` of the loads, from the equilibria `begin` at `low`.
 
-        Newton's method at once; where that fails but the tangent was regular, in smaller steps; out of an unstable
-        equilibrium along its mode; by way of smaller and smaller loads, in all these ways; and else down the energy.
+        Newton's method in one step; where that fails but the tangent was regular, in smaller steps; from an unstable
+        equilibrium along its mode; all of these by way of half the load, and half of that; in the end descent of the
+        energy.
         """
         found = self.newton.solve(where, begin, high, at_rest=low == 0.0)
         self._tell(found)

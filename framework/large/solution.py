@@ -1,4 +1,4 @@
-"""Equilibrium at large displacement: what `Frame.solve(large=True)` returns."""
+"""The solution at large displacement: what `Frame.solve(large=True)` returns, and what it explains of itself."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class LargeSolution(RecoveredResults, SavedResults):
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6), moments about the displaced node; zero where the node is not held.
+            ``fx fy fz mx my mz``, (..., 6), moments about the displaced node; zero where the node has no support.
         """
         node = self._supported(node)
         number = self.model.topology.number[node]

@@ -6,14 +6,14 @@ The entries come last on the axes of all arrays.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from math import prod
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import rotation
 from ..batch import Array
-from .joints import ContactMultipliers
 from .model import Model
 
 Mask = NDArray[np.bool_]
@@ -22,60 +22,89 @@ Index = NDArray[np.int64]
 
 @dataclass
 class StateOfEntries:
-    """Where a frame is at m entries, the last axis of each array, and what its contacts carry."""
+    """Where a frame is at m entries, the last axis of each array.
+
+    Attributes
+    ----------
+    displacements, rotations
+        Of the nodes.
+    own
+        Coordinates of the links of the tree.
+    contact_force
+        Guesses of the forces in rigid contacts (6, contacts, m).
+    contact_stiffness
+        Stiffnesses by which these are corrected (contacts, m); they bear on the way only.
+    """
 
     displacements: Array
     rotations: Array
     own: Array
-    contact_multipliers: ContactMultipliers
+    contact_force: Array
+    contact_stiffness: Array
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """All of these, in order."""
+        return self.displacements, self.rotations, self.own, self.contact_force, self.contact_stiffness
 
     def taken(self, kept: Mask | Index) -> Self:
         """Some of the entries."""
         index = np.flatnonzero(kept) if kept.dtype == np.bool_ else kept
-        return type(self)(
-            np.take(self.displacements, index, axis=-1),
-            np.take(self.rotations, index, axis=-1),
-            np.take(self.own, index, axis=-1),
-            self.contact_multipliers.taken(kept),
-        )
+        return type(self)(*(np.take(each, index, axis=-1) for each in self.arrays))
 
-    def put(self, where: Mask | Index, other: Self) -> None:
+    def put(self, where: Mask | Index, other: StateOfEntries) -> None:
         """Replace some of the entries."""
-        self.displacements[..., where] = other.displacements
-        self.rotations[..., where] = other.rotations
-        self.own[..., where] = other.own
-        self.contact_multipliers.put(where, other.contact_multipliers)
+        for mine, others in zip(self.arrays, other.arrays, strict=True):
+            mine[..., where] = others
+
+    def flat(self) -> NDArray[Any]:
+        """All numbers, one after the other (n, m)."""
+        return np.concatenate([each.reshape(prod(each.shape[:-1]), each.shape[-1]) for each in self.arrays])
+
+    def like(self, flat: NDArray[Any]) -> Self:
+        """A state of the same kind with these numbers (n, m), as `flat` has them."""
+        sizes = [prod(each.shape[:-1]) for each in self.arrays]
+        parts = np.split(flat, np.cumsum(sizes[:-1]))
+        shapes = [(*each.shape[:-1], flat.shape[-1]) for each in self.arrays]
+        return type(self)(*(part.reshape(shape) for part, shape in zip(parts, shapes, strict=True)))
+
+    def contact(self, place: int | None) -> tuple[Array, Array] | None:
+        """Force (6, m) and stiffness (m,) of a rigid contact; None for none."""
+        return None if place is None else (self.contact_force[:, place], self.contact_stiffness[place])
 
 
 @dataclass
 class PlanarState(StateOfEntries):
-    """Displacements (2, nodes, m), angles (nodes, m), own displacements and angles of links (3, links, m), contacts."""
+    """In a plane: displacements (2, nodes, m), angles (nodes, m), translations and angles of links (3, links, m)."""
 
     @classmethod
     def start(cls, model: Model, count: int) -> PlanarState:
         """At rest."""
-        own, contacts = np.zeros((3, len(model.joints), count)), ContactMultipliers.none(len(model.contacts), count)
-        return cls(np.zeros((2, model.count, count)), np.zeros((model.count, count)), own, contacts)
+        displacements, angles = np.zeros((2, model.count, count)), np.zeros((model.count, count))
+        return cls(displacements, angles, np.zeros((3, len(model.joints), count)), *_unpressed(model, count))
 
 
 @dataclass
 class DisplacedState(StateOfEntries):
-    """Where a frame is at m entries: displacements (3, nodes, m), quaternions (4, nodes, m), own displacements of the
-    tree's links and then forces in the ideal components of loops (6, links + loops, m), rigid contacts."""
+    """In space: displacements (3, nodes, m), quaternions (4, nodes, m), coordinates of the tree's links and then forces
+    in the ideal components of loops (6, links + loops, m)."""
 
     @classmethod
     def start(cls, model: Model, count: int) -> DisplacedState:
         """At rest."""
         rotations = np.zeros((4, model.count, count))
         rotations[0] = 1.0
-        own = np.zeros((6, len(model.joints) + len(model.loops), count))
-        return cls(
-            np.zeros((3, model.count, count)), rotations, own, ContactMultipliers.none(len(model.contacts), count)
-        )
+        own = np.zeros((6, len(model.edges), count))
+        return cls(np.zeros((3, model.count, count)), rotations, own, *_unpressed(model, count))
 
     def moved(self, node: int) -> Array:
         """Displacement and rotation vector of a node (6, m)."""
         return np.concatenate([self.displacements[:, node], rotation.logarithm(self.rotations[:, node])])
+
+
+def _unpressed(model: Model, count: int) -> tuple[Array, Array]:
+    """No forces in rigid contacts, and stiffnesses by which they would be corrected."""
+    return np.zeros((6, len(model.contacts), count)), np.ones((len(model.contacts), count))
 
 
 @dataclass
