@@ -365,7 +365,7 @@ class NewtonProgram:
         rows = [*self.numbers.values(where, factor), 1.0 / lengths]
         rows += [NOTHING * np.minimum(1.0, lengths), np.full(1, 0.0 if unstressed else 1.0)]
         numbers = state.flat()
-        rows += list(numbers[recorded.given])
+        rows += [numbers[place] for place in recorded.given]
         given = [rows[place] for place in recorded.places]
         work = Calculation(recorded.program, given, (count,), compiled=self.compiled)
         outs = work.places()
