@@ -10,8 +10,8 @@ from linkage.browser import SET, Browser
 from linkage.test_page_forces import data_of
 from linkframe.models import read_linkage, tolerance
 from linkframe.models.command_line import main
+from linkframe.models.distributions import ends
 from linkframe.models.linkage.job.inputs import read_inputs
-from linkframe.models.linkage.job.page_limits import end_deviations
 from linkframe.models.linkage.job.run import LinkageJob
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.job import FourBarJob
@@ -178,8 +178,9 @@ class Quantiles:
 
 
 def test_ends_of_distributions() -> None:
-    assert end_deviations(stats.uniform(1.0, 2.0)) == (1.0, 3.0)
-    assert end_deviations(stats.norm(1.0, 2.0)) == (-5.0, 7.0)
-    assert end_deviations(stats.cauchy()) is None
-    assert end_deviations(tolerance(0.0, "± 0.03")) == (-0.03, 0.03)
-    assert_allclose(end_deviations(Quantiles(stats.norm(1.0, 2.0))), (-5.0, 7.0))
+    """Limits where there are such; else quantiles, of Cauchy's distribution tan(π (p - 1/2))."""
+    assert ends(stats.uniform(1.0, 2.0)) == (1.0, 3.0)
+    assert_allclose(ends(stats.norm(1.0, 2.0)), (-5.0, 7.0), rtol=1e-12)
+    assert_allclose(ends(stats.cauchy()), np.tan(np.pi * (stats.norm.cdf([-3.0, 3.0]) - 0.5)), rtol=1e-9)
+    assert ends(tolerance(0.0, "± 0.03")) == (-0.03, 0.03)
+    assert_allclose(ends(Quantiles(stats.norm(1.0, 2.0))), (-5.0, 7.0), rtol=1e-12)

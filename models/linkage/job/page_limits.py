@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
 from ....framework.batch import Array
+from ...distributions import SIGMAS, ends
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..files.toml import Path as Place
 from ..motion import Motion
@@ -16,13 +15,10 @@ from ..study.tolerances import Tolerance, dotted
 from ..worst_case.limits import Given, Limit, limits
 from ..worst_case.worst_case import WorstCase
 
-# Standard deviations that count as the end of a distribution that has none.
-DEVIATIONS = 3.0
-# Probabilities that a normal distribution leaves below these deviations on either side.
-BEYOND = (0.5 * math.erfc(DEVIATIONS / math.sqrt(2.0)), 1.0 - 0.5 * math.erfc(DEVIATIONS / math.sqrt(2.0)))
 LEFT_OUT = "Not among the worst cases, as they do not move the rigid linkage or not to first order: {names}."
 ENDS = (
-    "Tolerances go to the ends of their distributions, or to {deviations:g} standard deviations where these have none."
+    "Tolerances go to the ends of their distributions; where these have none, to the quantiles that lie {deviations:g} "
+    "standard deviations from the mean of a normal distribution."
 )
 
 
@@ -47,34 +43,18 @@ def worst_case_of(
     clearances: dict[str, Array] = {}
     found, left_out = list[Limit](), list[str]()
     for name, tolerance in tolerances.items():
-        ends = end_deviations(tolerance.distribution)
+        reach = ends(tolerance.distribution)
         kinds = {(place[0], place[2]) if len(place) > 2 else () for place in tolerance.nominal}
-        if ends is None:
-            left_out.append(name)
-        elif kinds == {("joints", "clearance")}:
-            clearances |= _greatest(tolerance, ends[1])
-        elif limit := _limit(by, tolerance, ends):
+        if kinds == {("joints", "clearance")}:
+            clearances |= _greatest(tolerance, reach[1])
+        elif limit := _limit(by, tolerance, reach):
             found.append(limit)
         else:
             left_out.append(name)
     found = [*limits(by, Given(clearances, {}, {}, {}, {}, {})), *found]
-    notes = [ENDS.format(deviations=DEVIATIONS)] if len(left_out) < len(tolerances) else []
+    notes = [ENDS.format(deviations=SIGMAS)] if len(left_out) < len(tolerances) else []
     notes += [LEFT_OUT.format(names=", ".join(left_out))] if left_out else []
     return (WorstCase(by, tuple(found)) if found else None), notes
-
-
-def end_deviations(distribution: Any) -> tuple[float, float] | None:
-    """Where a distribution ends, or counts as ended; None where its deviation is not finite either."""
-    with np.errstate(all="ignore"):
-        if all(callable(getattr(distribution, key, None)) for key in ("mean", "std", "support")):
-            mean, spread = float(distribution.mean()), DEVIATIONS * float(distribution.std())
-            ends, counted = np.asarray(distribution.support(), dtype=np.float64), mean + spread * np.array([-1.0, 1.0])
-        else:  # what is known of every input are its quantiles
-            ends, counted = (
-                np.array([float(distribution.ppf(np.array(p))) for p in pair]) for pair in ((0.0, 1.0), BEYOND)
-            )
-    found = np.where(np.isfinite(ends), ends, counted)
-    return (float(found[0]), float(found[1])) if np.isfinite(found).all() else None
 
 
 def _greatest(tolerance: Tolerance, end: float) -> Iterator[tuple[str, Array]]:
