@@ -22,7 +22,7 @@ def _sizes_of(kind: type) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class CrossSection(ABC):
-    """A doubly symmetric cross-section in the local y, z axes of its member.
+    """A cross-section in its principal axes, the local y, z axes of its member; its shear centre is the centroid.
 
     A subclass is a frozen dataclass of sizes, positive numbers or arrays of them, from which it derives the properties
     below. Normal stress is ``N / A - Mz y / Iz + My z / Iy`` (Timoshenko, *Strength of Materials* I), tension positive.

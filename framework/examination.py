@@ -1,9 +1,9 @@
-"""What a member or a mass returns, put to the test once: when it is added to a frame.
+"""Checks of members and masses, done once when they are added to a frame.
 
-Shapes and finite numbers are examined by `linkframe.framework.examined` at every call. Here answers are held against
-each other, at two lengths and at a few entries of the batch: matrix, springs and end forces describe one stiffness,
-deformations and axes come in the precision that is asked for, displacement between the ends begins and ends with
-theirs.
+Shapes and finite numbers are checked by `linkframe.framework.examined` at every call. Here results are compared with
+each other, at two lengths and at a few entries of the batch: matrix, springs and end forces must describe one
+stiffness, deformations and axes have the precision of the input, and the displacement along the member that of its
+ends.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _FIELDS = 'let metadata {"trailing": k} tell of a field that its last k axes are
 
 
 def examine_member(name: str, element: LineElement, chord: Array) -> None:
-    """Put an element to the test.
+    """Check what a line element returns.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def _axes(own: Examined, along: Array, transverse: Array) -> None:
 
 
 def _stiffness(own: Examined, length: Array) -> None:
-    """Whether the matrix, the springs and the end forces tell of one stiffness."""
+    """Check that matrix, springs and end forces agree on one stiffness."""
     matrix, (k, rows) = own.stiffness_matrix(length), own.springs(length)
     summed = np.swapaxes(rows, -1, -2) @ (k[..., None] * rows)
     root = np.sqrt(np.sum(np.abs(k)[..., None] * rows**2, axis=-2))
@@ -145,7 +145,7 @@ def _same(own: Examined, method: str, what: str, found: Array, wanted: Array, al
 
 
 def _rigid(own: Examined, length: Array) -> None:
-    """Whether shape functions hold rigid motions: a section law strains in none."""
+    """Check that shape functions contain rigid motions, in which a section law has no strain."""
     stiffness, rows = own.springs(length)
     motions = np.zeros((*length.shape, 12, 6))
     motions[..., :6, :] = motions[..., 6:, :] = np.eye(6)
@@ -161,7 +161,7 @@ def _rigid(own: Examined, length: Array) -> None:
 
 
 def _precision(own: Examined, along: Array) -> None:
-    """Whether deformations and axes come in the precision of what they are asked for."""
+    """Check that deformations and axes are computed in the precision of the given length or chord."""
     if np.finfo(Extended).eps > 0.1 * _EPS:
         return
     fine = _FINE * float(np.finfo(Extended).eps)
@@ -200,7 +200,7 @@ def _symmetric(own: Examined, method: str, matrix: Array) -> None:
 
 
 def _fields(own: Examined, length: Array) -> None:
-    """What is asked between the ends."""
+    """Check what the element returns between its ends."""
     fraction = np.full(length.shape, 0.25)
     asked = (own.section_flexibility, own.mass_per_length, own.section_inertia, own.free_strain, own.restrained_forces)
     for ask in asked:
@@ -228,7 +228,7 @@ def _fields(own: Examined, length: Array) -> None:
 
 
 def _law(own: Examined, length: Array) -> None:
-    """Whether an element's own law is its stiffness at rest."""
+    """Check that the tangent of an element's nonlinear law at zero deformation is its stiffness."""
     stiffness = own.stiffness_matrix(length)
     shape = np.broadcast_shapes(length.shape, own.shape, stiffness.shape[:-2])
     whole = np.broadcast_to(length, shape).reshape(-1)
@@ -249,7 +249,7 @@ def _law(own: Examined, length: Array) -> None:
 
 
 def _along(own: Examined) -> None:
-    """Whether the parts of a member are as the whole where they are given as the whole."""
+    """Check that the parts of a member agree with the whole if they are given as the whole."""
     if own.segments == 1 or (own.part(0, 2) is not own and getattr(own.part(0, 2), "own", None) is not own.own):
         return
     for method in ("section_flexibility", "section_inertia", "free_strain"):
@@ -262,7 +262,7 @@ def _along(own: Examined) -> None:
 
 
 def _cut(own: Examined, length: Array) -> None:
-    """Whether a part of the batch answers as the batch does there."""
+    """Check that the element at some entries of the batch agrees with that of the whole batch."""
     shape = own.shape
     for axis, size in enumerate(shape):
         if size <= _FEW:
@@ -282,7 +282,7 @@ def _cut(own: Examined, length: Array) -> None:
 
 
 def _within(own: Examined, change: Change) -> Change:
-    """`change`, refused what is not of the batch."""
+    """`change`, with an error for arrays that do not have the batch shape."""
 
     def checked(array: Array, trailing: int) -> Array:
         lead = array.shape[: array.ndim - trailing]
@@ -296,7 +296,7 @@ def _within(own: Examined, change: Change) -> Change:
 
 
 def examine_mass(name: str, element: PointElement) -> None:
-    """Put an element of inertia to the test.
+    """Check what a point mass returns.
 
     Raises
     ------

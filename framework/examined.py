@@ -1,7 +1,7 @@
-"""An element that no tests prove, with whatever it returns examined and brought to full shape.
+"""A wrapper that checks what a user's own element returns, and broadcasts it to full shape.
 
-It stands for the element wherever a frame is computed. What is wrong is refused where it is first read, naming the
-element, what it returned and what is wanted; what is right costs a look at shapes and one pass over the numbers.
+It takes the place of the element wherever a frame is computed. A wrong result raises an error when it is first read,
+naming the element, what it returned and what is expected; a right one costs a check of shapes and finite numbers.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ _SAME = 1e-12
 
 
 class Unanswered(FrameError):
-    """An element does not say what it is asked for."""
+    """An element returns nothing for what it must define."""
 
 
 def examined(element: LineElement, name: str) -> LineElement:
-    """The element itself where its class is proven, else what examines it; `name` is that of its member."""
+    """The element itself if its class is proven, else wrapped for checks; `name` is that of its member."""
     return element if is_proven(element) or isinstance(element, Examined) else Examined(element, name)
 
 
 class Examined(OfAnother):
-    """An element with its answers examined.
+    """An element whose returned arrays are checked at each call.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Examined(OfAnother):
 
     @property
     def kind(self) -> Hashable:
-        """That of the element, among those of its class: a subclass may inherit a kind, and answer otherwise."""
+        """Kind of the element and its class, as a subclass may inherit the kind and behave differently."""
         return type(self.own), self.own.kind
 
     @property
@@ -100,7 +100,7 @@ class Examined(OfAnother):
         return cast(Self, Examined(found, self.name))
 
     def same_as(self, other: LineElement, length: Array) -> None:
-        """Refuse an element of equal kind that answers otherwise, at some length.
+        """Refuse an element of equal kind that behaves differently at some length.
 
         Raises
         ------
@@ -203,7 +203,7 @@ class Examined(OfAnother):
 
     def stress(self, fraction: Array, forces: Array) -> Array:
         batch = np.broadcast_shapes(np.shape(fraction), np.shape(forces)[:-1])
-        # where a solution is none, its forces are NaN
+        # without a solution the forces are NaN
         return self._asked("stress", batch, (3,), fraction, forces, finite=bool(np.isfinite(forces).all()))
 
     # -- inside -----------------------------------------------------------------------------------------------------
@@ -232,7 +232,7 @@ class Examined(OfAnother):
         return np.broadcast_shapes(np.shape(length), self.own.shape)
 
     def _checked(self, method: str, value: Any, batch: Shape, trailing_shape: Shape, *, finite: bool = True) -> Array:
-        """`value` as numbers of shape (..., tail), what is before broadcasting to `batch`."""
+        """`value` as numbers of shape (..., tail), whose leading axes broadcast to `batch`."""
         array = np.asarray(value)
         lead = array.shape[: array.ndim - len(trailing_shape)]
         text = f"{self.what}: {method} returned"
@@ -262,7 +262,7 @@ def attribute_of(what: str, element: object, attribute: str) -> Any:
 
 
 def _whole(array: Real, length: Array, trailing: int) -> Real:
-    """`array` with all the batch axes of `length`, the first of its size: one for each piece."""
+    """`array` with all batch axes of `length`; the first has its size, one for each piece."""
     ndim = np.ndim(length)
     lead = array.shape[: array.ndim - trailing]
     if len(lead) < ndim:
@@ -297,7 +297,7 @@ def _equal(one: Any, other: Any) -> bool:
 
 
 def _same_fields(one: object, other: object) -> bool:
-    """Whether two elements are plainly made of the same: fields that are one object, or equal numbers."""
+    """Whether all fields of two elements are the same object or equal numbers."""
     if type(one) is not type(other):
         return False
     pairs = [[vars(each)[f.name] for f in fields(each)] if is_dataclass(each) else list(vars(each).values())

@@ -1,4 +1,4 @@
-"""The plan of a solution in plain words, as a database explains a query, and the time that its stages took."""
+"""The plan of a solution as text, as a database explains a query, and the time that its stages took."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _components(plan: Plan, solver: BroadcastSolver) -> list[str]:
 
 
 def _stacked(solver: StackedSolver) -> list[str]:
-    """Bands of middle-sized frames."""
+    """Lines on banded factors of medium-sized frames."""
     skipped = set(solver.unknown[~solver.loaded].tolist())
     units = " units of the right-hand-side parameters" if solver.by_units else ""
     lines = [
@@ -116,7 +116,7 @@ def _stacked(solver: StackedSolver) -> list[str]:
 
 
 def _skipped(plan: Plan, names: set[int], why: str) -> list[str]:
-    """Components left out, those of the same displacements, or at the same nodes, in one line."""
+    """Components left out; those of the same displacements, or at the same nodes, in one line."""
     kinds: dict[str, list[int]] = {}
     for k in sorted(plan.unknowns):
         if plan.component[k] in names:
@@ -184,7 +184,7 @@ def _clearances(frame: Description, found: Clearances | None) -> list[str]:
 
 
 def _contact(found: Clearances) -> str:
-    """How contact was found."""
+    """Lines on how contact was found."""
     if found.determinate is not None and found.determinate.pressed:
         return (
             "above is the frame without them. No offset in a joint meets any stiffness, so that contact is along the "

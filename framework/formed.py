@@ -32,9 +32,9 @@ class FormedElement(Composed):
     forms
         The forms.
     length
-        Length of its member, (...), where a form that strains it depends on the place; else None.
+        Length of its member, (...), if a form that strains it depends on the position; else None.
     index, count
-        Which part of how many equal ones of its member it is, where a form depends on that.
+        Number of this part, and number of equal parts of its member, if a form depends on the position.
     """
 
     forms: tuple[AddedForm, ...] = ()
@@ -44,7 +44,7 @@ class FormedElement(Composed):
 
     @classmethod
     def of(cls, element: LineElement, form: AddedForm, length: Array | None) -> LineElement:
-        """An element with one form more; a load that is a force alone changes no element."""
+        """An element with one more form; a load without strain leaves the element as it is."""
         if form.into == LOAD and not form.strains:
             return element
         if element.has_law and form.into == STIFFNESS:
@@ -74,7 +74,7 @@ class FormedElement(Composed):
 
     @property
     def exact(self) -> bool:
-        """Whether in statics one piece is exact, as its shape functions know nothing of the forms."""
+        """Whether one piece is exact in statics, which it is not with a stiffness form that shape functions ignore."""
         return self.own.exact and not self._into(STIFFNESS)
 
     @property
@@ -84,12 +84,12 @@ class FormedElement(Composed):
 
     @property
     def balanced(self) -> bool | None:
-        """Whether a rigid motion costs nothing; of what the forms make of it a frame finds out."""
+        """Whether a rigid motion needs no force; None, to be found by the frame, if forms add stiffness."""
         return None if self._into(STIFFNESS) else self.own.balanced
 
     @property
     def sections_shape(self) -> tuple[int, ...]:
-        """Batch shape of what the section law varies with."""
+        """Batch shape of the section law."""
         return self.shape
 
     def part(self, index: int, count: int) -> LineElement:
@@ -144,7 +144,7 @@ class FormedElement(Composed):
         return strain if own is None else own + strain
 
     def restrained_forces(self, fraction: Array) -> Array | None:
-        """Section forces that undo the free strain, with their sign turned, (..., 6); None for none."""
+        """Section forces that would cause the free strain, (..., 6); None for none."""
         forces, own = self._constrained(fraction), self.own.restrained_forces(fraction)
         return own if forces is None else forces if own is None else own + forces
 

@@ -1,4 +1,4 @@
-"""Python's search for garbage, which pauses while much is made of which nothing is."""
+"""Pausing Python's garbage collection while many lasting objects are made."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def without_search() -> Iterator[None]:
-    """Let what is made inside be made without a search for circles of references; also decorates a function.
+    """Pause garbage collection in the context; also decorates a function.
 
     Every so many objects Python searches all those that it has made. Where many are made one after the other, and all
     of them stay, that takes as long as to make them.

@@ -1,4 +1,4 @@
-"""Interrupts and requests to end that come at the wrong moment."""
+"""Signals (interrupts and termination) deferred during a critical section."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager
 
 @contextmanager
 def put_off(*names: str) -> Iterator[None]:
-    """Put off these signals, such as ``"SIGINT"``, where the system can, until the body is done.
+    """Defer these signals, such as ``"SIGINT"``, until the body is done, if the system can.
 
     A process that is started meanwhile begins without them.
     """
@@ -22,7 +22,7 @@ def put_off(*names: str) -> Iterator[None]:
             after.callback(
                 signal.pthread_sigmask, signal.SIG_SETMASK, signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
             )
-        # What this thread puts off, the system gives to another, such as one of a linear algebra library.
+        # A signal blocked in this thread is delivered to another, such as one of a linear algebra library.
         if threading.current_thread() is threading.main_thread():
             for number in numbers:
                 _note(number, heard, after)

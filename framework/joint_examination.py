@@ -1,4 +1,4 @@
-"""What a joint returns, put to the test once: when it is added to a frame, and what linear solutions follow of it."""
+"""Checks of joints, done once when they are added to a frame, and whether linear solutions can represent them."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .errors import FrameError
 from .examined import attribute_of, fits
 from .joint_protocol import JointElement
 
-# Share of what is compared by which two answers may differ.
+# Relative difference up to which two results agree.
 _ALIKE = 1e-9
 
 
 def examine_joint(name: str, element: JointElement) -> None:
-    """Put a joint element to the test.
+    """Check what a joint element holds and returns.
 
     Raises
     ------
     FrameError
-        Where what it holds or returns is not what a frame can take.
+        If a frame cannot use it.
     """
     what = f"{type(element).__name__} of joint {name!r}"
     for attribute, trailing in (("stiffness", (6,)), ("axes", (3, 3)), ("clearance", ()), ("pitch", ())):
@@ -102,7 +102,7 @@ def _typical(what: str, element: JointElement) -> None:
 
 
 def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
-    """Force (m, 6) and tangent (m, 6, 6) of a joint's own law without displacement, at all entries of its batch."""
+    """Force (m, 6) and tangent (m, 6, 6) of a joint's nonlinear law at zero displacement, at all batch entries."""
     shape = element.shape
     count = int(np.prod(shape, dtype=np.int64))
 
@@ -124,7 +124,7 @@ def at_rest(what: str, element: JointElement) -> tuple[Array, Array]:
 
 
 def require_springs(joints: Mapping[str, JointElement]) -> None:
-    """Refuse joints that a linear solution does not follow: it takes the springs, and contact where there is clearance.
+    """Refuse joints that a linear solution cannot represent by their springs, or by contact in clearances.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def require_springs(joints: Mapping[str, JointElement]) -> None:
     Raises
     ------
     FrameError
-        Where a joint's own law has clearance, or at rest another force and tangent than its springs.
+        If a joint with a nonlinear law has clearance, or its force or tangent at zero displacement is not the springs'.
     """
     for name, element in joints.items():
         if not element.has_law:

@@ -1,4 +1,4 @@
-"""What waits until it is first used: names of a package, and properties that are computed once."""
+"""Lazy loading of the names of a package, and lazy properties that are computed once."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def loaded_later(package: str, places: Mapping[str, str]) -> tuple[Callable[[str
     Returns
     -------
     tuple of callables
-        What gives a name, and what lists them all.
+        The package's ``__getattr__`` and ``__dir__``.
     """
 
     def get(name: str) -> object:

@@ -1,4 +1,4 @@
-"""Short tables and counts: what an object says of itself in a terminal and in a notebook."""
+"""Short tables and counts by which objects are shown in a terminal and in a notebook."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def counted(states: States, kind: type[State]) -> str:
     states
         Numbers of the states, (...).
     kind
-        Whose numbers they are.
+        Class of the states.
     """
     numbers, times = np.unique(np.asarray(states), return_counts=True)
     return ", ".join(f"{count} {kind(number).text}" for number, count in zip(numbers, times, strict=True)) or "none"

@@ -1,4 +1,4 @@
-"""Packages that nothing here depends on, loaded where something of theirs is asked for."""
+"""Optional packages, imported when first needed."""
 
 from __future__ import annotations
 

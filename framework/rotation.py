@@ -115,7 +115,7 @@ def matrix(q: Array) -> Array:
 
 
 def rotated(q: Array, v: Array) -> Array:
-    """What the rotation adds to vectors (3, ...), ``R v - v``, in full relative accuracy."""
+    """Change of vectors (3, ...) by the rotation, ``R v - v``, in full relative accuracy."""
     half = cross(q[1:], v)
     out: Array = 2.0 * (q[0] * half + cross(q[1:], half))
     return out

@@ -1,6 +1,6 @@
-"""What follows from a member's own shape functions and section law: strains, springs at the points of its quadrature.
+"""Strains, springs and matrices that follow from a member's own shape functions and section law by quadrature.
 
-All of it comes in the precision of the length, and what a rigid motion strains is rounding of that precision.
+All of it has the precision of the length; strains in rigid motions are zero to rounding in that precision.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from .batch import Array, Shape, merged
 
 Real = NDArray[Any]
-# Places, as fractions of the length, whose polynomial gives the derivative of shape functions (Chebyshev's).
+# Chebyshev points, as fractions of the length, of the polynomial that gives the derivative of shape functions.
 PLACES = 0.5 - 0.5 * np.cos(np.pi * np.arange(8) / 7.0)
-# Points of Gauss's rule up to which it is found from a full matrix.
+# Number of points up to which Gauss's rule is computed from a full matrix.
 _DENSE = 300
 # Share of a deformation that is surely the rounding of double precision in what a rigid motion makes of it.
 _ROUNDED = 1e-10

@@ -1,4 +1,4 @@
-"""Dataclasses whose arrays carry a batch: taken at some entries, put together as one, and taken apart again."""
+"""Dataclasses whose arrays have batch axes: selected at entries, stacked into one, and taken apart again."""
 
 from __future__ import annotations
 

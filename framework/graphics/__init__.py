@@ -1,1 +1,1 @@
-"""Figures: what is drawn as lines, joint symbols and texts in lengths, and what draws it with matplotlib."""
+"""Figures with matplotlib: scenes of lines, joint symbols and texts, and functions that draw them."""

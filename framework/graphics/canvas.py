@@ -107,7 +107,7 @@ def draw(scene: Scene, axes: Any, size: float | None = None) -> list[Any]:
 
 
 def finish(scene: Scene, axes: Any, unit: str, title: str = "", legend: bool = True) -> None:
-    """Label the axes in units of length, to the same scale both ways, hug what is drawn, and name the links.
+    """Label the axes in units of length, set equal scales and limits that fit the drawing, and add a legend of links.
 
     Parameters
     ----------

@@ -17,7 +17,7 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)
 
 
 def together(curves: Mapping[str, Array]) -> list[tuple[list[str], Array]]:
-    """Names of curves that are the same at all places, and what they are, (k,), in the order given.
+    """Curves (k,) with the names of all that coincide with them, in the order given.
 
     Parameters
     ----------

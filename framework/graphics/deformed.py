@@ -1,4 +1,4 @@
-"""A solved frame as lines and symbols: undeformed and deformed, and what its members carry."""
+"""A solved frame as lines and symbols: undeformed and deformed, with section forces or stresses of its members."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ LEAST = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class DeformedFrame:
-    """What is drawn of a solution at one entry.
+    """Drawing of a solution at one batch entry.
 
     Attributes
     ----------
@@ -39,9 +39,9 @@ class DeformedFrame:
     scale
         Factor on the displacements.
     values
-        Name of what colours the members, with its unit, and the greatest of it; None where nothing does.
+        Name with unit, and greatest value, of the quantity that colours the members; None without colours.
     title
-        What stands above.
+        Title of the figure.
     """
 
     scene: Scene
@@ -58,7 +58,7 @@ def deformed_frame(
     names: bool,
     units: tuple[str, str],
 ) -> DeformedFrame:
-    """What `plot` of a solution draws.
+    """The drawing for `plot` of a solution.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def deformed_frame(
     entry
         Indices of the batch entry; not needed where the batch holds one.
     scale
-        Factor on the displacements; a round one that shows them where None.
+        Factor on the displacements; if None, a round one that makes them visible.
     names
-        Whether nodes are named.
+        Whether nodes are labelled.
     units
         Units of length and force.
 
@@ -196,7 +196,7 @@ def _moves(solution: Results, index: Index, mode: Array) -> Iterator[LoadArrow]:
 
 
 def joint_kind(element: object) -> str:
-    """What a joint lets go, as the name of a kinematic pair; a revolute where it does not say."""
+    """Kinematic pair with the free components of a joint, by name; ``revolute`` if they are those of no pair."""
     stiffness = np.asarray(getattr(element, "stiffness", np.ones(6)), dtype=float)
     if stiffness.shape[-1:] != (6,):
         return "revolute"
@@ -215,7 +215,7 @@ def _counting(flat: tuple[int, int] | None) -> tuple[int, ...]:
 def named_places(
     at: dict[str, Array], near: float, kinds: Mapping[str, object] | None = None
 ) -> list[tuple[str, Array]]:
-    """Names and places; what stands in one place, such as the nodes on both sides of a joint, has one name.
+    """Labels and their places; nodes in one place, such as those on both sides of a joint, share one label.
 
     Parameters
     ----------

@@ -24,16 +24,16 @@ PLACES = {"N": [0], "V": [1, 2, 3], "T": [4], "M": [5, 6, 7]}
 
 @dataclass(frozen=True, eq=False)
 class MemberValues:
-    """What a member carries where it is known.
+    """A section force or stress along a member.
 
     Attributes
     ----------
     member
-        Its name.
+        Name of the member.
     fraction
-        Shares of its length, (k,).
+        Distances from its start over its length, (k,).
     values
-        What it carries there, (k,) or (k, 3).
+        Values there, (k,) or (k, 3); NaN where unknown.
     """
 
     member: str
@@ -42,12 +42,12 @@ class MemberValues:
 
     @property
     def known(self) -> bool:
-        """Whether it tells anything."""
+        """Whether all values are known."""
         return bool(np.isfinite(self.values).all())
 
 
 def along_members(solution: Results, index: Index, what: str, values: Array) -> list[MemberValues]:
-    """What each member carries at one entry, at the ends of its segments where it is not known between them.
+    """Section forces or stresses of all members at one entry; at the ends of segments if unknown between them.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def along_members(solution: Results, index: Index, what: str, values: Array) -> 
 
 
 def _at_segment_ends(solution: Results, index: Index, what: str, unknown: MemberValues) -> MemberValues:
-    """What a member carries at the ends of its segments; as it was where that is not known either."""
+    """Values of a member at the ends of its segments; `unknown` itself if these are not known either."""
     frame, name = solution.frame, unknown.member
     fraction = np.linspace(0.0, 1.0, frame.members[name].element.segments + 1)
     at = frame.length(name)[..., None] * fraction

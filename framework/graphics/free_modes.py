@@ -44,7 +44,7 @@ def free_modes(solution: object, entry: Sequence[int]) -> Array:
 
 
 def told_modes(modes: Array) -> str:
-    """What the arrows of free motions are, in words; empty where there are none."""
+    """Text that explains the arrows of free motions; empty if there are none."""
     if not len(modes):
         return ""
     return "free motion" if len(modes) == 1 else f"first of {len(modes)} free motions"

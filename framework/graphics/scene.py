@@ -1,4 +1,4 @@
-"""What a figure shows, without how it is drawn: lines, joint symbols, supports, arrows and texts.
+"""The content of a figure, independent of the way it is drawn: lines, joint symbols, supports, arrows and texts.
 
 Everything is in space and in the user's lengths, whether it is drawn in a plane, in space, or on a page.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from ..batch import Array
 
-# What leaves a plane by less than this share of the size lies in it.
+# Points whose distance from a plane is less than this fraction of the size lie in it.
 FLAT = 1e-9
 
 
@@ -87,7 +87,7 @@ class Support:
 
 @dataclass(frozen=True, eq=False)
 class LoadArrow:
-    """A force (3,) that acts at a place (3,), and what stands beside it."""
+    """A force (3,) that acts at a place (3,), with its label."""
 
     at: Array
     force: Array
@@ -176,7 +176,7 @@ def coil(start: Array, end: Array, radius: float) -> Array:
 
 
 def outline(places: Array) -> tuple[Array, bool]:
-    """What shows a rigid body by its points (n, 3): a line, or the corners of a polygon.
+    """Outline of a rigid body through its points (n, 3): a line, or the corners of a polygon.
 
     Parameters
     ----------

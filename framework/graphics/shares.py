@@ -67,5 +67,5 @@ def draw_shares(
 
 
 def height_of_shares(count: int, most: int) -> float:
-    """Height of a figure of ranked pairs of bars, inches: that of its bars and what stands about them."""
+    """Height of a figure of ranked pairs of bars with its titles and labels, inches."""
     return 1.0 + 0.34 * min(count, most + 1)

@@ -59,13 +59,13 @@ def figure(width: float, height: float, ratios: tuple[float, ...] = (1.0,)) -> t
 
 
 def fitting_figure(width: float, extent: tuple[float, float]) -> tuple[Figure, Axes]:
-    """A figure of this width, inches, with one panel, as high as what has this extent (across, up) needs."""
+    """A figure of this width, inches, with one panel, whose height fits a drawing of this extent (across, up)."""
     drawn_on, (axes,) = figure(width, fitting_height(width, extent))
     return drawn_on, axes
 
 
 def fitting_height(width: float, extent: tuple[float, float]) -> float:
-    """Height of a figure, inches, for what has this extent (across, up): neither a strip nor a tower."""
+    """Height of a figure, inches, for a drawing of this extent (across, up): 0.4 to 1.1 times the width."""
     across, up = extent
     return float(np.clip(width * up / across, 0.4 * width, 1.1 * width))
 

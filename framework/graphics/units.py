@@ -32,7 +32,7 @@ def moment_unit(units: tuple[str, str]) -> str:
 
 
 def scaled(greatest: float, unit: str) -> tuple[float, str]:
-    """What to multiply numbers with so that the greatest is between 1 and 1000, and the unit that they then have.
+    """Factor that brings the greatest of some numbers between 1 and 1000, and their unit after multiplication.
 
     Parameters
     ----------

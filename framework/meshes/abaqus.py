@@ -25,7 +25,7 @@ _WITH_INPUT = ("NODE", "ELEMENT", "NSET", "ELSET")
 
 @dataclass
 class _Content:
-    """What a file holds, by the labels of nodes and elements."""
+    """Content of an Abaqus file, by the labels of nodes and elements."""
 
     nodes: dict[str, list[str]] = field(default_factory=dict)
     elements: dict[str, list[str]] = field(default_factory=dict)
@@ -99,7 +99,7 @@ def _take(content: _Content, keyword: str, options: dict[str, str], rows: list[l
 
 
 def _check_read(content: _Content, keyword: str, options: dict[str, str], rows: list[list[str]], source: str) -> None:
-    """Refuse what would put nodes elsewhere, or what has more of them than are listed."""
+    """Refuse included files, generated nodes or elements, coordinates in other axes, and several instances."""
     if keyword == "INCLUDE" or (keyword in _WITH_INPUT and "INPUT" in options):
         raise FrameError(
             f"{source} includes {options.get('INPUT', 'another file')}: put its lines into the file itself"
@@ -166,6 +166,6 @@ def _mesh(content: _Content, source: str) -> LineMesh:
 
 
 def _sets(labels: dict[str, list[str]], place: dict[str, list[int]]) -> dict[str, Index]:
-    """Sets by numbers: without what is no line or node here, such as solids, and without those that are empty then."""
+    """Sets by numbers, without parts that are no lines or nodes here, such as solids, and without empty sets."""
     found = {name: dict.fromkeys(k for label in of for k in place.get(label, [])) for name, of in labels.items()}
     return {name: np.array(list(numbers), dtype=np.int64) for name, numbers in found.items() if numbers}

@@ -64,7 +64,7 @@ def _remove_abandoned(directory: Path) -> None:
 
 @contextmanager
 def _made(directory: Path) -> Iterator[None]:
-    """Make `directory` and its parents, and unmake what was made if the body fails."""
+    """Create `directory` and its parents, and remove the created ones if the body fails."""
     missing = [path for path in (directory, *directory.parents) if not path.exists()]
     try:
         directory.mkdir(parents=True, exist_ok=True)

@@ -129,7 +129,7 @@ def write_guide(folder: Path, file: str, parts: Sequence[Part], names: Mapping[s
 
 
 def _coloured(part: Part) -> tuple[str, str, str]:
-    """Where the array lies that colours a block, its name, and what stands beside its colours."""
+    """The array that colours a block: ``POINTS`` or ``CELLS``, its name, and the title of the colour bar."""
     colour = next(name for name in _COLOURS if name in part.point_data or name in part.cell_data)
     unit = MEANINGS[colour].rpartition("; ")[2]
     title = colour if unit == "no unit" else f"{colour} [{unit}]"

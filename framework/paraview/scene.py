@@ -1,4 +1,4 @@
-"""What a solution shows: its beams and its joints as points, cells and arrays, all poses at once."""
+"""Members and joints of a solution as points, cells and arrays for ParaView, at all poses."""
 
 from __future__ import annotations
 

@@ -33,12 +33,12 @@ MOST_NAMED = 40
 
 @dataclass(frozen=True)
 class Drawing:
-    """What is drawn at T poses.
+    """Content of a picture or movie at T poses.
 
     Attributes
     ----------
     rest, shift, values
-        Points of the members and their displacements (T, m, k, 3), and what colours them (T, m, k).
+        Points of the members and their displacements (T, m, k, 3), and the values that colour them (T, m, k).
     joints
         Joints and their displacements, two arrays (T, j, 3).
     supports, constrained
@@ -52,11 +52,11 @@ class Drawing:
     solved
         Whether there is a solution, (T,).
     label
-        What the values are, with their unit.
+        Name of the values, with their unit.
     force_unit
         Unit of the forces.
     free
-        Motion that nothing resists at each node, of poses without a solution, (T, n, 3), the greatest one; else zero.
+        Free motion of the nodes at poses without a solution, (T, n, 3), the largest if there are several; else zero.
     nodes
         All nodes and their displacements, two arrays (T, n, 3).
     names
@@ -114,19 +114,19 @@ class Drawing:
         return np.concatenate([self.points, tails.reshape(-1, 3), tips.reshape(-1, 3), *rings])
 
     def told_names(self, pose: int) -> list[tuple[Array, str]]:
-        """Where the names of nodes stand, beside what is there, (3,), and the names."""
+        """Places (3,) of the labels of nodes, beside the nodes, and the names."""
         places = self._displaced(self.nodes, pose) + 4.0 * self._radius * self.up
         return [(places[node], name) for name, node in self.names]
 
     def told_forces(self, pose: int) -> list[tuple[Array, str]]:
-        """Where each arrow begins, (3,), and how great its force is; those that are zero have none."""
+        """Start (3,) of each arrow, and its force as text; forces of zero have none."""
         sizes = np.linalg.norm(self.forces[pose], axis=-1)
         tails = self._displaced(self.loaded, pose) - 1.12 * self._arrows[pose]
         return [(tail, quantity(size, self.force_unit)) for tail, size in zip(tails, sizes, strict=True) if size > 0.0]
 
     @property
     def margin(self) -> float:
-        """How far what is drawn reaches beyond the points seen: the thickness of members and supports."""
+        """Greatest distance of surfaces from the points: the thickness of members and supports."""
         return 3.7 * self._radius
 
     @cached_property
@@ -141,7 +141,7 @@ class Drawing:
         return up
 
     def surfaces(self, pose: int) -> dict[str, Surface]:
-        """What one pose shows, by kind; kinds of which there is nothing are left out."""
+        """Surfaces of one pose by kind, without empty kinds."""
         shapes = {
             "undeformed": tubes(self.rest[pose], self.values[pose], 0.35 * self._radius),
             "members": tubes(self.rest[pose] + self.scale * self.shift[pose], self.values[pose], self._radius),

@@ -1,4 +1,4 @@
-"""A picture drawn by another process, which loads what it draws with while this one still computes.
+"""A picture drawn by another process, which loads its packages while this one still computes.
 
 Without OpenGL the first rendering kills its process, which no ``try`` catches: here it is not this one.
 """
@@ -92,7 +92,7 @@ class Artist:
 
 
 def serve() -> None:
-    """What the other process does: render something small, then what it is told on its standard input."""
+    """Main function of the other process: render a small test, then the drawing read from its standard input."""
     if not renders():
         raise SystemExit(1)
     print(READY.decode(), flush=True)

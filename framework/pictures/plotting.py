@@ -1,4 +1,4 @@
-"""What pictures of structures and of motions have in common: their files, surfaces, texts and camera, with PyVista."""
+"""Files, surfaces, texts and camera of pictures with PyVista, shared by those of structures and of motions."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ IMAGES, MOVIES = (".png", ".jpg"), (".gif", ".mp4")
 
 
 class Seen(Protocol):
-    """What a camera must know of what it looks at."""
+    """Content of a picture, as far as the camera needs it."""
 
     @property
     def seen(self) -> Array:
-        """Points that are to be in the picture, (n, 3)."""
+        """Points that must be in the picture, (n, 3)."""
 
     @property
     def across(self) -> int | None:
-        """The global axis along which a plane thing is looked at; None for one in space."""
+        """The global axis along which a plane structure is viewed; None for one in space."""
 
     @property
     def up(self) -> Array:
@@ -44,7 +44,7 @@ class Seen(Protocol):
 
     @property
     def margin(self) -> float:
-        """How far what is drawn reaches beyond the points."""
+        """Greatest distance of surfaces from the points."""
 
 
 def image_path(path: str | Path, size: tuple[int, int]) -> Path:
@@ -75,7 +75,7 @@ def _checked(path: Path, endings: tuple[str, ...], size: tuple[int, int]) -> Pat
 
 @contextmanager
 def filming(path: Path, rate: int, plotted: Callable[[], Plotted]) -> Iterator[Plotted]:
-    """What was `plotted`, while its frames go to a movie, which is there as a whole or not at all."""
+    """Plot with `plotted`, and write its frames to a movie, completely or not at all."""
     with whole_or_nothing(path.parent) as stage, quiet():
         plotter, meshes = plotted()
         with closing(plotter):

@@ -18,7 +18,7 @@ REMEDY = (
 
 
 class RenderingError(RuntimeError):
-    """A picture cannot be made here; the message says what to install."""
+    """A picture cannot be rendered on this machine; the message says what to install."""
 
 
 def renders() -> bool:

@@ -112,7 +112,7 @@ class EvaluatedBlock:
 
 
 class Described(Protocol):
-    """What `Coupling` needs of a plan."""
+    """The part of a plan that `Coupling` uses."""
 
     @property
     def topology(self) -> Topology: ...

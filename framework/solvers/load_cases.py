@@ -22,7 +22,7 @@ _Content = tuple[Shape, bytes]
 
 
 class Loaded(Protocol):
-    """What is needed of a plan, whose stiffness is constant, to see how its loads vary."""
+    """The part of a plan of constant stiffness that determines how its loads vary."""
 
     frame: Description
 

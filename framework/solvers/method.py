@@ -62,7 +62,7 @@ class Method:
 
 
 class Compiled(Loaded, Protocol):
-    """What the choice of the method needs of a plan."""
+    """The part of a plan that the choice of the method uses."""
 
     @property
     def constant(self) -> bool:
