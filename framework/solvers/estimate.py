@@ -21,11 +21,11 @@ _CONSTANT = 0.15e-3
 _EXTENDED, _SHORT, _FINE = (15.0, 2.5), 2**10, 2**12
 # Seconds of banded factors: at all, for a member; for an entry and a column of the band, and for each of its numbers;
 # for an entry and a member whose geometry varies or does not.
-_SET_UP, _NUMBERED = 4e-3, 0.035e-3
+_SET_UP, _NUMBERED = 2e-3, 0.035e-3
 _COLUMN, _NUMBER = 0.05e-6, 7e-9
 # The same where machine code takes entries side by side.
 _LANE_COLUMN, _LANE_NUMBER = 0.01e-6, 3e-9
-_TURNED, _SUMMED = 6e-6, 0.55e-6
+_TURNED, _SUMMED = 6e-6, 0.6e-6
 # Seconds of one matrix: at all, for a member, and for an unknown in each load case.
 _ONE, _ASSEMBLED, _CASE = 3e-3, 0.025e-3, 0.1e-6
 

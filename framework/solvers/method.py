@@ -24,8 +24,6 @@ BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded
 LARGE, FEW = 100, 48
 # The same of a frame without joints that stands still.
 _FEWEST = 24
-# Members times entries up to which extended precision does no harm.
-_MANY = 500
 # What was seen on one machine: operations a second of a factorisation; seconds that an iteration takes for an entry of
 # the matrix; and iterations that a lattice needs. Only their ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
@@ -166,10 +164,9 @@ def _fastest_batch(plan: Compiled) -> Method:
     left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
-    # of few unknowns nothing else pays, but where members stand still and extended precision takes longer than the rest
+    # of few unknowns nothing else pays, but where members stand still and what is broadcast is so in extended precision
     still = plan.topology.plain_positions is not None and not plan.frame.joints
-    fine = still and extended(entries, pieces) and entries * pieces > _MANY
-    if left <= (_FEWEST if still else FEW) and not fine:
+    if left <= (_FEWEST if still else FEW) and not (still and extended(entries, pieces)):
         return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
     coupling, graph = plan.rough_coupling, plan.graph
 

@@ -43,9 +43,10 @@ def test_no_step_in_what_is_expected(varying: str) -> None:
         assert (rises >= -np.log(2.0)).all()
 
 
-def test_loads_that_vary_are_solved_in_bands_at_any_size() -> None:
+@pytest.mark.parametrize("varying", ["modulus", "load"])
+def test_short_batches_are_solved_in_bands_at_any_size(varying: str) -> None:
     """So that a frame of a few members takes no longer than one of many."""
-    names = {chain(count, "load", 10).solve().plan.method.name for count in (1, 2, 4, 8, 9, 17, 64, 512)}
+    names = {chain(count, varying, 10).solve().plan.method.name for count in (1, 2, 4, 8, 9, 17, 64, 512)}
     assert names == {"banded"}
 
 
