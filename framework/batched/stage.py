@@ -210,8 +210,9 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
         if k in out and k in stage.pivots:
             factor = out.pop(k)
             step = stage.pivots[k]
-            for source, parts in stage.forces.get(k, {}).items():
-                add_row(out, {-1 - source: total(parts)[1]}, factor * step.inverse)
+            if by_source := stage.forces.get(k):
+                loads = {-1 - source: total(parts)[1] for source, parts in by_source.items()}
+                add_row(out, loads, factor * step.inverse)
             for j, low in step.lower.items():
                 term = low * factor
                 out[j] = out[j] - term if j in out else -term

@@ -7,12 +7,12 @@ solution for a unit load times the size.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
 
-from ..batch import Array, Same, Shape, aligned
+from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..stacking import changed
 from ..structure.parts import Grid, RightHandSideParameters, Value, mask_of
@@ -48,10 +48,10 @@ def varying(plan: Loaded) -> list[Value]:
     return [] if given is None else [*plan.imposed, *given[0]]
 
 
-def _given(plan: Loaded) -> tuple[list[Value], dict[Same, int]] | None:
-    """Varying loads at nodes, each different array once, and by array its index among them.
+def _given(plan: Loaded) -> tuple[list[Value], list[int | None]] | None:
+    """Varying loads at nodes, each different array once; and for each load in turn its index among them, or None.
 
-    None if member loads, gravity or geometry vary, too.
+    A constant load has None. The result is None if member loads, gravity or geometry vary, too.
     """
     frame, grid = plan.frame, plan.grid
     along = [array for loads in frame.member_loads.values() for load in loads for array in load.forces]
@@ -59,14 +59,13 @@ def _given(plan: Loaded) -> tuple[list[Value], dict[Same, int]] | None:
     if plan.rhs_parameters.geometry or any(not set(array.shape[:-1]) <= {1} for array in along):
         return None
     numbers: list[Value] = []
-    place: dict[_Content, int] = {}
-    places: dict[Same, int] = {}
-    for array in (array for loads in frame.loads.values() for _, array in loads):
-        value = grid.value(array)
-        if mask_of(value) and Same(array) not in places:
-            places[Same(array)] = own = place.setdefault(_content(value), len(numbers))
-            numbers += [value] if own == len(numbers) else []
-    return numbers, places
+    places: dict[_Content, int] = {}
+    which: list[int | None] = []
+    for value in [grid.value(array) for loads in frame.loads.values() for _, array in loads]:
+        which.append(places.setdefault(_content(value), len(numbers)) if mask_of(value) else None)
+        if which[-1] == len(numbers):
+            numbers.append(value)
+    return numbers, which
 
 
 def _content(value: Value) -> _Content:
@@ -95,19 +94,19 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
     own, unit = (1,) * (len(plan.grid.shape) - 1) + (len(numbers),), np.eye(len(numbers))
     grid = Grid(own)
     units: list[Value] = [row.reshape(own) for row in unit]
-    unit_of = {array: units[len(plan.imposed) + place] for array, place in given[1].items()}
-    frame = _units(plan.frame, plan.grid, units[0], unit_of)
+    each = [None if place is None else units[len(plan.imposed) + place] for place in given[1]]
+    frame = _units(plan.frame, plan.grid, units[0], iter(each))
     return frame, grid, RightHandSideParameters(grid, 0, units[: len(plan.imposed)]), numbers
 
 
-def _units(frame: Description, grid: Grid, first: Value, unit: Mapping[Same, Value]) -> Description:
-    """A copy of the frame with each varying load replaced by its `unit`, and constants multiplied by `first`."""
+def _units(frame: Description, grid: Grid, first: Value, each: Iterator[Value | None]) -> Description:
+    """A copy of the frame with each varying load replaced by its unit of `each`, and constants multiplied by `first`."""
     clone, ndim = copy.copy(frame), len(grid.shape)
     one = np.asarray(first)
 
     def load(value: Array) -> Array:
-        varies = unit.get(Same(value))
-        return one * value.reshape(-1)[0] if varies is None else np.asarray(varies)
+        unit = next(each)
+        return one * value.reshape(-1)[0] if unit is None else np.asarray(unit)
 
     def alone(array: Array, trailing: int) -> Array:
         found: Array = one.reshape(*one.shape, *(1,) * trailing) * aligned(array, ndim, trailing)

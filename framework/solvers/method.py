@@ -24,8 +24,6 @@ BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded
 LARGE, FEW = 100, 48
 # As FEW, for a frame without joints whose nodes do not move.
 _FEWEST = 24
-# Up to this many members times entries the time for extended precision does not matter.
-_MANY = 500
 # Measured on one machine: operations per second of a factorisation; below, seconds of an iteration for an entry of the
 # matrix, and the number of iterations for a lattice. Only the ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
@@ -169,8 +167,7 @@ def _fastest_batch(plan: Compiled) -> Method:
     entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
     # with few unknowns broadcasting is fastest, except for fixed members in extended precision, which takes long
     still = plan.topology.plain_positions is not None and not plan.frame.joints
-    fine = still and extended(entries, pieces) and entries * pieces > _MANY
-    if left <= (_FEWEST if still else FEW) and not fine:
+    if left <= (_FEWEST if still else FEW) and not (still and extended(entries, pieces)):
         return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
     coupling, graph = plan.rough_coupling, plan.graph
 

@@ -108,6 +108,8 @@ def narrow(first: Index, second: Index, count: int) -> Index:
     """
 
     def order() -> Index:
+        if not count:  # SciPy asks for the greatest of none
+            return np.zeros(0, dtype=np.int64)
         joined = adjacency(np.concatenate([first, second]), np.concatenate([second, first]), count)
         return scipy.sparse.csgraph.reverse_cuthill_mckee(joined, symmetric_mode=True).astype(np.int64)
 

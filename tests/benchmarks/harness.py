@@ -92,9 +92,12 @@ def least(call: Callable[[], object], repeats: int) -> float:
 
 
 def least_each(
-    calls: Mapping[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = process_time
+    calls: Mapping[str, Callable[[], object]],
+    repeats: int,
+    clock: Callable[[], float] = process_time,
+    patience: float = PATIENCE,
 ) -> dict[str, float]:
-    """Seconds of the fastest call of each, taken in turns.
+    """Seconds of the fastest call of each, taken in turns; what takes longer than `patience` is called once.
 
     On one core, and without input and output, the processor's time is the time that passes on a quiet machine; on a
     busy one it does not favour short calls, which are more likely not to be interrupted.
@@ -102,7 +105,7 @@ def least_each(
     seconds = dict.fromkeys(calls, float("inf"))
     for turn in range(repeats):
         for name, call in calls.items():
-            if turn == 0 or seconds[name] < PATIENCE:
+            if turn == 0 or seconds[name] < patience:
                 start = clock()
                 call()
                 seconds[name] = min(seconds[name], clock() - start)

@@ -43,10 +43,33 @@ def test_no_step_in_what_is_expected(varying: str) -> None:
         assert (rises >= -np.log(2.0)).all()
 
 
-def test_loads_that_vary_are_solved_in_bands_at_any_size() -> None:
+@pytest.mark.parametrize("varying", ["modulus", "load"])
+def test_short_batches_are_solved_in_bands_at_any_size(varying: str) -> None:
     """So that a frame of a few members takes no longer than one of many."""
-    names = {chain(count, "load", 10).solve().plan.method.name for count in (1, 2, 4, 8, 9, 17, 64, 512)}
+    names = {chain(count, varying, 10).solve().plan.method.name for count in (1, 2, 4, 8, 9, 17, 64, 512)}
     assert names == {"banded"}
+
+
+@pytest.mark.parametrize("entries", [3, 40])
+@pytest.mark.parametrize("count", [1, 3, 20])
+def test_loads_that_vary_move_the_tip_by_the_closed_form(count: int, entries: int) -> None:
+    """Constant along it, varying across it and equal the other way, with a couple that varies otherwise.
+
+    A clamped beam: ``F L / EA``, ``F L^3 / 3EI`` and ``M L^2 / 2EI`` (Roark's Formulas, 7th ed., table 8.1, 1a and 3a).
+    """
+    frame, force = chain(count, "modulus", 1), np.linspace(-1.0, 2.0, entries)
+    couple = np.linspace(0.3, 0.1, entries) ** 2
+    frame.set_load(str(count), fx=5.0, fy=force, fz=force.copy(), mz=couple)
+    solution = frame.solve()
+    assert solution.plan.method.name == "banded"
+    A, Iy, Iz, L = SECTION.A, SECTION.Iy, SECTION.Iz, 2.0
+    exact = np.zeros((entries, 6))
+    exact[:, 0] = 5.0 * L / (E * A)
+    exact[:, 1] = force * L**3 / (3.0 * E * Iz) + couple * L**2 / (2.0 * E * Iz)
+    exact[:, 2] = force * L**3 / (3.0 * E * Iy)
+    exact[:, 4] = -force * L**2 / (2.0 * E * Iy)
+    exact[:, 5] = force * L**2 / (2.0 * E * Iz) + couple * L / (E * Iz)
+    np.testing.assert_allclose(solution.displacement(str(count)), exact, rtol=1e-12, atol=1e-17)
 
 
 @pytest.mark.parametrize("entries", [3, 300, 3000])

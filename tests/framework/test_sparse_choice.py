@@ -103,3 +103,19 @@ def test_smallest(method: str) -> None:
     np.testing.assert_array_equal(frame.solve(method).displacement("B"), np.zeros(6))
     np.testing.assert_array_equal(frame.solve(method).reaction("B"), [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     np.testing.assert_array_equal(free.solve(method).displacement("B"), np.zeros(6))
+
+
+@pytest.mark.parametrize("varying", ["modulus", "load"])
+@pytest.mark.parametrize("method", ["broadcast", "banded", None])
+def test_smallest_batch(method: str | None, varying: str) -> None:
+    """Nor is it in a batch."""
+    modulus, load = ([1e11, 2e11], 1.0) if varying == "modulus" else (1e11, [1.0, 2.0])
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", Beam(Rectangle(y=0.1, z=0.1), Material(E=modulus, nu=0.3)), "A", "B")
+    frame.fix("A")
+    frame.fix("B")
+    frame.load("B", fx=load)
+    np.testing.assert_array_equal(frame.solve(method).displacement("B"), np.zeros((2, 6)))
+    np.testing.assert_array_equal(frame.solve(method).reaction("B")[:, 0], -np.broadcast_to(load, 2))
