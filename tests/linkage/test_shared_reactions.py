@@ -84,3 +84,41 @@ def test_a_spring_pulls_as_in_the_rigid_motion() -> None:
     motion = linkage.move(A=[0.0, 0.2], rates={"A": 2.0}, accelerations={"A": 3.0})
     assert (motion.reactions().method == "compliance").all()
     in_equilibrium(linkage, motion)
+
+
+def on_three_cranks(springs: tuple[float, ...], at: float, load: float, twin: bool = False) -> Linkage:
+    """A rigid bar, its pins springs, on upright cranks that turn on ideal pins, or are perhaps clamped beside them."""
+    linkage = Linkage({f"A{k}": (k, 0) for k in range(3)}, P=(at, 1))
+    for k in range(3):
+        linkage.point(f"B{k}", (k, 1))
+        linkage.link(f"crank {k}", f"A{k}", f"B{k}")
+        linkage.revolute(f"A{k}", "ground", f"crank {k}", drive=k == 0)
+    linkage.link("bar", "B0", "B1", "B2", "P")
+    for k, spring in enumerate(springs):
+        linkage.revolute(f"B{k}", f"crank {k}", "bar", stiffness=(spring,) * 5 + (0.0,))
+    if twin:
+        linkage.fixed("A1", "ground", "crank 1")
+        linkage.fixed("A2", "ground", "crank 2")
+    linkage.load("P", link="bar", fy=load)
+    return linkage
+
+
+def test_ideal_pins_beside_springs_leave_the_sharing_to_these() -> None:
+    """A rigid bar on three springs: ``f = k (v + x a)`` with the load and its moment about the first."""
+    springs, place, at, load = np.array([1e6, 3e6, 5e5]), np.arange(3.0), 0.4, 700.0
+    matrix = np.array([[springs.sum(), springs @ place], [springs @ place, springs @ place**2]])
+    sunk, turned = np.linalg.solve(matrix, [load, at * load])
+    found = on_three_cranks(tuple(springs), at, load).move(A0=[0.0, 0.0]).reactions()
+    assert found.method.tolist() == ["compliance"] * 2
+    for k in range(3):
+        wanted = -springs[k] * (sunk + place[k] * turned)
+        for pin in (f"A{k}", f"B{k}"):
+            assert_allclose(found.force(pin)[:, :2], [[0.0, wanted]] * 2, rtol=1e-9, atol=1e-9 * load)
+
+
+def test_two_ideal_joints_that_hold_the_same_share_by_no_compliance() -> None:
+    """Pins and clamps side by side on the ground hold the same components twice."""
+    found = on_three_cranks((1e6, 3e6, 5e5), 0.4, 700.0, twin=True).move().reactions()
+    assert found.method == "minimum norm"
+    total = sum(found.force(joint)[1] for joint in (*(f"A{k}" for k in range(3)), "A1.fixed", "A2.fixed"))
+    assert_allclose(total, -700.0, rtol=1e-9)

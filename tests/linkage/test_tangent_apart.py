@@ -66,3 +66,46 @@ def test_a_mass_on_links_without_mass_has_six_modes(load: float, pin: float) -> 
     for count in (7, 8, 12):
         with pytest.raises(FrameError, match="fewer modes with mass"):
             motion.frequencies(count)
+
+
+def cantilever(bob: bool, load: float) -> Linkage:
+    """A bar that is held at its root, perhaps with a link without mass that hangs loose from its end."""
+    bar = Beam(Circle(diameter=0.01), Material(E=2e11, nu=0.3, density=7850.0), segments=2)
+    linkage = Linkage(A=(0, 0), B=(0.3, 0.1), C=(0.3, -0.2))
+    linkage.link("bar", "A", "B", beam=bar)
+    linkage.fixed("A", "ground", "bar")
+    if bob:
+        linkage.link("bob", "B", "C")
+        linkage.spherical("B", "bar", "bob")
+    linkage.load("B", link="bar", fx=load)
+    return linkage
+
+
+@pytest.mark.parametrize("load", [1e-9, -500.0])
+def test_a_loose_link_without_mass_is_no_mode(load: float) -> None:
+    found, wanted = (cantilever(bob, load).move().frequencies(4) for bob in (True, False))
+    assert_allclose(found, wanted, rtol=1e-9)
+    swinging = cantilever(True, load)
+    swinging.revolute("A", "ground", "bar", name="A", replace=True)
+    assert np.isnan(swinging.move().frequencies(1)).all()
+
+
+def test_what_cannot_move_has_no_compliance_under_load() -> None:
+    linkage = Linkage(A=(0, 0), B=(0.3, 0.1))
+    linkage.link("arm", "A", "B")
+    linkage.revolute("A", "ground", "arm", drive=True)
+    linkage.load("B", fx=10.0)
+    motion = linkage.move(A=[0.0, 0.5])
+    assert_allclose(motion.compliance_matrix("B"), 0.0, atol=0.0)
+    with pytest.raises(FrameError, match="its stiffness is infinite there"):
+        motion.stiffness("B")
+
+
+def test_what_nothing_holds_has_no_stiffness_and_warns_of_nothing() -> None:
+    """An arm that no drive holds and a load swings is kinematically unstable, beside its rigid pivot."""
+    linkage = Linkage(A=(0, 0), B=(0.3, 0.1))
+    linkage.link("arm", "A", "B")
+    linkage.revolute("A", "ground", "arm")
+    for load in (0.0, 10.0):
+        linkage.load("B", fy=load, replace=True)
+        assert np.isnan(linkage.move().stiffness("A", "arm")).any()

@@ -260,7 +260,8 @@ def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
     known = np.asarray(np.isfinite(compliance).all(axis=(-2, -1)))
     # Lengths and angles are brought to like size before the rank is judged.
     size = np.sqrt(np.abs(np.diagonal(compliance, axis1=-2, axis2=-1)))
-    scaled = compliance / np.where(size > 0.0, size, 1.0)[..., :, None] / np.where(size > 0.0, size, 1.0)[..., None, :]
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = compliance / size[..., :, None] / size[..., None, :]
     scaled[~known] = np.eye(6)
     least = np.abs(np.linalg.eigvalsh(scaled)).min(axis=-1)
     if np.any(least <= RIGID):

@@ -97,6 +97,35 @@ def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: 
     )
 
 
+def without_self_stress(matrices: Callable[[slice], Array], side: Array, elastic: Bools) -> Bools:
+    """Poses at which no forces are in equilibrium with each other alone that strain nothing, (n,).
+
+    Then compliance tells how a load is shared, however many of the unknowns are those of rigid parts. Blocks that
+    nothing loads do not count.
+
+    Parameters
+    ----------
+    matrices, side
+        As for `solved`.
+    elastic
+        Unknowns that strain something, (k,).
+    """
+    rows, columns = side.shape[1], len(elastic)
+    step = max(1, CHUNK // max(rows * columns, 1))
+    out = np.ones(len(side), dtype=bool)
+    for at in range(0, len(side), step):
+        cut = slice(at, at + step)
+        matrix, given = matrices(cut), np.abs(side[cut])
+        least = ZERO * given.max(axis=-1, initial=0.0)
+        for those, unknowns in blocks(np.asarray((np.abs(matrix) > ZERO).any(axis=0))):
+            rigid = unknowns[~elastic[unknowns]]
+            if len(rigid):
+                size = np.linalg.svd(matrix[:, those[:, None], rigid], compute_uv=False)
+                independent = (size * DEPENDENT > size[:, :1]).sum(axis=-1) == len(rigid)
+                out[cut] &= independent | (given[:, those].max(axis=-1) <= least)
+    return out
+
+
 def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
     """Poses by which coefficients they have, as what does not meet at the one may do so at the other."""
     used = np.asarray(np.abs(matrix) > ZERO)

@@ -15,7 +15,7 @@ from ..description.joints import COMPONENTS
 from ..graphics.reaction_plots import plot_reactions
 from ..poses.states import PoseState
 from .actions import centre_of, inertia_force
-from .determinacy import IdleMotions, solved
+from .determinacy import IdleMotions, solved, without_self_stress
 from .equilibrium import Equilibrium
 from .frame import FramedPoses, frame
 
@@ -193,12 +193,15 @@ def reactions(motion: FramedPoses) -> Reactions:
     determined = np.isfinite(values).all(axis=-1)
     shared = ~unique & determined
     wrenches, drives = _split(equations, values)
-    how = LEAST
-    if shared.any() and _compliant(motion):
-        how = COMPLIANCE
+    told: NDArray[np.bool_] = np.asarray(shared & _compliant(motion))
+    if shared.any() and not told.any() and (elastic := _elastic(equations)).any():
+        entries = np.flatnonzero(shared)
+        known = without_self_stress(lambda cut: equations.matrices(shape, entries[cut]), loads[entries], elastic)
+        told = np.isin(np.arange(shared.size), entries[known]).reshape(shape)
+    if told.any():
         for own, other in zip((wrenches, drives), _by_compliance(motion), strict=True):
-            own.update({joint: np.where(shared[..., None], other[joint], force) for joint, force in own.items()})
-    method = np.where(determined, np.where(shared, how, DETERMINATE), NONE)
+            own.update({joint: np.where(told[..., None], other[joint], force) for joint, force in own.items()})
+    method = np.where(determined, np.where(told, COMPLIANCE, np.where(shared, LEAST, DETERMINATE)), NONE)
     return Reactions(motion, wrenches, drives, method)
 
 
@@ -221,6 +224,16 @@ def _compliant(motion: FramedPoses) -> bool:
     linkage = motion.linkage
     links = all(link.beams or len(link.points) == 1 for link in linkage.links.values())
     return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
+
+
+def _elastic(equations: Equilibrium) -> NDArray[np.bool_]:
+    """Unknowns that strain a spring of a joint, whatever the links are, (k,); drives are held."""
+    linkage, out = equations.motion.linkage, np.zeros(equations.unknowns, dtype=bool)
+    for joint, columns in zip(equations.names, equations.columns, strict=True):
+        springs = np.asarray(np.isfinite(linkage.joints[joint].full_stiffness).reshape(-1, 6).all(axis=0))
+        held = linkage.joints[joint].kind.constrained
+        out[columns] = [name in held and springs[COMPONENTS.index(name)] for name in equations.names[joint]]
+    return out
 
 
 def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Array]]:

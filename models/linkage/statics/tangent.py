@@ -19,7 +19,7 @@ from ....framework.described.parts import IdleRotation
 from ....framework.errors import FrameError
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
-from ....framework.results.spectrum import above_rounding, found_anew, inverse_pencil
+from ....framework.results.spectrum import above_rounding, found_anew, inverse_pencil, shifted
 from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
 from ....framework.solvers.rounding import zero_eigenvalue
@@ -99,7 +99,7 @@ class Tangent:
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
         # what a free motion moves has no compliance
-        size = np.abs(moved).max(axis=-1, keepdims=True)
+        size = np.abs(moved).max(axis=-1, keepdims=True, initial=0.0)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
         reach = np.repeat([self.plan.frame.size, 1.0], 3)[:, None]
         lost = lost | (np.abs(change @ self.spins) > _STILL * reach).any(axis=-1)
@@ -138,12 +138,17 @@ class Tangent:
         return np.where(self.stable[..., None], found, np.nan)
 
     def _raised(self, mass: Array, shift: Array) -> Array:
-        """The shift, or a larger one, at which ``stiffness + shift mass`` has no eigenvalue that is zero or less."""
+        """The shift, or a larger one, at which no motion with mass has a ``stiffness + shift mass`` of zero or less."""
         sizes = (np.abs(np.diagonal(each, axis1=-2, axis2=-1)).sum(axis=-1) for each in (self.stiffness, mass))
         ratio = np.divide(*sizes)
         for _ in range(_RAISES):
-            raised = self.stiffness + shift[..., None, None] * mass
-            low = np.linalg.eigvalsh(dense.scaled(raised)[0])[..., 0] <= zero_eigenvalue(raised.shape[-1])
+            matrix, root = dense.scaled(self.stiffness + shift[..., None, None] * mass)
+            values, vectors = np.linalg.eigh(matrix)
+            zero = zero_eigenvalue(values.shape[-1])
+            moved = root[..., :, None] * vectors
+            heavy = np.sum(moved * (mass @ moved), axis=-2)
+            massless = (np.abs(values) <= zero) & (heavy <= zero * heavy.max(axis=-1, keepdims=True))
+            low = ((values <= zero) & ~massless).any(axis=-1)
             if not low.any():
                 break
             shift = np.where(low, np.maximum(10.0 * shift, 1e-3 * ratio), shift)
@@ -152,7 +157,11 @@ class Tangent:
     def _squared(self, mass: Array, shift: Array, count: int) -> tuple[Array, Array]:
         """The lowest squared circular frequencies, (..., count), the most negative first, and their modes."""
         matrix, root = dense.scaled(self.stiffness + shift[..., None, None] * mass)
-        values, vectors = inverse_pencil(np.asarray(np.linalg.cholesky(matrix)), root, mass, count)
+        loose = (np.linalg.eigvalsh(matrix)[..., 0] <= zero_eigenvalue(matrix.shape[-1]))[..., None, None]
+        half = np.linalg.cholesky(np.where(loose, np.eye(matrix.shape[-1]), matrix))
+        if loose.any():  # motions without stiffness and mass, which are no modes
+            half = np.where(loose, shifted(self.stiffness, mass, shift)[0], half)
+        values, vectors = inverse_pencil(half, root, mass, count)
         values = above_rounding(values)
         return 1.0 / values - shift[..., None], vectors / np.sqrt(values)[..., None, :]
 
