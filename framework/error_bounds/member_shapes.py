@@ -191,11 +191,14 @@ def _sizes(plan: Plan, group: Group) -> Iterator[tuple[Group, str, Any, Change]]
         for name, size, larger in _larger(group.element):
             yield group, name, size, _made_larger(group, larger)
         return
-    # each piece of a taper has its own share of the sizes of its member
+    # the pieces of a taper have their shares of the sizes of its member: alike where they lie alike in one element
+    alike: dict[tuple[int, int, int], list[int]] = {}
     for at, (piece, whole) in enumerate(zip(pieces, wholes, strict=True)):
-        one = group.part(slice(at, at + 1))
-        for name, size, larger in _larger(whole):
-            yield one, name, size, _made_larger(one, larger, piece)
+        alike.setdefault((id(whole), piece.index, piece.count), []).append(at)
+    for same in alike.values():
+        some = group.part(np.array(same))
+        for name, size, larger in _larger(wholes[same[0]]):
+            yield some, name, size, _made_larger(some, larger, pieces[same[0]])
 
 
 def _made_larger(group: Group, larger: Larger, piece: Piece | None = None) -> Change:

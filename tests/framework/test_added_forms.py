@@ -389,7 +389,7 @@ def test_heat_that_depends_on_the_place_counts_where_nodes_are_moved(segments: i
 
 @pytest.mark.parametrize("size", ["y", "end.z"])
 def test_a_taper_on_a_foundation_by_the_sizes_of_its_ends(size: str) -> None:
-    """Its parts have their shares of both ends: differences of solutions in one batch."""
+    """Its parts have their shares of both ends: differences of solutions in one batch, of two members of one beam."""
     step = 1e-4 * np.array([0.0, 1.0, -1.0, 2.0, -2.0])
     start, end = {"y": DEPTH, "z": WIDTH}, {"y": DEPTH / 2.0, "z": WIDTH / 3.0}
     of, name = (end, size[-1]) if size.startswith("end") else (start, size)
@@ -398,12 +398,17 @@ def test_a_taper_on_a_foundation_by_the_sizes_of_its_ends(size: str) -> None:
     frame = Frame()
     frame.node("A", (0.0, 0.0, 0.0))
     frame.node("B", (LENGTH, 0.3, 0.2))
-    frame.add("AB", Beam(Rectangle(**start), STEEL, end=Rectangle(**end), segments=3), "A", "B")
+    frame.node("C", (0.5 * LENGTH, LENGTH, 0.1))
+    taper = Beam(Rectangle(**start), STEEL, end=Rectangle(**end), segments=2)
+    frame.add("AB", taper, "A", "B")
+    frame.add("CB", taper, "C", "B")
     frame.fix("A")
-    frame.add_form(skfem.BilinearForm(lambda u, v, w: w.k * (u[1] * v[1] + u[2] * v[2])), on="AB", k=2e4)
+    frame.fix("C")
+    frame.add_form(skfem.BilinearForm(lambda u, v, w: w.k * (u[1] * v[1] + u[2] * v[2])), on=("AB", "CB"), k=2e4)
     frame.load("B", fy=10.0, fz=30.0)
     solution = frame.solve()
-    found, moved = solution.sensitivity("B", "uz").sections["AB"][size][0], solution.displacement("B")[:, 2]
+    sections, moved = solution.sensitivity("B", "uz").sections, solution.displacement("B")[:, 2]
+    found = sections["AB"][size][0] + sections["CB"][size][0]
     expected = (8.0 * (moved[1] - moved[2]) - (moved[3] - moved[4])) / (12.0 * step[1] * value)
     assert_allclose(found, expected, rtol=1e-8)
 
