@@ -96,6 +96,25 @@ def test_an_element_of_a_class_of_ones_own_gives_way_to_a_plain_one(name: str) -
     assert not np.allclose(found, heavy, rtol=1e-3)
 
 
+class WarmBeam(Beam):
+    """A beam that grows by one part in ten thousand."""
+
+    def free_strain(self, fraction: Any) -> Any:
+        return np.array([1e-4, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def test_what_grows_by_heat_takes_the_place_of_what_does_not() -> None:
+    """It was known of the first that nothing loads it; its end goes by strain times length."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 2.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", ROD, "A", "B")
+    frame.fix("A")
+    for element, growth in ((ROD, 0.0), (WarmBeam(Circle(diameter=0.02), STEEL), 2e-4), (ROD, 0.0)):
+        frame.change("AB", element)
+        np.testing.assert_allclose(frame.solve().displacement("B"), [growth, 0, 0, 0, 0, 0], rtol=0.0, atol=1e-18)
+
+
 @pytest.mark.parametrize("kind", ["same form", "taper"])
 def test_numbering_and_joints_are_taken_up(kind: str) -> None:
     frame = described(ROD)

@@ -11,6 +11,7 @@ from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
 from linkframe.models.linkage.kinematics.loop_coordinates import LAST_STEP
 from linkframe.models.linkage.kinematics.loops import Loops
+from reference.any_linkage import KINDS
 from reference.counted import calls
 
 
@@ -67,6 +68,19 @@ def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dic
     fresh = robot(24)[0].move({name: float(x[7]) for name, x in drives.items()})
     np.testing.assert_array_equal(fresh.position("P"), alone[7].position("P"))
     assert fresh.closure_status == many.closure_status[7] == "regular"
+
+
+def test_drives_that_move_one_after_the_other_forget_each_other() -> None:
+    """The path of the one that moved last is kept, and is not taken for that of the other."""
+
+    def drawn() -> Linkage:
+        return KINDS["two_drives"](np.random.default_rng(2)).made()
+
+    used, poses = drawn(), [{"A": 1.0}, {"S": 0.5}, {"A": -0.8}]
+    for pose in poses:
+        place = used.move(pose).position("P")
+        np.testing.assert_array_equal(place, drawn().move(pose).position("P"))
+        assert place[0] != used.points["P"][0]
 
 
 def test_rates_of_one_pose_are_those_of_a_batch() -> None:
