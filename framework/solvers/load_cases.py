@@ -100,7 +100,7 @@ def by_units(plan: Loaded) -> tuple[Description, Grid, RightHandSideParameters, 
 
 
 def _units(frame: Description, grid: Grid, first: Value, each: Iterator[Value | None]) -> Description:
-    """A copy of the frame with each varying load replaced by its unit of `each`, and constants multiplied by `first`."""
+    """A copy of the frame with each varying load replaced by its unit of `each`, and constants times `first`."""
     clone, ndim = copy.copy(frame), len(grid.shape)
     one = np.asarray(first)
 
