@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....elements.parameters import given_state
 from ....framework.arm import crossed
 from ....framework.batch import Array, finite, vector
 from ....framework.errors import FrameError
@@ -91,6 +92,9 @@ class Pair:
     pitch: Array | None = None
     contact: Array | None = None
     directions: tuple[Array, Array | None] | None = None
+
+    def __getstate__(self) -> dict[str, object]:
+        return given_state(self)
 
     @cached_property
     def full_stiffness(self) -> Array:
