@@ -64,8 +64,8 @@ LAYERS = {
 ROOMS = {
     "plane, samples, statistics": (
         "clearance planar newton_euler intervals histograms convergence distributions given_distributions "
-        "given_deviations quantiles moments normality sampling spread propagation/* sensitivity failure/* fits/* fuzzy/* "
-        "measured/*"
+        "given_deviations quantiles moments normality sampling spread propagation/* sensitivity failure/* fits/* "
+        "fuzzy/* measured/*"
     ),
     "what jobs share": "job/*",
     "linkage": "linkage/*",
