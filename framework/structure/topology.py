@@ -25,8 +25,6 @@ __all__ = ["Group", "Index", "Piece", "Topology"]
 
 # Cached properties that follow from the positions of nodes alone, and from the elements of members alone.
 _OF_NODES, _OF_ELEMENTS = ("plain_positions", "_chords"), ("strained",)
-# Up to this many members of a stack it takes no longer to evaluate all than some of them.
-_FEW = 16
 
 
 @dataclass(slots=True)
@@ -222,9 +220,7 @@ class Topology(NumberedPieces):
         at = [place for place, k in enumerate(group.pieces.tolist()) if k in others]
         if not at:
             return stack
-        assert self.gathered is not None
-        all_of_them = len(at) == len(stack) or (len(stack) <= _FEW and not self.gathered.changed)
-        if all_of_them or stack.dtype != Extended or not group.element.elementwise:
+        if len(at) == len(stack) or stack.dtype != Extended or not group.element.elementwise:
             return self.groups[number].extended_stiffness()
         assert isinstance(self._chords, np.ndarray)
         pieces, out = group.pieces[at], stack.copy()
