@@ -122,3 +122,31 @@ def test_two_ideal_joints_that_hold_the_same_share_by_no_compliance() -> None:
     assert found.method == "minimum norm"
     total = sum(found.force(joint)[1] for joint in (*(f"A{k}" for k in range(3)), "A1.fixed", "A2.fixed"))
     assert_allclose(total, -700.0, rtol=1e-9)
+
+
+def test_how_a_pose_is_shared_does_not_depend_on_others_of_its_batch() -> None:
+    """Held twice across its plane, where nothing loads it: a crank that leaves the plane at another entry is no matter.
+
+    There one crank is askew, so that what is held twice is coupled with what is loaded.
+    """
+
+    def on_cranks(aside: float | list[float]) -> Linkage:
+        linkage = Linkage({f"A{k}": (k, 0) for k in range(3)}, P=(0.4, 1))
+        for k, out in enumerate([0.0, aside, 0.0]):
+            linkage.point(f"B{k}", np.stack(np.broadcast_arrays(float(k), 1.0, out), axis=-1))
+            linkage.link(f"crank {k}", f"A{k}", f"B{k}")
+            linkage.revolute(f"A{k}", "ground", f"crank {k}", drive=k == 0)
+        linkage.link("bar", "B0", "B1", "B2", "P")
+        for k, spring in enumerate((1e6, 3e6, 5e5)):
+            linkage.revolute(f"B{k}", f"crank {k}", "bar", stiffness=(spring,) * 5 + (0.0,))
+        linkage.planar("A1", "ground", "crank 1")
+        linkage.load("P", link="bar", fy=700.0)
+        return linkage
+
+    both = on_cranks([0.0, 0.1]).move(A0=0.0).reactions()
+    assert both.method.tolist() == ["compliance", "minimum norm"]
+    for entry, aside in enumerate((0.0, 0.1)):
+        alone = on_cranks(aside).move(A0=0.0).reactions()
+        assert alone.method == both.method[entry]
+        for k in range(3):
+            assert_allclose(both.force(f"A{k}")[entry], alone.force(f"A{k}"), rtol=1e-9, atol=1e-9)

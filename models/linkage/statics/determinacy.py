@@ -110,38 +110,51 @@ def without_self_stress(matrices: Callable[[slice], Array], side: Array, elastic
     elastic
         Unknowns that strain something, (k,).
     """
-    rows, columns = side.shape[1], len(elastic)
-    step = max(1, CHUNK // max(rows * columns, 1))
-    out = np.ones(len(side), dtype=bool)
-    for at in range(0, len(side), step):
+    count, rows = side.shape
+    step = max(1, CHUNK // max(rows * len(elastic), 1))
+    out = np.ones(count, dtype=bool)
+    for at in range(0, count, step):
         cut = slice(at, at + step)
         matrix, given = matrices(cut), np.abs(side[cut])
-        least = ZERO * given.max(axis=-1, initial=0.0)
-        for those, unknowns in blocks(np.asarray((np.abs(matrix) > ZERO).any(axis=0))):
-            rigid = unknowns[~elastic[unknowns]]
-            if len(rigid):
-                size = np.linalg.svd(matrix[:, those[:, None], rigid], compute_uv=False)
-                independent = (size * DEPENDENT > size[:, :1]).sum(axis=-1) == len(rigid)
-                out[cut] &= independent | (given[:, those].max(axis=-1) <= least)
+        for poses, used in _patterns(np.asarray(np.abs(matrix) > ZERO)):
+            out[cut][poses] = _independent(matrix[poses], given[poses], elastic, used)
+    return out
+
+
+def _independent(matrix: Array, given: Array, elastic: Bools, used: Bools) -> Bools:
+    """The same of poses that all have the coefficients which are `used`, (m, k)."""
+    out = np.ones(len(matrix), dtype=bool)
+    least = ZERO * given.max(axis=-1, initial=0.0)
+    for rows, unknowns in blocks(used):
+        rigid = unknowns[~elastic[unknowns]]
+        if len(rigid):
+            size = np.linalg.svd(matrix[:, rows[:, None], rigid], compute_uv=False)
+            independent = (size * DEPENDENT > size[:, :1]).sum(axis=-1) == len(rigid)
+            out &= independent | (given[:, rows].max(axis=-1) <= least)
     return out
 
 
 def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
     """Poses by which coefficients they have, as what does not meet at the one may do so at the other."""
-    used = np.asarray(np.abs(matrix) > ZERO)
-    whole = np.asarray(used.any(axis=0))
-    fewer = used.sum(axis=(-2, -1)) < whole.sum()
-    if not fewer.any():
-        return _alike(matrix, side, idle, whole)
-    patterns = np.packbits(used.reshape(len(used), -1), axis=-1)
-    _, first, which = np.unique(patterns, axis=0, return_index=True, return_inverse=True)
+    parts = _patterns(np.asarray(np.abs(matrix) > ZERO))
+    if len(parts) == 1:
+        return _alike(matrix, side, idle, parts[0][1])
     out = PoseSolutions(np.empty((len(matrix), matrix.shape[-1])), *np.empty((3, len(matrix)), dtype=bool))
-    for number, pose in enumerate(first.tolist()):
-        at = which.reshape(-1) == number
-        part = _alike(matrix[at], side[at], idle.cut(at), np.asarray(used[pose]))
+    for at, used in parts:
+        part = _alike(matrix[at], side[at], idle.cut(at), used)
         for name in ("values", "unique", "lost", "moving"):
             getattr(out, name)[at] = getattr(part, name)
     return out
+
+
+def _patterns(used: Bools) -> list[tuple[Bools, Bools]]:
+    """Poses that have the same `used` of (n, m, k), (n,), and what they have, (m, k)."""
+    whole = np.asarray(used.any(axis=0))
+    if not (used.sum(axis=(-2, -1)) < whole.sum()).any():
+        return [(np.ones(len(used), dtype=bool), whole)]
+    patterns = np.packbits(used.reshape(len(used), -1), axis=-1)
+    _, first, which = np.unique(patterns, axis=0, return_index=True, return_inverse=True)
+    return [(which.reshape(-1) == number, used[pose]) for number, pose in enumerate(first.tolist())]
 
 
 def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSolutions:
