@@ -36,3 +36,12 @@ def test_what_is_added_to_one_is_not_in_the_other(way: Callable[[Linkage], Linka
     assert not linkage.weight.any()
     assert np.array_equal(linkage.move(A=0.1).reactions().drive("A"), torque)
     assert len(other.loads) == 2
+
+
+def test_springs_of_a_rigid_joint_are_not_written_to() -> None:
+    """They are kept with the joint, which must stay as it was described."""
+    linkage = Linkage(A=(0, 0), B=(1, 0))
+    linkage.link("arm", "A", "B")
+    linkage.revolute("A", "ground", "arm", drive=True)
+    with pytest.raises(ValueError, match="read-only"):
+        linkage.joints["A"].full_stiffness[:] = 7.0

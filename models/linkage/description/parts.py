@@ -98,11 +98,13 @@ class Pair:
 
     @cached_property
     def full_stiffness(self) -> Array:
-        """Six springs in joint axes, (..., 6): as given, or inf on what the joint holds and 0 on what it lets go."""
+        """Six springs in joint axes, (..., 6): as given, or inf where the joint constrains and 0 where it is free."""
         if self.stiffness is not None:
             return self.stiffness
         constrained, components = self.kind.constrained, ("ux", "uy", "uz", "rx", "ry", "rz")
-        return np.array([np.inf if name in constrained else 0.0 for name in components])
+        springs = np.array([np.inf if name in constrained else 0.0 for name in components])
+        springs.setflags(write=False)
+        return springs
 
 
 def about_first(pair: Pair) -> str:
