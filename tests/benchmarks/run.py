@@ -58,7 +58,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"one of {', '.join(BENCHMARKS)}; all where none")
     parser.add_argument("--out", type=Path, default=Path("benchmarks-results"), help="folder for the results")
-    parser.add_argument("--quick", action="store_true", help="small sizes: two minutes instead of eight")
+    parser.add_argument("--quick", action="store_true", help="small sizes: two minutes instead of a quarter of an hour")
     given = parser.parse_args()
     unknown = sorted(set(given.names) - set(BENCHMARKS))
     if unknown:
