@@ -25,7 +25,7 @@ _SET_UP, _NUMBERED = 2e-3, 0.035e-3
 _COLUMN, _NUMBER = 0.05e-6, 7e-9
 # Seconds for each batch entry and column, and number in it, where machine code factorises several entries at a time.
 _LANE_COLUMN, _LANE_NUMBER = 0.01e-6, 3e-9
-_TURNED, _SUMMED = 6e-6, 0.55e-6
+_TURNED, _SUMMED = 6e-6, 0.58e-6
 # Seconds of a single matrix: in all, for a member, and for an unknown in each load case.
 _ONE, _ASSEMBLED, _CASE = 3e-3, 0.025e-3, 0.1e-6
 
