@@ -116,7 +116,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
         if group.has_foundation:
             _check_held_between(topology, group, at[some], x[:, some])
             continue
-        between = _between_held_ends(topology, group, at[some], x[:, some])
+        between = _between_fixed_ends(topology, group, at[some], x[:, some])
         whole = np.broadcast_shapes(moved.shape, (1, len(at), *between.shape[2:]))
         moved = np.array(np.broadcast_to(moved, whole)) if whole != moved.shape else moved
         moved[:, some] += between
@@ -144,7 +144,7 @@ def _alike(topology: Topology, group: Group, at: Index) -> Iterator[Index]:
         yield np.array([i])
 
 
-def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
+def _between_fixed_ends(topology: Topology, group: Group, at: Index, x: Array) -> Array:
     """Displacement by the loads on some pieces whose ends are fixed, in local axes, (k, n, ..., 6).
 
     It is integrated in each plane from the stiffer end, so that rounding in the strain of a thin end is not amplified.
@@ -156,7 +156,7 @@ def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) ->
     last_is_stiffer = last < first
     constrained = -end_loads(topology, group, at)[..., :6]
 
-    def held_at(side: int) -> Array:
+    def fixed_at(side: int) -> Array:
         origin = side * length
         slip = _slips(
             group, length, _integrated(topology, group, at, length - origin[None], constrained, side)[0], side
@@ -164,8 +164,8 @@ def _between_held_ends(topology: Topology, group: Group, at: Index, x: Array) ->
         return _integrated(topology, group, at, x, constrained, side) + _rigid(slip, x - origin)
 
     if not last_is_stiffer.any():
-        return held_at(0)
-    return held_at(1) if last_is_stiffer[..., _BENDING].all() else np.where(last_is_stiffer, held_at(1), held_at(0))
+        return fixed_at(0)
+    return fixed_at(1) if last_is_stiffer[..., _BENDING].all() else np.where(last_is_stiffer, fixed_at(1), fixed_at(0))
 
 
 def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
