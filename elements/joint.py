@@ -130,15 +130,22 @@ class Joint(JointElement):
         Parameters
         ----------
         axes
-            Axes as columns in global components, (3, 3), known to be orthonormal and right-handed.
+            Axes as columns in global components, (..., 3, 3), known to be orthonormal and right-handed; not copied.
 
         Returns
         -------
         Joint
             Joint with the same stiffness, clearance and pitch.
+
+        Raises
+        ------
+        FrameError
+            If their shapes do not broadcast.
         """
         clone = copy(self)
-        object.__setattr__(clone, "axes", axes)
+        shapes = {"stiffness": self.stiffness.shape[:-1], "axes": axes.shape[:-2]}
+        shapes |= {"clearance": self.clearance.shape, "pitch": self.pitch.shape}
+        vars(clone).update(axes=axes, shape=common_shape("Joint", shapes))
         return clone
 
     @cached_property

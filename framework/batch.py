@@ -16,6 +16,8 @@ Shape = tuple[int, ...]
 
 # Objects up to which each is held against all others, and numbers up to which Python looks at each.
 _FEW = 16
+# Matrices above which each entry of all of them is looked at together.
+_MANY = 64
 # The number zero as an array: one object, which is known by itself and nobody may change.
 ZERO: Array = np.zeros(())
 ZERO.setflags(write=False)
@@ -87,12 +89,27 @@ def rotation(value: ArrayLike, what: str) -> Array:
     array = finite(value, what)
     if array.ndim < 2 or array.shape[-2:] != (3, 3):
         raise FrameError(f"{what} have shape {array.shape}: give (..., 3, 3), the axes as columns")
+    # of one and of many the entries tell in a tenth of the time
+    if (array.ndim == 2 or array.size > 9 * _MANY) and array.size and _is_rotation(array):
+        return array
     off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(initial=0.0)
     if off > 1e-9:
         raise FrameError(f"{what} are not orthonormal (off by {off:.2g}): give three unit vectors at right angles")
     if np.any(np.linalg.det(array) < 0.0):
         raise FrameError(f"{what} are left-handed: turn one of the columns round")
     return array
+
+
+def _is_rotation(axes: Array) -> bool:
+    """Whether the third of some axes (..., 3, 3) is the product of the first two, and these are unit vectors at right
+    angles: by a tenth of what `rotation` allows.
+    """
+    rows = axes.tolist() if axes.ndim == 2 else np.moveaxis(axes, (-2, -1), (0, 1))
+    (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = rows
+    product = x2 * y3 - x3 * y2 - z1, x3 * y1 - x1 * y3 - z2, x1 * y2 - x2 * y1 - z3
+    unit = x1 * x1 + x2 * x2 + x3 * x3 - 1.0, y1 * y1 + y2 * y2 + y3 * y3 - 1.0
+    off = [*product, *unit, x1 * y1 + x2 * y2 + x3 * y3]
+    return bool(max(map(abs, off)) < 1e-10 if axes.ndim == 2 else all(np.abs(each).max() < 1e-10 for each in off))
 
 
 def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Self
@@ -172,7 +173,7 @@ class DescribedNodes:
         self.nodes[name] = Node(place, body)
         if body is None and place.ndim == 1:
             self.size = max(self.size, *map(abs, place.tolist()))
-        elif body is None or self.bodies[body].far + float(np.linalg.norm(place, axis=-1).max(initial=0.0)) > self.size:
+        elif body is None or self.bodies[body].far + _farthest(place) > self.size:
             self.size = max(self.size, float(np.abs(self._place(name)).max(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
@@ -310,3 +311,10 @@ class DescribedNodes:
                     joined(name, shape, {what: other})
                 whole, known = np.broadcast_shapes(whole, shape), {**known, shape: name}
         return whole, known
+
+
+def _farthest(places: Array) -> float:
+    """Largest distance of places (..., 3) from their origin."""
+    if places.ndim == 1:
+        return math.hypot(*places.tolist())
+    return float(np.linalg.norm(places, axis=-1).max(initial=0.0))

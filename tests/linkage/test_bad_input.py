@@ -125,3 +125,10 @@ def test_unknown_names_of_a_motion_are_refused():
     ):
         with pytest.raises(FrameError, match=message):
             call()
+
+
+def test_a_stiffness_that_does_not_fit_the_poses_is_refused():
+    linkage = drawn()
+    linkage.revolute("B", "arm", "hand", drive=True, stiffness=np.ones((5, 6)))
+    with pytest.raises(FrameError, match=r"do not broadcast: stiffness \(5,\), axes \(3,\)"):
+        linkage.move(A=np.zeros(3), B=0.0).frame()

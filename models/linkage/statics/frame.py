@@ -24,7 +24,7 @@ from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_ax
 from ..description.sketch import place, places
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
-from .another_pose import at_another_pose, differs_in_place_only
+from .another_pose import at_another_pose, differs_in_place_only, own
 from .contact import impose_contacts, without_contacts
 from .guides import Layout, Slider, contact_stiffness
 from .inertia import beams_with_mass, inertia, is_given
@@ -182,11 +182,10 @@ class Builder:
             first, stiffness = self._cross(pair, first, stiffness, axes)
         element = Joint(
             stiffness,
-            axes,
             clearance=gap,
             clearance_directions=pair.kind.clearance if np.any(gap) else None,
             pitch=0.0 if pair.pitch is None else pair.pitch,
-        )
+        ).along(axes)
         if pair.name in self.spins:
             self._constrain_spin(pair, element, first, second)
         else:
@@ -211,10 +210,12 @@ class Builder:
     def _axes(self, pair: Pair) -> Array:
         """Axes of a joint, which move with its first link, those of a universal joint with both."""
         if pair.kind.name == "universal":
-            return self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
-        if pair.first == GROUND:
-            return np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
-        return np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
+            axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+        elif pair.first == GROUND:
+            axes = np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
+        else:
+            axes = np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
+        return own(axes)
 
     def _guide(self, pair: Pair) -> str:
         """Node of a joint on its first link; on the ground it is made where the joint slides to."""
