@@ -25,7 +25,7 @@ from .drives import Drives
 from .ends import sharpened
 from .many_paths import TOGETHER
 from .members import Starts, own_starts
-from .one_pose import one_pose
+from .one_pose import OnePose, one_pose
 from .other_modes import least_gaps
 from .predictor_corrector import OPEN
 from .rays import along_rays, from_one
@@ -37,6 +37,8 @@ Mask = NDArray[np.bool_]
 CLOSED = 1e-12
 # Change of a drive, in radians and mechanism sizes, below which it counts as standing still.
 STILL = 1e-14
+# Poses up to which a batch is found pose by pose, in floats: from there on the calls of NumPy take less time.
+FEW = 10
 # `reached` of a single pose that was found.
 _REACHED: Mask = np.ones((), dtype=bool)
 _REACHED.setflags(write=False)
@@ -151,18 +153,42 @@ def assembled(
     if varies and mechanism.starts is None:
         mechanism.starts = own_starts(loops, parameters, varies)
     shape = np.broadcast_shapes(drives.shape, varies) if varies else drives.shape
-    if not shape and not switch:
-        limit = max(CLOSED, loops.tolerance)
-        if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
-            return Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [], other_modes)
     starts = mechanism.starts if varies else None
-    out = None if varies or switch else _swept(loops, nominal, start, drives.states, shape)
+    out = None
+    if not varies and not switch:
+        few = _one_by_one(loops, nominal, start, drives.states, shape)
+        out = _swept(loops, nominal, start, drives.states, shape) if few is None else few
     if out is None:
         out = _looked_at(loops, nominal, start, starts, parameters, drives.states, shape, switch)
     out.other_modes, out.switch = other_modes, switch
     if other_modes:
         _ = out.closed
     return out
+
+
+def _one_by_one(
+    loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
+) -> Assembly | None:
+    """A single pose or a few, each by itself, with the bits of a longer batch; None for more.
+
+    None also where one of them takes a closer search; and of a few where several drives move, whose single poses are
+    found otherwise.
+    """
+    limit = max(CLOSED, loops.tolerance)
+    if not shape:
+        one = one_pose(loops, parameters, start, [float(x) for x in driven], limit)
+        return one and Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
+    if not 0 < math.prod(shape) <= FEW or len(driven) > 1:
+        return None
+    poses: list[OnePose] = []
+    for values in zip(*(x.ravel().tolist() for x in driven), strict=True):
+        one = one_pose(loops, parameters, start, values, limit)
+        if one is None:
+            return None
+        poses.append(one)
+    state: list[Value] = [np.array(entry).reshape(shape) for entry in zip(*(one.state for one in poses), strict=True)]
+    error = np.array([one.error for one in poses]).reshape(shape)
+    return Assembly(loops, parameters, shape, state, np.ones(shape, dtype=bool), error, [])
 
 
 def _swept(
