@@ -114,6 +114,8 @@ def _is_rotation(axes: Array) -> bool:
 
 def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:
     """Broadcast of `shape` with all `known` shapes; a clash names both sides."""
+    if all(not theirs or theirs == shape for theirs in known.values()):  # as most often
+        return shape
     try:
         return np.broadcast_shapes(shape, *known.values())
     except ValueError:

@@ -154,6 +154,7 @@ def of_one(floats: Function, arrays: Function) -> Function:
             found = floats(*([x.item() if isinstance(x, np.ndarray) else x for x in entries] for entries in inputs))
         except (ArithmeticError, ValueError):
             return arrays(*inputs)  # type: ignore[no-any-return]
-        return [np.full((1,) * depth, x) for x in found]
+        whole = np.array(found).reshape((-1, *(1,) * depth))
+        return [whole[k, ...] for k in range(len(whole))]
 
     return program

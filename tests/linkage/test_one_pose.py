@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
+from linkframe.models.linkage.continuation.assemble import FEW
 from linkframe.models.linkage.kinematics.loop_coordinates import LAST_STEP
 from linkframe.models.linkage.kinematics.loops import Loops
 from reference.any_linkage import KINDS
@@ -57,6 +58,22 @@ def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
         )
 
 
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("shape", [(1,), (2, 1), (3,), (FEW,), (FEW + 1,), (40,)])
+def test_a_short_batch_has_the_bits_of_its_poses_and_of_a_long_batch(name: str, shape: tuple[int, ...]) -> None:
+    angles = np.random.default_rng(3).uniform(-7.0, 7.0, 41)
+    many = CASES[name]().move(A=angles)
+    count = int(np.prod(shape))
+    few = CASES[name]().move(A=angles[:count].reshape(shape))
+    assert few.position("D").shape == (*shape, 3)
+    assert few.state.ravel().tolist() == many.state[:count].tolist()
+    for told in (lambda motion: motion.position("D"), lambda motion: motion.coordinate("D"), lambda motion: motion.gap):
+        np.testing.assert_array_equal(told(few).reshape(count, -1), told(many)[:count].reshape(count, -1))
+    for k in range(min(count, 3)):
+        alone = CASES[name]().move(A=float(angles[k]))
+        np.testing.assert_array_equal(alone.position("D"), many.position("D")[k])
+
+
 @pytest.mark.parametrize("robot", [delta, stewart])
 def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dict[str, np.ndarray]]]) -> None:
     linkage, drives = robot(24)
@@ -95,7 +112,13 @@ def test_rates_of_one_pose_are_those_of_a_batch() -> None:
 
 def test_it_takes_few_calls() -> None:
     linkage = four_bar(1.0, 2.5, 2.0, 3.0)
-    assert calls(lambda: linkage.move(A=2.0).position("D")) < 400
+    assert calls(lambda: linkage.move(A=2.0).position("D")) < 215
+
+
+@pytest.mark.parametrize(("poses", "most"), [(1, 315), (2, 350), (360, 475)])
+def test_a_batch_takes_few_calls(poses: int, most: int) -> None:
+    linkage, angles = four_bar(1.0, 2.5, 2.0, 3.0), np.linspace(0.0, 6.0, poses)
+    assert calls(lambda: linkage.move(A=angles).position("D")) < most
 
 
 @pytest.mark.parametrize("robot", [delta, stewart])

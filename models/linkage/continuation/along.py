@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from ..kinematics.blocks import blocks, cut, cut_all, members_of, taken
+from ..kinematics.blocks import blocks, cut, cut_all, members_of, shape_of, taken
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
@@ -73,10 +73,10 @@ class Along:
 
     def poses(self, driven: Sequence[Array], parameters: Sequence[Value], shape: Shape) -> Found:
         """Poses at the driven states, which broadcast with the starts to `shape`."""
-        s = driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]]
         # The other drives do not move, but their values may have batch axes of their own.
-        common = np.broadcast_shapes(*(np.shape(x) for x in driven))
-        s = s if np.shape(s) == common else np.broadcast_to(s, common)
+        s = np.broadcast_to(
+            driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]], shape_of(driven)
+        )
         single = SingleDrive(self.loops, self.nominal, self.start, self.drive, self.switch)
         guess = single.guess(s)
         self._drive(guess.state, driven)
@@ -98,13 +98,14 @@ class Along:
         """Close the interpolated guesses; where Newton's method fails, follow the path in short steps."""
         shape = guess.reached.shape
         found = self.loops.close_all(list(guess.state), self.nominal)
-        good = np.broadcast_to(found.trusted & guess.reached & same_signs(found.determinants, guess.signs), shape)
-        state = _given(self.loops, found.state, shape)
+        good = np.asarray(found.trusted & guess.reached & same_signs(found.determinants, guess.signs))
+        # the entries that Newton's method found are arrays of their own; of a single pose, numbers
+        state: list[Value] = [np.asarray(x) for x in found.state]
         if good.all():
-            return Found(state, good.copy())
+            return Found(state, good)
         assert guess.s is not None
         assert guess.guide is not None
-        good, guide = good.copy(), guess.guide
+        guide = guess.guide
         _put(state, ~good, [np.broadcast_to(x, shape)[~good] for x in guess.state], self.loops)
         places = self.loops.driven_states
         for index in map(tuple, np.argwhere(~good & guess.reached)):
@@ -289,12 +290,6 @@ def same_signs(determinants: Sequence[Value], signs: Sequence[Value]) -> Mask:
 
 def _members(value: Value, shape: Shape, names: NDArray[np.intp]) -> Array:
     return np.broadcast_to(value, shape).ravel()[names]
-
-
-def _given(loops: Loops, state: Sequence[Value], shape: Shape) -> list[Value]:
-    """The state with its unknown entries copied to arrays of the batch shape."""
-    unknown = set(loops.unknown_states)
-    return [np.array(np.broadcast_to(x, shape)) if k in unknown else x for k, x in enumerate(state)]
 
 
 def _put(state: list[Value], chosen: Mask | tuple[int, ...], values: Sequence[Value], loops: Loops) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
 from ....framework.lazily import cached_property
+from ....framework.program.calculation import worth_compiling
 from ..kinematics.blocks import blocks, cut_all, members_of, taken
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
@@ -23,7 +25,7 @@ from .drives import Drives
 from .ends import sharpened
 from .many_paths import TOGETHER
 from .members import Starts, own_starts
-from .one_pose import one_pose
+from .one_pose import OnePose, one_pose
 from .other_modes import least_gaps
 from .predictor_corrector import OPEN
 from .rays import along_rays, from_one
@@ -35,6 +37,8 @@ Mask = NDArray[np.bool_]
 CLOSED = 1e-12
 # Change of a drive, in radians and mechanism sizes, below which it counts as standing still.
 STILL = 1e-14
+# Poses up to which a batch is found pose by pose, in floats: from there on the calls of NumPy take less time.
+FEW = 10
 # `reached` of a single pose that was found.
 _REACHED: Mask = np.ones((), dtype=bool)
 _REACHED.setflags(write=False)
@@ -58,8 +62,6 @@ class Assembly:
         Where the loops close on the path that leads there from the reference configuration, (...).
     error
         Closure error there, in units of the mechanism's size, (...).
-    row
-        Closing row with the largest error, (...).
     patches
         Poses in change points; their rates are those of the branch on both sides.
     other_modes
@@ -76,7 +78,6 @@ class Assembly:
     state: list[Value]
     reached: Mask
     error: Array
-    row: NDArray[np.intp]
     patches: list[Patch]
     other_modes: bool = False
     switch: bool = False
@@ -112,7 +113,7 @@ class Assembly:
 
     @property
     def open_row(self) -> NDArray[np.intp]:
-        """Closing row with the largest error, (...)."""
+        """Closing row with the largest error where the linkage cannot be assembled, (...)."""
         return self._anew[2]
 
     @cached_property
@@ -122,10 +123,10 @@ class Assembly:
 
         The states found are stored where other modes are asked for.
         """
-        other = np.zeros(self.shape, dtype=bool)
+        other, row = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=np.intp)
         if self.reached.all():
-            return other, self.error, self.row
-        error, row, left = self.error.copy(), self.row.copy(), ~self.reached
+            return other, self.error, row
+        error, left = self.error.copy(), ~self.reached
         own = members_of(self.parameters, left)
         begin = np.stack([np.broadcast_to(x, self.shape)[left] for x in self.state])
         found, error[left], row[left] = least_gaps(self.loops, own, begin, alike=self.other_modes)
@@ -152,13 +153,11 @@ def assembled(
     if varies and mechanism.starts is None:
         mechanism.starts = own_starts(loops, parameters, varies)
     shape = np.broadcast_shapes(drives.shape, varies) if varies else drives.shape
-    if not shape and not switch:
-        limit = max(CLOSED, loops.tolerance)
-        if (one := one_pose(loops, nominal, start, [float(x) for x in drives.states], limit)) is not None:
-            error, row = np.array(one.error), np.array(one.row)
-            return Assembly(loops, parameters, shape, list(one.state), _REACHED, error, row, [], other_modes)
     starts = mechanism.starts if varies else None
-    out = None if varies or switch else _swept(loops, nominal, start, drives.states, shape)
+    out = None
+    if not varies and not switch:
+        few = _one_by_one(loops, nominal, start, drives.states, shape)
+        out = _swept(loops, nominal, start, drives.states, shape) if few is None else few
     if out is None:
         out = _looked_at(loops, nominal, start, starts, parameters, drives.states, shape, switch)
     out.other_modes, out.switch = other_modes, switch
@@ -167,23 +166,49 @@ def assembled(
     return out
 
 
+def _one_by_one(
+    loops: Loops, parameters: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
+) -> Assembly | None:
+    """A single pose or a few, each by itself, with the bits of a longer batch; None for more.
+
+    None also where one of them takes a closer search; and of a few where several drives move, whose single poses are
+    found otherwise.
+    """
+    limit = max(CLOSED, loops.tolerance)
+    if not shape:
+        one = one_pose(loops, parameters, start, [float(x) for x in driven], limit)
+        return one and Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
+    if not 0 < math.prod(shape) <= FEW or len(driven) > 1:
+        return None
+    poses: list[OnePose] = []
+    for values in zip(*(x.ravel().tolist() for x in driven), strict=True):
+        one = one_pose(loops, parameters, start, values, limit)
+        if one is None:
+            return None
+        poses.append(one)
+    state: list[Value] = [np.array(entry).reshape(shape) for entry in zip(*(one.state for one in poses), strict=True)]
+    error = np.array([one.error for one in poses]).reshape(shape)
+    return Assembly(loops, parameters, shape, state, np.ones(shape, dtype=bool), error, [])
+
+
 def _swept(
     loops: Loops, nominal: Sequence[float], start: Pose, driven: Sequence[Array], shape: Shape
 ) -> Assembly | None:
     """A long sweep of one drive by machine code; the poses that this leaves open are found as in a short batch."""
+    if not worth_compiling(math.prod(shape)):
+        return None
     moving = _moving(loops, start, driven)
     if len(moving) != 1 or loops.driven_spherical or not loops.determined:
         return None
     found = swept(loops, nominal, start, moving[0], driven, shape, max(CLOSED, loops.tolerance))
     if found is None:
         return None
-    row = np.zeros(shape, dtype=np.intp)
-    out = Assembly(loops, nominal, shape, found.state, found.good, found.error, row, [], how=found.reason)
+    out = Assembly(loops, nominal, shape, found.state, found.good, found.error, [], how=found.reason)
     if not found.good.all():
         left = ~found.good
         aims = [np.broadcast_to(x, shape)[left] for x in driven]
         rest = _looked_at(loops, nominal, start, None, nominal, aims, aims[0].shape, switch=False)
-        out.reached[left], out.error[left], row[left] = rest.reached, rest.error, rest.row
+        out.reached[left], out.error[left] = rest.reached, rest.error
         out.patches = [patch.of(left) for patch in rest.patches]
         for place in loops.unknown_states:
             np.asarray(out.state[place])[left] = rest.state[place]
@@ -202,11 +227,11 @@ def _looked_at(
 ) -> Assembly:
     """Poses of a batch, with change points, dead points and poses out of reach."""
     found = _found(loops, nominal, start, starts, parameters, driven, shape, switch)
-    error, row = _measured(loops, parameters, found, shape)
+    error = _measured(loops, parameters, found, shape)
     closed = error < max(CLOSED, loops.tolerance)
     if found.nearly is not None:
         closed |= found.nearly & (error < OPEN)
-    return Assembly(loops, parameters, shape, found.state, found.reached & closed, error, row, found.patches)
+    return Assembly(loops, parameters, shape, found.state, found.reached & closed, error, found.patches)
 
 
 def _moving(loops: Loops, start: Pose, driven: Sequence[Array]) -> list[int]:
@@ -338,13 +363,11 @@ def _on_rays(
     return list(states), reached
 
 
-def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> tuple[Array, NDArray[np.intp]]:
-    """Closure error of every pose, (...), and the closing row with the largest error, (...)."""
-    error, row = loops.gaps(found.state, parameters, shape), np.zeros(shape, dtype=np.intp)
-    if error is not None:
-        # The row matters only for poses that are not closed; it is found when other assembly modes are tried.
-        return error, row
-    error = np.zeros(shape)
-    for block in blocks(shape):
-        error[block], row[block] = open_by(loops, cut_all(found.state, block), cut_all(parameters, block))
-    return error, row
+def _measured(loops: Loops, parameters: Sequence[Value], found: Found, shape: Shape) -> Array:
+    """Closure error of every pose, (...)."""
+    error = loops.gaps(found.state, parameters, shape)
+    if error is None:
+        error = np.empty(shape)
+        for block in blocks(shape):
+            error[block] = open_by(loops, cut_all(found.state, block), cut_all(parameters, block))
+    return error

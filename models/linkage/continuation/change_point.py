@@ -144,7 +144,7 @@ def _around(
     state[place] = s
     loops.unit(state)
     sure = np.broadcast_to(closed.trusted, (len(knots), count)).all(axis=0)
-    gap = open_by(loops, state, own)[0]
+    gap = open_by(loops, state, own)
     return Around(own, s, guess.drive, state, gap, np.asarray(sure), list(map(there, follow)), list(map(there, bend)))
 
 

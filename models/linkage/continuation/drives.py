@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,7 +75,7 @@ def given_drives(
             array = _components(f"{what} of joint {name!r}", given[name], components)
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
-            out += list(np.moveaxis(array / scales, -1, 0))
+            out += _apart(array, scales)
     shape = _broadcast({state.shape for state in states})
     full = _broadcast({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
     return Drives(states, first, second, shape, full)
@@ -121,5 +121,9 @@ def _states(
         both = np.broadcast_arrays(given, -pair.reference)
         now, before = (rotation.exponential(np.moveaxis(vectors, -1, 0)) for vectors in both)
         return list(rotation.product(now, before))
-    moved = (given - pair.reference[..., chosen]) / scales
-    return [x.copy() for x in np.moveaxis(moved, -1, 0)]
+    return _apart(given - pair.reference[..., chosen], scales)
+
+
+def _apart(numbers: Array, scales: Sequence[float]) -> list[Array]:
+    """Each of the numbers on the last axis in the mechanism's units."""
+    return [np.asarray(numbers[..., k] / scale) for k, scale in enumerate(scales)]

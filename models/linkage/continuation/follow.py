@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.lazily import cached_property
-from ..kinematics.blocks import blocks
+from ..kinematics.blocks import MEMBERS, blocks
 from .interpolation import shares
 from .predictor_corrector import RayPath
 
@@ -83,15 +83,24 @@ class Guide:
     def entries(self, s: Array) -> list[Array]:
         """As `at`, a list of the entries of the state, (...) each."""
         if len(self.s) == 1:
-            return [np.broadcast_to(x, np.shape(s)) for x in self.states[0]]
-        out = [np.empty(np.shape(s)) for _ in self.states.T]
-        for block in blocks(np.shape(s)):
-            k, t, h = self._place(np.clip(s[block], self.s[0], self.s[-1]))
-            p, q, u, v = shares(t, h)
+            return [np.broadcast_to(x, s.shape) for x in self.states[0]]
+        states, rates = self._columns
+        out = np.empty((len(states), *s.shape))
+        for block in blocks(s.shape, max(MEMBERS // len(states), 1)):
+            at = self._inside(s[block])
+            k = self.before(at)
             after = k + 1
-            for whole, states, rates in zip(out, self.states.T, self.rates.T, strict=True):
-                whole[block] = (p * states[k] + q * rates[k]) + (u * states[after] + v * rates[after])
-        return out
+            begin = self.s[k]
+            h = self.s[after] - begin
+            p, q, u, v = shares((at - begin) / h, h)
+            first, then = p * states.take(k, 1) + q * rates.take(k, 1), u * states.take(after, 1)
+            out[:, *block] = first + (then + v * rates.take(after, 1))
+        return list(out)
+
+    @cached_property
+    def _columns(self) -> tuple[Array, Array]:
+        """States and rates, (n, nodes)."""
+        return np.ascontiguousarray(self.states.T), np.ascontiguousarray(self.rates.T)
 
     def one(self, s: float) -> tuple[list[float], list[float]]:
         """State and signs of the determinants at one s, as by `at` and `signs_at`.
@@ -109,24 +118,31 @@ class Guide:
 
     @cached_property
     def _floats(self) -> PathNodes:
-        signs: list[list[float]] = np.sign(self.determinants).tolist()
+        signs: list[list[float]] = self._signs.tolist()
         return PathNodes(self.s.tolist(), self.states.tolist(), self.rates.tolist(), signs, self.crossings.tolist())
+
+    @cached_property
+    def _signs(self) -> Array:
+        """Signs of the determinants, (nodes, blocks)."""
+        signs: Array = np.sign(self.determinants)
+        return signs
 
     def before(self, s: Array) -> NDArray[np.intp]:
         """Index of the node before each s, (...)."""
-        return np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, max(len(self.s) - 2, 0))
+        k = self.s.searchsorted(s, side="right") - 1
+        return np.maximum(np.minimum(k, len(self.s) - 2), 0)
 
-    def _place(self, s: Array) -> tuple[NDArray[np.intp], Array, Array]:
-        k = self.before(s)
-        h = self.s[k + 1] - self.s[k]
-        return k, (s - self.s[k]) / h, h
+    def _inside(self, s: Array) -> Array:
+        """Each s, or the first or last node where it lies beyond."""
+        inside: Array = np.minimum(np.maximum(s, self.s[0]), self.s[-1])
+        return inside
 
     def signs_at(self, s: Array, near: float) -> list[Array]:
         """Signs of the determinants at s, (...) by block; 0 where a change point is within `near`."""
-        signs = np.sign(self.determinants)
-        if len(self.s) == 1:
-            return [np.broadcast_to(sign, np.shape(s)) for sign in signs[0]]
-        k = self.before(np.clip(s, self.s[0], self.s[-1]))
+        signs = self._signs
+        if not self.crossings.size and (signs == signs[0]).all():
+            return [np.full(s.shape, sign) for sign in signs[0]]
+        k = self.before(self._inside(s))
         out = [np.array(each[k]) for each in signs.T]
         for where in self.crossings:
             j = int(np.clip(np.searchsorted(self.s, where) - 1, 0, len(self.s) - 2))

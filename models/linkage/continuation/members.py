@@ -64,7 +64,7 @@ def own_starts(loops: Loops, parameters: Sequence[Value], shape: Shape) -> Start
         for whole, x in zip(determinants, polished.determinants, strict=True):
             whole[bad] = x
         closed[bad] = (gap < max(CLOSED, loops.tolerance)) & polished.trusted
-    error, _ = open_by(loops, state, parameters)
+    error = open_by(loops, state, parameters)
     return Starts(list(state), list(determinants), closed & (error < max(CLOSED, loops.tolerance)))
 
 
@@ -143,5 +143,5 @@ def _crosses(loops: Loops, guide: Guide, where: float, parameters: Sequence[Valu
     found = loops.close_all(begin, parameters)
     middle = weights(knots, np.array([where]))[:, 0]
     state = loops.unit([np.tensordot(middle, np.broadcast_to(x, (len(knots), *shape)), 1) for x in found.state])
-    gap, _ = open_by(loops, state, parameters)
+    gap = open_by(loops, state, parameters)
     return np.asarray(found.trusted.all(axis=0) & (gap < max(OPEN, loops.tolerance)))

@@ -24,11 +24,10 @@ ASIDE = 2.0 * max(NEAR, WITHIN)
 
 @dataclass(frozen=True, eq=False)
 class OnePose:
-    """A closed pose: its state, its closure error, and the closing row with the largest error."""
+    """A closed pose: its state and its closure error."""
 
     state: list[float]
     error: float
-    row: int
 
 
 def one_pose(
@@ -66,8 +65,8 @@ def one_pose(
 
 def _closed(loops: Loops, parameters: Sequence[float], state: list[float], closed: float) -> OnePose | None:
     """A state with its closure error; None if the loops are not closed."""
-    error, row = open_by_one(loops, state, parameters)
-    return OnePose(state, error, row) if error < closed else None
+    error = open_by_one(loops, state, parameters)
+    return OnePose(state, error) if error < closed else None
 
 
 def _on_path(

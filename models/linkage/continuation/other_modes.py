@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.loops import Loops
-from ..kinematics.nearest import nearest, open_by
+from ..kinematics.nearest import nearest, open_by, widest
 from ..kinematics.terms import Value
 
 # Number of starting states near the reference configuration, and their distance from it.
@@ -33,12 +33,13 @@ def least_gaps(
     is one: they tell the open configuration of a four-bar from the crossed one.
     """
     states, error = begin.copy(), np.empty(begin.shape[1])
-    row = np.zeros(begin.shape[1], dtype=np.intp)
+    row = np.empty(begin.shape[1], dtype=np.intp)
     for first in range(0, begin.shape[1], TOGETHER):
         part = slice(first, first + TOGETHER)
         own = taken(parameters, part)
         states[:, part] = _best(loops, own, begin[:, part], 0.0 if alike else 1.0)
-        error[part], row[part] = open_by(loops, list(states[:, part]), own)
+        found = list(states[:, part])
+        error[part], row[part] = open_by(loops, found, own), widest(loops, found, own)
     return states, error, row
 
 

@@ -49,8 +49,9 @@ class SingleDrive:
         A rotating drive reaches values beyond an end of its range the other way round. If it makes many turns, the
         poses of the first are used again, provided that the linkage returns to its configuration after a turn.
         """
-        again = self._again(s) if np.abs(s).max(initial=0.0) > MANY else None
-        return self._followed(s) if again is None else again
+        low, high = reach(s)
+        again = self._again(s) if max(high, -low) > MANY else None
+        return self._followed(s, low, high) if again is None else again
 
     def guide_over(self, low: float, high: float) -> Guide:
         """The path both ways from the reference configuration, from `low` to `high` if it leads there."""
@@ -70,7 +71,8 @@ class SingleDrive:
             winding = self._winding(period)
             if winding is not None:
                 rounds = np.trunc(s / period)
-                out = self._followed(s - period * rounds)
+                first = s - period * rounds
+                out = self._followed(first, *reach(first))
                 rounds = np.where(np.abs(s) < WOUND, rounds, 0.0)
                 out.state = [x + rounds * turns if turns else x for x, turns in zip(out.state, winding, strict=True)]
                 return out
@@ -88,11 +90,11 @@ class SingleDrive:
         turning = [self.loops.is_angle(place) for place in range(len(away))]
         return None if np.abs(away - turns).max() > SAME or np.any(turns[np.logical_not(turning)]) else turns.tolist()
 
-    def _followed(self, s: Array) -> Guess:
-        """Starting values at values s of the drive, by following it all the way."""
-        ahead, back = (self._path(sign, float(np.max(sign * s, initial=0.0)) + BEYOND) for sign in (1.0, -1.0))
+    def _followed(self, s: Array, low: float, high: float) -> Guess:
+        """Starting values at values s of the drive, from `low` to `high`, by following it all the way."""
+        ahead, back = self._path(1.0, high + BEYOND), self._path(-1.0, BEYOND - low)
         within = s
-        if self.loops.is_rotation(self.drive):
+        if not (ahead.complete and back.complete) and self.loops.is_rotation(self.drive):
             if not ahead.complete:
                 back = self._other_way_round(s, ahead, 1.0)
             if not back.complete:
@@ -103,7 +105,7 @@ class SingleDrive:
         guide = self._guide(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = Guess(list(guide.entries(within)), list(guide.signs_at(within, NEAR)), guide.reached(within))
+        out = Guess(guide.entries(within), list(guide.signs_at(within, NEAR)), guide.reached(within))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
 
@@ -138,6 +140,11 @@ class SingleDrive:
         beyond = sign * s[sign * s > ended.end]
         around = beyond - TURN * np.ceil((beyond - ended.end) / TURN)
         return self._path(-sign, float(np.max(-around, initial=0.0)) + BEYOND)
+
+
+def reach(s: Array) -> tuple[float, float]:
+    """Least and greatest of the values s and 0."""
+    return float(s.min(initial=0.0)), float(s.max(initial=0.0))
 
 
 def _sides(path: RayPath) -> Iterator[tuple[float, RayPath]]:

@@ -12,7 +12,7 @@ from ..kinematics.closed_poses import Pose
 from ..kinematics.elimination import order_of
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
-from ..kinematics.nearest import nearest, open_by_one
+from ..kinematics.nearest import nearest, open_by_one, widest
 
 # The equations have as many independent ones as singular values above this share of the largest.
 INDEPENDENT = 1e-8
@@ -88,15 +88,15 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
 
 def _closed_reference(loops: Loops, nominal: Sequence[float]) -> list[float]:
     closed = max(CLOSED, loops.tolerance)
-    if open_by_one(loops, loops.reference_state, nominal)[0] < CLOSED:
+    if open_by_one(loops, loops.reference_state, nominal) < CLOSED:
         return list(loops.reference_state)
     near = loops.close(list(loops.reference_state), nominal)
-    if near is not None and open_by_one(loops, near.state, nominal)[0] < closed:
+    if near is not None and open_by_one(loops, near.state, nominal) < closed:
         return near.state
     best, error = nearest(loops, [np.array(x) for x in loops.reference_state], nominal)
     state = [float(x) for x in best]
     if not error < closed:
-        _, row = open_by_one(loops, state, nominal)
+        row = int(widest(loops, state, nominal))
         raise not_assembled(loops.mechanism.rows[row][0], float(error) * loops.mechanism.size)
     return state
 

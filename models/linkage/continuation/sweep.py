@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array, Shape
-from ....framework.program.calculation import worth_compiling
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
@@ -70,7 +69,7 @@ def swept(
     closed
         Closure error below which poses count as closed.
     """
-    if not loops.columns or not worth_compiling(int(np.prod(shape))):
+    if not loops.columns:
         return None
     written = loops.closing.sweep()
     if written is None:

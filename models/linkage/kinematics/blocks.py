@@ -15,6 +15,13 @@ from .terms import Value
 Block = tuple[slice, ...]
 # Members of a block: about a hundred intermediate arrays of this length fit the cache.
 MEMBERS = 4096
+_WHOLE = slice(None)
+
+
+def shape_of(*groups: Sequence[Value]) -> Shape:
+    """Shape to which all values of some groups broadcast."""
+    shapes = {x.shape for values in groups for x in values if isinstance(x, np.ndarray)}
+    return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
@@ -24,13 +31,13 @@ def blocks(shape: Shape, members: int = MEMBERS) -> Iterator[Block]:
         axis -= 1
         whole *= shape[axis]
     if axis == 0:
-        yield (slice(None),) * len(shape)
+        yield (_WHOLE,) * len(shape)
         return
     step = max(1, members // whole)
     ranges = [[slice(i, i + 1) for i in range(size)] for size in shape[: axis - 1]]
     ranges.append([slice(i, min(i + step, shape[axis - 1])) for i in range(0, shape[axis - 1], step)])
     for chosen in product(*ranges):
-        yield (*chosen, *(slice(None),) * (len(shape) - axis))
+        yield (*chosen, *(_WHOLE,) * (len(shape) - axis))
 
 
 def parts(shape: Shape, members: int = 4 * MEMBERS) -> Iterator[tuple[Block, int, slice]]:
@@ -51,8 +58,8 @@ def cut(value: Value, block: Block) -> Value:
 
 
 def cut_all(values: Sequence[Value], block: Block) -> list[Value]:
-    """`cut` of each value."""
-    return [cut(value, block) for value in values]
+    """`cut` of each value; the values themselves where the block is the whole batch."""
+    return list(values) if block.count(_WHOLE) == len(block) else [cut(value, block) for value in values]
 
 
 def taken(values: Sequence[Value], chosen: NDArray[np.intp] | NDArray[np.bool_] | slice) -> list[Value]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.program.source import Function, Functions
-from .blocks import members_of
+from .blocks import members_of, shape_of
 from .elimination import Eliminated
 from .formulas import Formulas
 from .linear import Linear
@@ -175,7 +175,7 @@ class Equations:
         bad = ~(least >= LEAST_PIVOT_RATIO)
         if not np.any(bad):
             return found
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
+        shape = shape_of(state, parameters)
         bad = np.broadcast_to(bad, shape)
         again = anew(members_of(state, bad), members_of(parameters, bad))
         out: list[Value] = []

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, Shape
 from ....framework.program.calculation import worth_compiling
 from ....framework.program.recording import choose
-from .blocks import MEMBERS, blocks, cut_all, members_of
+from .blocks import MEMBERS, blocks, cut_all, members_of, shape_of
 from .closed_poses import Closed, Poses
 from .closing import Closing
 from .loop_coordinates import CONTRACTION, FIRST_STEP, ITERATIONS, LAST_STEP, LoopCoordinates
@@ -72,7 +72,7 @@ class Loops(LoopCoordinates):
 
         Each member stops at its own last step, so that its bits do not depend on its neighbours.
         """
-        shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
+        shape = shape_of(state, parameters)
         if math.prod(shape) <= MEMBERS:
             return self._close_all(state, parameters, shape)
         return self._closed_at_once(state, parameters, shape) or self._in_blocks(state, parameters, shape)
@@ -104,7 +104,7 @@ class Loops(LoopCoordinates):
         converged, determinants = np.empty(shape, dtype=bool), [np.empty(shape) for _ in range(self.linear.signs)]
         for block in blocks(shape):
             part, own = cut_all(state, block), cut_all(parameters, block)
-            here = self._close_all(part, own, np.broadcast_shapes(*{np.shape(x) for x in (*part, *own)}))
+            here = self._close_all(part, own, shape_of(part, own))
             trusted[block], converged[block] = here.trusted, here.converged
             for place in self.unknown_states:
                 np.asarray(found[place])[block] = here.state[place]
@@ -162,7 +162,7 @@ class Loops(LoopCoordinates):
 
         Members do not depend on each other.
         """
-        shape = np.broadcast_shapes(*{np.shape(x) for x in (*state, *parameters)})
+        shape = shape_of(state, parameters)
         return self._poses_at_once(state, parameters, shape) or self._poses(state, parameters, shape)
 
     def _poses_at_once(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Poses | None:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
+from .blocks import shape_of
 from .linear import matrices, stacked_solve
 from .loops import Loops
 from .terms import Value
@@ -19,30 +20,28 @@ UNDAMPED = 20
 EXACT, ALMOST = 1e-16, 1e-9
 
 
-def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -> tuple[Array, NDArray[np.intp]]:
-    """Norm of all closing residuals, in units of the mechanism's size and radians; row of the largest, (...)."""
-    rows = loops.mechanism.residual[1](state, parameters)
-    shape = np.broadcast_shapes(*(np.shape(x) for x in (*state, *parameters)))
-    square, largest, which = np.zeros(shape), np.zeros(shape), np.zeros(shape, dtype=np.intp)
-    for index, row in enumerate(rows):
+def open_by(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -> Array:
+    """Closure error: norm of all closing residuals, in units of the mechanism's size and radians, (...)."""
+    square = np.zeros(shape_of(state, parameters))
+    for row in loops.mechanism.residual[1](state, parameters):
         if not (isinstance(row, float) and row == 0.0):
-            size = np.abs(row)
-            square += size * size
-            larger = size > largest
-            which[larger] = index
-            np.maximum(largest, size, out=largest)
-    return np.sqrt(square), which
+            square += row * row
+    return np.sqrt(square)
 
 
-def open_by_one(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> tuple[float, int]:
+def open_by_one(loops: Loops, state: Sequence[float], parameters: Sequence[float]) -> float:
     """`open_by` of a single state, with the same bits."""
-    square, largest, which = 0.0, 0.0, 0
-    for index, row in enumerate(loops.mechanism.residual[0](state, parameters)):
-        size = abs(row)
-        square += size * size
-        if size > largest:
-            largest, which = size, index
-    return math.sqrt(square), which
+    square = 0.0
+    for row in loops.mechanism.residual[0](state, parameters):
+        square += row * row
+    return math.sqrt(square)
+
+
+def widest(loops: Loops, state: Sequence[Value], parameters: Sequence[Value]) -> NDArray[np.intp]:
+    """Closing row with the largest residual, (...)."""
+    shape = shape_of(state, parameters)
+    rows = [np.broadcast_to(np.abs(row), shape) for row in loops.mechanism.residual[1](state, parameters)]
+    return np.asarray(np.argmax(rows, axis=0))
 
 
 def nearest(
@@ -77,7 +76,7 @@ def nearest(
         at.moved(step, moving, at.norm < ALMOST)
         best = [np.where(at.norm < least, x, y) for x, y in zip(at.state, best, strict=True)]
         least = np.minimum(at.norm, least)
-    return best, open_by(loops, best, parameters)[0]
+    return best, open_by(loops, best, parameters)
 
 
 class _At:

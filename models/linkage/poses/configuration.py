@@ -13,7 +13,7 @@ from ..description.linkage_description import LinkageDescription
 from ..kinematics.euler_parameters import euler_parameter_rate
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
-from ..kinematics.nearest import nearest, open_by
+from ..kinematics.nearest import nearest, widest
 from ..kinematics.terms import Value
 
 # Ratio to the largest singular value below which one counts as zero. Closed positions are accurate to some 1e-15, and
@@ -78,7 +78,7 @@ class Configurations:
         if closed is None:
             parameters = [np.array(number) for number in self.parameters]
             best, error = nearest(Loops(self.mechanism), [np.array(x) for x in state], parameters)
-            _, row = open_by(Loops(self.mechanism), best, parameters)
+            row = widest(Loops(self.mechanism), best, parameters)
             raise not_assembled(self.mechanism.rows[int(row)][0], float(error) * self.mechanism.size)
         return closed
 
