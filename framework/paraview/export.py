@@ -36,8 +36,8 @@ def save(
     The arrays are those of `scene.beams` and `scene.joints`: on points ``displacement``, ``rotation``; for
     beams ``N V T M`` (global) and ``stress_min stress_max von_mises`` on points, ``V_local M_local`` and
     ``member link solved`` on cells; for joints ``gap gap_rotation force moment`` (global) and, where there is
-    clearance, ``clearance_offset contact`` on points, ``joint solved`` on cells. Where the
-    structure is a mechanism ``solved`` is 0 and so are the results. Numbers of members, links and joints
+    clearance, ``clearance_offset contact`` on points, ``joint solved`` on cells. Where there
+    is no solution, as of a mechanism, ``solved`` is 0 and so are the results. Numbers of members, links and joints
     follow the order of the description; `read_names` gives their names, which each pose of a series also holds as the
     strings ``member_names``, ``link_names`` and ``joint_names`` of its field data.
 

@@ -12,7 +12,7 @@ from .scene import Part
 
 # What each array is, with its unit in words: those of the description, such as newton and metre.
 MEANINGS = {
-    "displacement": "displacement by loads, compliance and clearance, global axes; length",
+    "displacement": "displacement by loads, compliance and clearance, global axes, 0 along a free motion; length",
     "rotation": "rotation vector, global axes; radians",
     "N": "normal force, tension positive; force",
     "V": "shear force, global axes; force",
@@ -34,7 +34,7 @@ MEANINGS = {
     "member": "number of the member, named in member_names; no unit",
     "link": "number of the link, named in link_names, -1 the ground; no unit",
     "joint": "number of the joint, named in joint_names; no unit",
-    "solved": "1 where there is a solution, 0 where the structure is a mechanism and results are 0; no unit",
+    "solved": "1 where there is a solution; 0 where there is none, as of a mechanism, and results are 0; no unit",
 }
 
 _README = """\

@@ -53,13 +53,13 @@ def beams(solution: Results, index: Index, stations: int) -> Part:
     carry, at their middle, shear force and bending moment in the axes of the section, ``V_local`` = (0, Vy, Vz) and
     ``M_local`` = (0, My, Mz), and ``member`` and ``link``, the numbers of the member and of its body (-1: the ground).
     An array is on points or on cells, never on both, as a viewer would show either under the one name.
-    Where the batch entry is a mechanism ``solved`` is 0 and so is every result. Stresses of a section that is known
-    by its properties only are NaN.
+    Where the batch entry has no solution ``solved`` is 0 and so is every result; so are displacements along the free
+    motion of a statically consistent mechanism. Stresses of a section that is known by its properties only are NaN.
     """
     frame = solution.frame
     # Even numbers are the stations, odd ones the middles of the cells between them.
     fraction = np.linspace(0.0, 1.0, 2 * stations + 1)
-    displacement = shown(solution, index, solution.displacements_at(fraction[::2]))
+    displacement = placed(shown(solution, index, solution.displacements_at(fraction[::2])))
     force = shown(solution, index, solution.forces_at(fraction))
     stress = shown(solution, index, solution.stresses_at(fraction[::2]))
     axes = _section_axes(solution, index, fraction[::2])
@@ -99,7 +99,8 @@ def joints(solution: Results, index: Index) -> Part:
     }
     data: dict[str, Array] = {}
     for (linear, angular), arrays in vectors.items():
-        data |= _halves(linear, angular, _joined(results(solution, index, [a[..., None, :] for a in arrays])))
+        values = results(solution, index, [a[..., None, :] for a in arrays])
+        data |= _halves(linear, angular, _joined(placed(values)))
     data |= _clearances(solution, index)
     number = np.arange(len(frame.joints))
     return Part(
@@ -156,14 +157,19 @@ def taken(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
 
 def solved(solution: Results, index: Index) -> Array:
     """Which of the entries have a solution, (T,)."""
-    without = (SolutionState.MECHANISM, SolutionState.ABSENT, SolutionState.NOT_CONVERGED)
-    return np.broadcast_to(~among(solution.state, *without), solution.shape)[index]
+    without = among(solution.state, SolutionState.MECHANISM, SolutionState.ABSENT, SolutionState.NOT_CONVERGED)
+    unresolved = among(solution.state, SolutionState.UNRESOLVED)
+    if unresolved.any():  # with results that rounding may have changed, or with none
+        first = solution.displacement(next(iter(solution.frame.nodes)))
+        without = without | unresolved & np.isnan(first).all(axis=-1)
+    return np.broadcast_to(~without, solution.shape)[index]
 
 
 def shown(solution: Results, index: Index, array: Array) -> Array:
-    """Entries `index` of an array (..., n, k, c), as (T, n, k, c), with zeros where there is no solution: a viewer
-    cannot place NaN, and `solved` tells."""
-    return np.where(solved(solution, index)[:, None, None, None], array[index], 0.0)
+    """Entries `index` of an array (..., n, k, c) as (T, n, k, c), or of one with more axes, with zeros where there is
+    no solution: a viewer cannot place NaN, and `solved` tells."""
+    found = array[index]
+    return np.where(solved(solution, index).reshape(-1, *(1,) * (found.ndim - 1)), found, 0.0)
 
 
 def results(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
@@ -174,6 +180,11 @@ def results(solution: Results, index: Index, arrays: Sequence[Array]) -> Array:
 def _joined(array: Array) -> Array:
     """Members and stations in one axis: (T, m, k, c) to (T, m k, c)."""
     return array.reshape(array.shape[0], -1, array.shape[-1])
+
+
+def placed(displacement: Array) -> Array:
+    """Displacements with zeros in place of NaN, along the free motion of a statically consistent mechanism."""
+    return np.where(np.isnan(displacement), 0.0, displacement)
 
 
 def _halves(linear: str, angular: str, array: Array) -> dict[str, Array]:
@@ -199,7 +210,7 @@ def across(force: Array, axes: Array | None = None) -> Array:
 def _section_axes(solution: Results, index: Index, fraction: Array) -> Array:
     """Axes of the sections as rows in global components, (T, members, k or 1, 3, 3)."""
     rows = solution.section_axes_at(fraction)
-    return np.broadcast_to(rows, (*solution.shape, *rows.shape[-4:]))[index]
+    return shown(solution, index, np.broadcast_to(rows, (*solution.shape, *rows.shape[-4:])))
 
 
 def _section(force: Array, stress: Array) -> dict[str, Array]:

@@ -15,7 +15,7 @@ from ..graphics.diagrams import between_segment_ends
 from ..graphics.free_modes import free_modes
 from ..graphics.units import quantity, scaled, stress_unit
 from ..paraview.entries import Index
-from ..paraview.scene import beams, solved, taken
+from ..paraview.scene import beams, placed, solved, taken
 from ..solution import Solution
 from .bearings import Bearing, bearings
 from .shapes import Surface, arrow, block, cone, copies, joined, sphere, tubes, upright
@@ -369,7 +369,7 @@ def _nodes(solution: Solution, index: Index, names: list[str]) -> tuple[Array, A
     """Positions and displacements of nodes, each (T, n, 3)."""
     places = _stacked(solution, index, [solution.frame.position(name) for name in names])
     moved = _stacked(solution, index, [solution.displacement(name)[..., :3] for name in names])
-    return places, np.where(solved(solution, index)[:, None, None], moved, 0.0)
+    return places, placed(np.where(solved(solution, index)[:, None, None], moved, 0.0))
 
 
 def _stacked(solution: Solution, index: Index, vectors: list[Array]) -> Array:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
@@ -206,6 +208,16 @@ def test_rigid_links_in_a_line_are_told() -> None:
     for load in (0.0, [-1.0, 0.0]):
         with pytest.raises(FrameError, match="no offset fits"):
             rigid_links(np.zeros(2), 1.0, load).solve()
+
+
+def test_rigid_links_in_a_line_are_saved_without_nan(tmp_path: Path) -> None:
+    """Entries in which no offset fits have no solution, and ``solved`` says so."""
+    with pytest.warns(MechanismWarning, match="no offset fits"):
+        rigid_links(HEIGHTS, 1.0, 0.0).solve().save(tmp_path / "x.pvd")
+    for entry, height in enumerate(HEIGHTS):
+        mesh = meshio.read(tmp_path / "x" / f"joints_{entry:03d}.vtu")
+        assert all(np.isfinite(array).all() for array in mesh.point_data.values())
+        assert (mesh.cell_data["solved"][0] == (height != 0.0)).all()
 
 
 def test_two_rigid_links_move_by_their_clearances() -> None:

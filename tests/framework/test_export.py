@@ -346,3 +346,44 @@ def test_names_of_a_file_from_elsewhere_are_refused(tmp_path: Path) -> None:
     path.write_text("<?xml version='1.0'?>\n<VTKFile/>\n", encoding="utf-8")
     with pytest.raises(FrameError, match=r"other\.vtu holds no names"):
         read_names(path)
+
+
+def hinged(load: float) -> Frame:
+    """A cantilever AB, and a bar BC behind a hinge about z at its tip; with a second load case that is left out."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0, "end": 1.0, "C": 2.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", BAR, "A", "B")
+    frame.add("hinge", Joint(stiffness=(1e9,) * 3 + (1e6, 1e6, 0.0)), "B", "end")
+    frame.add("BC", BAR, "end", "C")
+    frame.fix("A")
+    frame.load("B", fy=[load, 1.0])
+    frame.exclude([False, True])
+    return frame
+
+
+def test_a_free_motion_on_which_no_load_works_is_left_out(tmp_path: Path) -> None:
+    """The tip sinks by ``F L^3 / 3 E I``; how far the bar behind it turns, nothing tells: 0, and no NaN."""
+    with pytest.warns(MechanismWarning, match="statically consistent"):
+        hinged(3.0).solve().save(tmp_path / "x.vtu", entry=(0,))
+    mesh = meshio.read(tmp_path / "x.vtu")
+    for data in (mesh.point_data, of_lines(mesh)):
+        assert all(np.isfinite(array).all() for array in data.values())
+    moved, turns = mesh.point_data["displacement"], mesh.point_data["gap_rotation"]
+    np.testing.assert_allclose(moved[STATIONS, 1], 3.0 / (3.0 * 200e9 * 0.01 * 0.02**3 / 12.0), rtol=1e-12)
+    assert (moved[STATIONS + 2 : 2 * STATIONS + 2, 1] == 0.0).all()
+    assert (turns[-1] == 0.0).all()
+    assert (of_lines(mesh)["solved"] == 1).all()
+
+
+def test_an_entry_left_out_holds_no_nan_at_large_displacement(tmp_path: Path) -> None:
+    """Zeros, told by ``solved``: forces in global axes too, whose axes are known at the other entries alone."""
+    frame = hinged(3.0)
+    frame.fix("C", "uy")
+    frame.solve(large=True).save(tmp_path / "x.pvd")
+    for pose, there in enumerate((1, 0)):
+        for part in ("beams", "joints"):
+            mesh = meshio.read(tmp_path / "x" / f"{part}_{pose:03d}.vtu")
+            assert all(np.isfinite(array).all() for array in mesh.point_data.values())
+            assert all((array[0] == there).all() for name, array in mesh.cell_data.items() if name == "solved")
+            assert there or not any(array.any() for array in mesh.point_data.values())

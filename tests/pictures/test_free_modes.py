@@ -59,6 +59,24 @@ def test_pictures_in_space_have_the_same_arrows_and_name_places() -> None:
     assert LOOKS["free"]["color"] == FREE
 
 
+def test_no_picture_is_torn_where_no_load_works_on_the_free_motion() -> None:
+    """A rod on a hinge, pulled along itself: how far it turns, nothing tells, and it is drawn as it is."""
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 3.0}.items():
+        frame.node(name, (x, 4.0 / 3.0 * x, 0.0))
+    frame.add("AB", ROD, "A", "B")
+    frame.fix("A", "ux", "uy", "uz", "rx", "ry")
+    frame.load("B", fx=3.0, fy=4.0)
+    solution = frame.solve()
+    assert np.isnan(solution.displacement("B")).any()
+    shown = drawing(solution, series((), None, None, "test"), 1e6, "von_mises")
+    for surface in shown.surfaces(0).values():
+        assert np.isfinite(surface.points).all()
+    lines = [line.get_xydata() for line in solution.plot().lines]
+    assert lines
+    assert all(np.isfinite(line).all() for line in lines)
+
+
 def test_a_linkage_at_a_dead_point_is_drawn_as_it_can_move() -> None:
     """Coupler and rocker in line, crank locked: the pin between them goes across them, the crank pin stands still."""
     linkage = Linkage(A=(0, 0), B=(0, 1), C=(2, 1), D=(2, 0))
