@@ -31,7 +31,7 @@ const rounded = (value) => (Math.abs(value) < 1e-12 * reach ? 0 : value);
 function tell() {
   const pose = state.pose, name = data.point.name, here = data.point.place[pose], status = data.status[pose];
   const told = document.getElementById("status");
-  told.textContent = `${driven()}: ${status}`;
+  told.textContent = `${driven()}: ${status}${state.load === 1 ? "" : " (with the loads as given)"}`;
   told.classList.toggle("lost", status !== "regular");
   axes.forEach((axis, k) => row(`place-${axis}`, unit(`${name}, ${axis}`, metre), here[k], rounded(here[k])));
   const moved = displaced();
