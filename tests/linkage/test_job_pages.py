@@ -225,6 +225,67 @@ def test_the_page_of_a_file_without_a_job(tmp_path: Path, capsys: pytest.Capture
     assert "--point Q: the file has A, B, P, C, D" in capsys.readouterr().err
 
 
+STRAIGHT = """\
+[points]
+A = [0.0, 0.0]
+B = [0.07, 0.1]
+C = [0.41, 0.17]
+[links.crank]
+points = ["A", "B"]
+beam = "bar"
+[links.rod]
+points = ["B", "C"]
+beam = "bar"
+[links.block]
+points = ["C"]
+[joints.A]
+kind = "revolute"
+point = "A"
+links = ["ground", "crank"]
+drive = true
+[joints.B]
+kind = "revolute"
+point = "B"
+links = ["crank", "rod"]
+[joints.C]
+kind = "revolute"
+point = "C"
+links = ["rod", "block"]
+[joints.slide]
+kind = "prismatic"
+point = "C"
+links = ["ground", "block"]
+axis = [0.41, 0.17]
+[[loads]]
+point = "C"
+fx = -24.6
+fy = -10.2
+[run]
+points = ["B"]
+[run.drives.A]
+"""
+
+
+def test_what_is_zero_is_shown_as_zero(tmp_path: Path, browser: Browser) -> None:
+    """Where crank and rod lie in line with the load they turn nothing: rounding of the moment there is not shown."""
+    file = tmp_path / "straight.toml"
+    line = float(np.arctan2(0.17, 0.41) - np.arctan2(0.1, 0.07))
+    file.write_text(STRAIGHT + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    lines = job.summary().splitlines()
+    straight, other = ([word for word in line.split(" ") if word] for line in lines[3:5])
+    assert abs(float(job.tables()["reactions.csv"].splitlines()[1].split(",")[-2])) > 0.0
+    assert straight[5] == "0"
+    assert abs(float(other[5])) > 0.1
+    job.page(tmp_path / "index.html")
+    browser.open(tmp_path / "index.html")
+    browser.run(SET, {"pose": "0"})
+    shown = "return document.getElementById('row-drive-A').lastChild.textContent"
+    assert browser.run(shown) == "0"
+    assert browser.run(shown.replace("drive-A", "force-C")) == "0"
+
+
 class Quantiles:
     """A distribution of which nothing but its quantiles is known."""
 
