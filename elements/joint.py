@@ -111,14 +111,15 @@ class Joint(JointElement):
         if not _is_zero(self.pitch):
             advance = numbers(self.pitch, "Joint: pitch")
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
-        shapes = {"stiffness": springs.shape[:-1], "axes": () if rotated is None else rotated.shape[:-2]}
-        shape = common_shape("Joint", shapes | {"clearance": gap.shape, "pitch": advance.shape})
+        shapes = springs.shape[:-1], () if rotated is None else rotated.shape[:-2], gap.shape, advance.shape
+        if any(shapes):
+            common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
         directions = () if none and not gap.any() else checked_directions(springs, names)
         vars(self).update(
-            stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance, shape=shape
+            stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )
 
     def __getstate__(self) -> dict[str, object]:

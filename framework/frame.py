@@ -378,10 +378,16 @@ class Frame(InBulk):
 
         return frame_matrices(self, entry)
 
-    def explain(self) -> str:
+    def explain(self, method: str | None = None, *, clearance: bool = True) -> str:
         """Report in words of what a linear solution computes, at which batch shapes, and what it skips and why.
 
-        For large displacement: ``frame.solve(large=True).explain()``.
+        For large displacement: ``frame.solve(large=True).explain()``. The explanation of a solution that is there,
+        ``solution.explain()``, is of how that was computed.
+
+        Parameters
+        ----------
+        method, clearance
+            As for `solve`.
 
         Returns
         -------
@@ -400,4 +406,4 @@ class Frame(InBulk):
         >>> "(2,)" in frame.explain()
         True
         """
-        return self.solve().explain()
+        return self.solve(method, clearance=clearance).explain()

@@ -217,8 +217,17 @@ def distributed(name: str, numbers: Mapping[str, float | str]) -> Deviation:
         raise FrameError(
             f"{name} has no scale: give one, such as its standard deviation; in percent it is a share, as scale = 5 %"
         )
-    shown = [f"{key}={100.0 * value:g} %" if key in relative else f"{key}={value:g}" for key, value in values.items()]
+    shown = [
+        f"{key}={_shown(100.0 * value)} %" if key in relative else f"{key}={_shown(value)}"
+        for key, value in values.items()
+    ]
     return Deviation(found, bool(relative), f"{name}({', '.join(shown)})", False)
+
+
+def _shown(value: float) -> str:
+    """A number in words, short where nothing is lost by it."""
+    short = f"{value:g}"
+    return short if float(short) == value else f"{value:.12g}"
 
 
 def _share(key: str, text: str) -> float:

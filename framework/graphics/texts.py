@@ -52,7 +52,7 @@ def texts_in_plane(axes: Any, scene: Scene, shown: list[int], pin: float, arrows
             continue
         there = [joint for joint in scene.joints if _close(joint.at[shown], at, 0.02 * scene.size)]
         clamps = [each for each in scene.supports if each.clamped and _close(each.at[shown], at, 0.02 * scene.size)]
-        clear = max((pin * (2.2 if joint.driven else 1.1) for joint in there), default=1.8 * pin if clamps else 0.0)
+        clear = pin * max([2.2 if joint.driven else 1.1 for joint in there] + [1.8 for _ in clamps], default=0.0)
         if not there:
             dots += axes.plot(*at[:, None], "o", ms=3.2, mfc=INK, mec="none", zorder=6, ls="")
         texts.append(PlacedText(label.text, at, _free(at, scene, shown), clear, 2.0, NAME))

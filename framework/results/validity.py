@@ -42,6 +42,19 @@ LINEAR = 0.05
 _STILL = 1e-13
 
 
+def beyond_linear(error: float) -> str:
+    """What is said of a result that linear mechanics does not give.
+
+    Parameters
+    ----------
+    error
+        Its estimated relative error; inf where the equilibrium is unstable.
+    """
+    if np.isinf(error):
+        return "outside the linear range: unstable under its load"
+    return f"outside the linear range: estimated error {100.0 * error:.2g} %"
+
+
 def nonlinearity(solution: BoundedResults) -> Array:
     """Estimated relative error of linear theory in a solution, (...); inf for mechanisms and above a buckling load."""
     out = np.zeros(solution.shape)

@@ -126,7 +126,12 @@ class MeasuredPoint:
                 f"{name} has {count} measured poses and no columns with values of drives, and the run has {poses} "
                 f"poses: give it a column {column!r}"
             )
-        return {key: own[key] / drives[key].factor for key in own}
+        return {key: _as_written(own[key] / drives[key].factor) for key in own}
+
+
+def _as_written(values: Array) -> Array:
+    """Without the rounding of degrees that were turned into radians and back: to 15 digits, 30 and not 29.999..."""
+    return np.array([float(f"{value:.15g}") for value in values.tolist()])
 
 
 @dataclass(frozen=True, eq=False)

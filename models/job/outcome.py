@@ -9,9 +9,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...framework.results.validity import LINEAR
+from ...framework.results.validity import LINEAR, beyond_linear
 from ..spread import Spread
-from .remarks import beyond_linear
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -13,19 +13,6 @@ Array = NDArray[np.float64]
 MOST_NAMED = 4
 
 
-def beyond_linear(error: float) -> str:
-    """What is said of a result that linear mechanics does not give.
-
-    Parameters
-    ----------
-    error
-        Its estimated relative error; inf where the equilibrium is unstable.
-    """
-    if np.isinf(error):
-        return "outside the linear range: unstable under its load"
-    return f"outside the linear range: estimated error {100.0 * error:.2g} %"
-
-
 def beyond_size(point: str, displacement: Array, size: float, where: Sequence[str]) -> list[str]:
     """A sentence where a point moves further than its linkage is large, which no small displacement is.
 

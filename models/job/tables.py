@@ -9,6 +9,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from io import StringIO
 from textwrap import fill
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# A number below this share of those that it comes from is their rounding.
+ROUNDING = 1e-12
 # What stands between this run's numbers and others, and a space at which no line ends.
 BAR, HARD = "│", "\u00a0"
 
@@ -106,6 +113,19 @@ def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 
 def _cell(text: str) -> str:
     """A name may hold what ends a cell."""
     return " ".join(text.replace("|", "\\|").splitlines())
+
+
+def without_rounding(values: Array, size: Array) -> Array:
+    """Numbers as they are shown: zero where they are rounding beside the size of what they come from.
+
+    Parameters
+    ----------
+    values
+        Numbers, (...); NaN stays.
+    size
+        Greatest of the numbers from which they are computed, in their unit, what broadcasts to (...).
+    """
+    return np.where(np.abs(values) < ROUNDING * size, 0.0, values)
 
 
 def readable(value: float | str | None, form: str) -> str:

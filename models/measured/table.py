@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +18,11 @@ from ...framework.errors import FrameError
 Array = NDArray[np.float64]
 
 AXES = ("x", "y", "z")
+SPREADS = ("ux", "uy", "uz")
 # Columns in which a cell may be empty.
-POSITIONS = (*AXES, *(f"u{axis}" for axis in AXES))
+POSITIONS = (*AXES, *SPREADS)
+# From the unit behind the name of a drive to what a linkage takes.
+UNITS = {"[deg]": np.pi / 180.0, "[°]": np.pi / 180.0, "[rad]": 1.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +59,12 @@ class Measured:
 def checked_positions(position: ArrayLike) -> Array:
     """Measured positions (poses, 3), of which something is there."""
     found = numbers(position, "measured position")
-    if found.ndim != 2 or found.shape[1] != 3 or not np.isfinite(found).any():
+    if found.ndim != 2 or found.shape[1] != 3:
         raise FrameError(f"measured position has shape {found.shape}: give (poses, 3), NaN where nothing was measured")
     if np.isinf(found).any():
         raise FrameError("a measured position is infinite: give NaN where nothing was measured")
+    if np.isnan(found).all():
+        raise FrameError("no position was measured, all are NaN: give at least one component of one pose")
     return found
 
 
@@ -70,8 +77,8 @@ def checked_uncertainty(uncertainty: ArrayLike | None, shape: tuple[int, ...]) -
         out = np.array(np.broadcast_to(found, shape))
     except ValueError:
         raise FrameError(f"uncertainty has shape {found.shape}: give one that broadcasts to {shape}") from None
-    if not np.all(out > 0.0) or np.isinf(out).any():
-        raise FrameError(f"an uncertainty is {out.min():g}: give standard uncertainties above zero")
+    if (wrong := out[~((out > 0.0) & (out < np.inf))]).size:
+        raise FrameError(f"an uncertainty is {wrong[0]:g}: give finite standard uncertainties above zero")
     return out
 
 
@@ -83,7 +90,7 @@ def read_measured(path: str | Path) -> Measured:
     path
         A CSV file whose first line names its columns: ``x``, ``y``, ``z`` (lengths; at least one of them, empty cells
         where nothing was measured), ``ux``, ``uy``, ``uz`` (standard uncertainty), and any other for the values of a
-        drive; such a name may end in ``[deg]``, whose values are turned into radians.
+        drive; such a name may end in its unit, ``[deg]``, ``[°]`` or ``[rad]``: degrees are turned into radians.
 
     Returns
     -------
@@ -93,7 +100,7 @@ def read_measured(path: str | Path) -> Measured:
     Raises
     ------
     FrameError
-        If it cannot be read, a cell is no number, or no position is in it.
+        If it cannot be read, its columns are not those, a cell is no number, or no position is in it.
 
     Examples
     --------
@@ -106,51 +113,106 @@ def read_measured(path: str | Path) -> Measured:
     >>> found.position.shape, found.drives["A"].round(4).tolist()
     ((2, 3), [0.0, 1.5708])
     """
-    file = Path(path)
+    name, rows = Path(path).name, _rows(Path(path))
+    columns = _columns(name, rows)
+    place = _vectors(columns, AXES)
+    drives = _drives(name, {head: values for head, values in columns.items() if head not in POSITIONS})
+    if np.isnan(place).all():
+        raise FrameError(f"{name} has no position in it: x, y and z are empty in all rows")
+    return Measured(place, _uncertainty(name, columns, place, list(rows)[1:]), drives)
+
+
+def _rows(file: Path) -> dict[int, list[str]]:
+    """Cells of the rows that hold something by the number of the row in the file, the names of the columns first."""
     try:
         with file.open(newline="", encoding="utf-8-sig") as lines:
-            rows = [row for row in csv.reader(lines) if any(cell.strip() for cell in row)]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise FrameError(f"{file.name} cannot be read as a table of measured positions: {error}") from None
-    columns = _columns(file.name, rows)
-    count = len(rows) - 1
-    missing = np.full(count, np.nan)
-    place = np.stack([columns.pop(axis, missing) for axis in AXES], axis=1)
-    own = [columns.pop(f"u{axis}", None) for axis in AXES]
-    uncertainty = None
-    if any(each is not None for each in own):
-        uncertainty = np.stack([missing if each is None else each for each in own], axis=1)
-        if np.any(np.isfinite(place) & np.isnan(uncertainty)):
-            raise FrameError(
-                f"{file.name}: a measured component has no uncertainty: fill in ux, uy, uz, or none of them"
-            )
-        uncertainty = np.where(np.isnan(place), 1.0, uncertainty)
-    return Measured(place, uncertainty, dict(_drives(columns)))
+            rows = enumerate(csv.reader(lines), start=1)
+            return {number: row for number, row in rows if any(cell.strip() for cell in row)}
+    except OSError as error:
+        why = error.strerror or str(error)
+    except UnicodeDecodeError:
+        why = "it is not UTF-8 text"
+    except (ValueError, csv.Error):
+        why = "it is no text of rows and cells"
+    raise FrameError(f"{file} cannot be read: {why}; give a table of measured positions, saved as CSV in UTF-8")
 
 
-def _columns(name: str, rows: list[list[str]]) -> dict[str, Array]:
+def _columns(name: str, rows: Mapping[int, list[str]]) -> dict[str, Array]:
+    """Numbers by the names of the columns, (poses,) each; NaN where a position or its uncertainty is left out."""
     if len(rows) < 2:
         raise FrameError(f"{name} has no rows: give a line of column names and one a pose")
-    heads = [cell.strip() for cell in rows[0]]
-    if len(set(heads)) != len(heads) or not set(AXES) & set(heads):
-        raise FrameError(f"{name} has the columns {', '.join(heads)}: name each once, with one of x, y, z among them")
-    out = {head: np.full(len(rows) - 1, np.nan) for head in heads}
-    for line, row in enumerate(rows[1:]):
+    (first, heads), *poses = [(number, [cell.strip() for cell in row]) for number, row in rows.items()]
+    _check_heads(f"{name}, row {first}", heads)
+    out: dict[str, list[float]] = {head: [] for head in heads}
+    for number, row in poses:
         if len(row) != len(heads):
-            raise FrameError(f"{name}, row {line + 2} has {len(row)} cells for {len(heads)} columns")
+            raise FrameError(f"{name}, row {number} has {len(row)} cells for {len(heads)} columns")
         for head, cell in zip(heads, row, strict=True):
-            try:
-                out[head][line] = float(cell) if cell.strip() else np.nan
-            except ValueError:
-                raise FrameError(f"{name}, row {line + 2}: {head} is {cell!r}, which is no number") from None
-            if head not in POSITIONS and np.isnan(out[head][line]):
-                raise FrameError(f"{name}, row {line + 2}: {head} has no value: give that of the drive at each pose")
+            out[head].append(_number(f"{name}, row {number}: {head}", cell, needed=head not in POSITIONS))
+    return {head: np.array(values) for head, values in out.items()}
+
+
+def _check_heads(where: str, heads: list[str]) -> None:
+    """Refuse names of columns that are no table of positions."""
+
+    def refuse(why: str) -> NoReturn:
+        raise FrameError(f"{where}: {why}")
+
+    if len(heads) == 1 and (marks := re.findall(r"[;\t]", heads[0])):
+        mark = "semicolons" if ";" in marks else "tabs"
+        refuse(f"columns are separated by {mark}: separate them by commas, and write numbers with a point, 0.5")
+    if "" in heads:
+        refuse(f"column {heads.index('') + 1} has no name: name it, or leave it out")
+    for head in heads:
+        if heads.count(head) > 1:
+            refuse(f"there are {heads.count(head)} columns {head!r}: keep one")
+    if not set(AXES) & set(heads):
+        refuse(f"no column is a position, of {', '.join(heads)}: name those x, y, z, in the linkage's unit of length")
+
+
+def _number(what: str, cell: str, *, needed: bool) -> float:
+    """A cell as a number; NaN where it is empty."""
+    try:
+        value = float(cell.replace("_", "?")) if cell else np.nan
+    except ValueError:
+        comma = ": write it with a point" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        raise FrameError(f"{what} is {cell!r}, which is no number{comma}") from None
+    if np.isinf(value):
+        raise FrameError(f"{what} is {cell!r}: give a finite number")
+    if needed and np.isnan(value):
+        raise FrameError(f"{what} has no value: give that of the drive at each pose")
+    return value
+
+
+def _vectors(columns: Mapping[str, Array], names: Sequence[str]) -> Array:
+    """Columns side by side, (poses, 3); NaN for those that are not there."""
+    missing = np.full(len(next(iter(columns.values()))), np.nan)
+    return np.stack([columns.get(name, missing) for name in names], axis=1)
+
+
+def _uncertainty(name: str, columns: Mapping[str, Array], place: Array, rows: Sequence[int]) -> Array | None:
+    """Standard uncertainties (poses, 3), unity where nothing was measured; None if the table has none."""
+    if not columns.keys() & set(SPREADS):
+        return None
+    found = np.where(np.isnan(place), 1.0, _vectors(columns, SPREADS))
+    for (pose, k), value in np.ndenumerate(found):
+        where = f"{name}, row {rows[pose]}"
+        if np.isnan(value):
+            raise FrameError(
+                f"{where}: {AXES[k]} has no uncertainty: fill in {SPREADS[k]}, or leave {', '.join(SPREADS)} out"
+            )
+        if value <= 0.0:
+            raise FrameError(f"{where}: {SPREADS[k]} is {value:g}: give a standard uncertainty above zero")
+    return found
+
+
+def _drives(name: str, columns: Mapping[str, Array]) -> dict[str, Array]:
+    """Values of the drives by name, radians or lengths."""
+    out: dict[str, Array] = {}
+    for head, values in columns.items():
+        unit = next((each for each in UNITS if head.endswith(each)), "")
+        drive = head.removesuffix(unit).strip()
+        if drive in out:
+            raise FrameError(f"{name}: two columns give the drive {drive!r}: keep one of them")
+        out[drive] = values * UNITS.get(unit, 1.0)
     return out
-
-
-def _drives(columns: Mapping[str, Array]) -> list[tuple[str, Array]]:
-    degrees = "[deg]"
-    return [
-        (head.removesuffix(degrees).strip(), np.radians(values)) if head.endswith(degrees) else (head, values)
-        for head, values in columns.items()
-    ]

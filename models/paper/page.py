@@ -43,6 +43,7 @@ def write_job_page(result: Result, path: Path) -> None:
         ],
         notes=list(_notes(inputs)),
         samples=f"outermost of {inputs.samples} samples, seed {inputs.rng}",
+        status=result.marked_status[::every],
     )
     write_page(motion, path, "P", None, worst, text, samples=result.samples[::every])
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..four_bar.kinetostatics import REACTIONS
-from ..job.tables import markdown, readable, separated
+from ..job.tables import markdown, readable, separated, without_rounding
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,5 +85,4 @@ def _sizes(forces: Array) -> Array:
 
 def _rounded(forces: Array) -> Array:
     """Forces and torques without what is only rounding beside the greatest of their kind at that pose."""
-    sizes = np.broadcast_to(_sizes(forces).max(axis=1, keepdims=True), forces.shape)
-    return np.where(np.abs(forces) < 1e-12 * sizes, 0.0, forces)
+    return without_rounding(forces, _sizes(forces).max(axis=1, keepdims=True))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -114,6 +115,24 @@ def test_a_joint_of_its_own_law_may_be_a_dataclass() -> None:
     assert_allclose(50.0 * turn + cubic * turn**3, 30.0 * np.cos(turn), rtol=1e-6)
     assert np.ptp(turn) > 0.2
     assert_allclose(frame.solve().joint_displacement("hinge")[:, 5], 0.6, rtol=1e-9)
+
+
+@dataclass(frozen=True, eq=False)
+class Rated(Joint):
+    """A joint with a number of its own, whose shape is kept once it is known."""
+
+    rating: Array = field(default_factory=lambda: np.ones(3), kw_only=True)
+
+    @cached_property
+    def shape(self) -> tuple[int, ...]:
+        return np.broadcast_shapes(self.stiffness.shape[:-1], self.rating.shape)
+
+
+def test_a_joint_may_keep_a_shape_of_its_own() -> None:
+    """The joint itself writes none where Python would look for that first."""
+    joint = Rated(np.full(6, 1e8))
+    assert joint.shape == (3,)
+    assert set(vars(Joint(np.full(6, 1e8)))) == {each.name for each in fields(Joint)}
 
 
 def test_a_joint_is_replaced_like_any_dataclass() -> None:

@@ -201,3 +201,30 @@ def test_a_first_solution_takes_nothing_up() -> None:
         assert "last solution" not in frame.solve().explain()
     frame.solve().displacement("a3")
     assert "Nothing but loads has changed since the last solution" in frame.explain()
+
+
+@pytest.mark.parametrize("method", ["banded", "iterative", "sparse", "broadcast"])
+def test_a_frame_explains_the_method_that_is_asked_for(method: str) -> None:
+    """As the solution by it does, before anything is computed; and clearances that are left out."""
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", BAR, "A", "B")
+    frame.fix("A")
+    frame.load("B", fy=[1.0, 2.0])
+    found = frame.explain(method)
+    assert f"{method}, as asked for" in found
+    assert f"{method}, as asked for" in frame.solve(method).explain()
+    assert "as asked for" not in frame.explain()
+
+
+def test_a_frame_explains_which_clearances_are_left_out() -> None:
+    frame = Frame()
+    for name, x in {"A": 0.0, "B": 1.0, "C": 1.0}.items():
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", BAR, "A", "B")
+    frame.add("pin", Joint((1e8, 1e8, 1e8, 1e6, 1e6, 1e6), clearance=1e-4), "B", "C")
+    frame.fix("A")
+    frame.load("C", fy=[1.0, 2.0])
+    assert "Clearances of 1 joints are left out: pin" in frame.explain(clearance=False)
+    assert "are left out" not in frame.explain()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Joint, Material
 from linkframe.framework import Frame
-from linkframe.models.job.remarks import beyond_linear
+from linkframe.framework.results.validity import beyond_linear
 from numpy.testing import assert_array_equal
 from numpy.typing import ArrayLike
 

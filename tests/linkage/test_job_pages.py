@@ -159,6 +159,61 @@ def test_the_four_bar_is_that_of_its_file(tmp_path: Path, browser: Browser) -> N
         )
 
 
+BARS = """\
+[beams.bar]
+section = "flat"
+material = "steel"
+[sections.flat]
+shape = "rectangle"
+y = 0.003
+z = 0.006
+[materials.steel]
+E = 2e11
+nu = 0.3
+"""
+
+
+def bent(text: str) -> str:
+    """The file with a shorter ground and slender beams, which bend beyond the linear range at some poses."""
+    for link in ("crank", "coupler", "rocker"):
+        text = text.replace(f"[links.{link}]\n", f'[links.{link}]\nbeam = "bar"\n')
+    return text.replace("D = [0.3, 0.0]", "D = [0.2, 0.0]") + BARS
+
+
+def test_the_page_says_of_a_pose_what_the_table_says(tmp_path: Path, browser: Browser) -> None:
+    """Also where displacements are beyond the linear range; with other loads, that it is said of those given."""
+    file = tmp_path / "bar.toml"
+    file.write_text(bent(FILE) + RUN, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    job.page(tmp_path / "index.html")
+    status = data_of(tmp_path / "index.html")["status"]
+    table = job.tables()["table.csv"].splitlines()[1:]
+    assert status == [line.split(",")[-1] for line in table]
+    beyond = next(k for k, each in enumerate(status) if each.startswith("outside the linear range: estimated error"))
+    assert "regular" in status
+    browser.open(tmp_path / "index.html")
+    for load, more in (("1", ""), ("0.5", " (with the loads as given)")):
+        browser.run(SET, {"pose": str(beyond), "load": load})
+        told = browser.run("return document.getElementById('status').textContent")
+        assert told == f"A = {30 + 20 * beyond}°: {status[beyond]}{more}"
+
+
+def test_a_page_without_a_job_tells_where_its_deflection_is_not_linear(tmp_path: Path) -> None:
+    """The greater the load the more poses; against the estimate of the solution whose displacement is shown."""
+    told = []
+    for load in (1.0, 40.0, 60.0):
+        file = tmp_path / f"bar{load:g}.toml"
+        file.write_text(bent(FILE.replace("fy = -50.0", f"fy = {-load}")), encoding="utf-8")
+        motion = read_linkage(file).move(A=np.radians(np.linspace(30.0, 150.0, 13)))
+        motion.page(tmp_path / "bar.html", "P")
+        status = data_of(tmp_path / "bar.html")["status"]
+        off = motion.frame().solve(clearance=False).nonlinearity()
+        assert [each != "regular" for each in status] == (off > 0.05).tolist()
+        told.append(sum(each != "regular" for each in status))
+    assert told[0] == 0 < told[1] < told[2]
+
+
 def test_the_page_of_a_file_without_a_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "bar.toml").write_text(FILE, encoding="utf-8")
     assert main(["page", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "x.html")]) == 0
@@ -168,6 +223,67 @@ def test_the_page_of_a_file_without_a_job(tmp_path: Path, capsys: pytest.Capture
     assert [limit["name"] for limit in data["limits"]] == ["joint B"]
     assert main(["page", str(tmp_path / "bar.toml"), "--out", str(tmp_path / "x.html"), "--point", "Q"]) == 2
     assert "--point Q: the file has A, B, P, C, D" in capsys.readouterr().err
+
+
+STRAIGHT = """\
+[points]
+A = [0.0, 0.0]
+B = [0.07, 0.1]
+C = [0.41, 0.17]
+[links.crank]
+points = ["A", "B"]
+beam = "bar"
+[links.rod]
+points = ["B", "C"]
+beam = "bar"
+[links.block]
+points = ["C"]
+[joints.A]
+kind = "revolute"
+point = "A"
+links = ["ground", "crank"]
+drive = true
+[joints.B]
+kind = "revolute"
+point = "B"
+links = ["crank", "rod"]
+[joints.C]
+kind = "revolute"
+point = "C"
+links = ["rod", "block"]
+[joints.slide]
+kind = "prismatic"
+point = "C"
+links = ["ground", "block"]
+axis = [0.41, 0.17]
+[[loads]]
+point = "C"
+fx = -24.6
+fy = -10.2
+[run]
+points = ["B"]
+[run.drives.A]
+"""
+
+
+def test_what_is_zero_is_shown_as_zero(tmp_path: Path, browser: Browser) -> None:
+    """Where crank and rod lie in line with the load they turn nothing: rounding of the moment there is not shown."""
+    file = tmp_path / "straight.toml"
+    line = float(np.arctan2(0.17, 0.41) - np.arctan2(0.1, 0.07))
+    file.write_text(STRAIGHT + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    lines = job.summary().splitlines()
+    straight, other = ([word for word in line.split(" ") if word] for line in lines[3:5])
+    assert abs(float(job.tables()["reactions.csv"].splitlines()[1].split(",")[-2])) > 0.0
+    assert straight[5] == "0"
+    assert abs(float(other[5])) > 0.1
+    job.page(tmp_path / "index.html")
+    browser.open(tmp_path / "index.html")
+    browser.run(SET, {"pose": "0"})
+    shown = "return document.getElementById('row-drive-A').lastChild.textContent"
+    assert browser.run(shown) == "0"
+    assert browser.run(shown.replace("drive-A", "force-C")) == "0"
 
 
 class Quantiles:

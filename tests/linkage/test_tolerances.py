@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +19,12 @@ from linkframe.models.linkage.files.read import linkage_of
 from linkframe.models.linkage.files.source import Source
 from linkframe.models.linkage.files.write import tables
 from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
+from linkframe.models.linkage.job.report import report
 from linkframe.models.linkage.job.result import compute
+from linkframe.models.linkage.study.tolerances import toleranced
 from numpy.testing import assert_allclose, assert_array_equal
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 LINKAGE = """\
 gravity = [0.0, -9.81, 0.5]
 
@@ -187,9 +192,9 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
     text = text[: text.index("[tolerances")].replace("fy = 100.0", "fy = 100.0\nfz = 100.0")
     text = re.sub(r"(clearance|contact) = .*\n", "", text)
     told = (
-        r"joints.B.stiffness.0 is 2e\+08 and joints.B.stiffness.3 is 200: one draw of norm\(loc=2e\+08, scale=1e\+06\)"
+        r"joints.B.stiffness.ux is 2e\+08 and joints.B.stiffness.rx is 200: one draw of norm\(loc=2e\+08, .*in percent"
     )
-    with pytest.raises(FrameError, match=rf"{told} .*in percent"):
+    with pytest.raises(FrameError, match=told):
         inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nloc = 2e8\nscale = 1e6'))
     result = compute(
         inputs(tmp_path, text + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nscale = "0.5 %"'))
@@ -209,9 +214,9 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
             '["points.B"]',
             'distribution = "norm"\nloc = 0.1\nscale = 1e-3',
             "of",
-            "points.B.0 is 0.1 and points.B.1 is 0.02",
+            "points.B.x is 0.1 and points.B.y is 0.02",
         ),
-        ('["points.B.x", "points.C.x"]', 'distribution = "norm"\nloc = 0.1\nscale = 1e-3', "of", "points.C.0 is 0.4"),
+        ('["points.B.x", "points.C.x"]', 'distribution = "norm"\nloc = 0.1\nscale = 1e-3', "of", "points.C.x is 0.4"),
         ('["links.rod.mass"]', 'distribution = "norm"\nloc = 2.0', "", "has no scale"),
         ('["links.rod.mass"]', 'distribution = "norm"\nloc = "1 %"', "", "has no scale"),
         (
@@ -260,7 +265,7 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
             '["points.B", "points.B.y"]',
             'distribution = "norm"\nscale = "5 %"',
             "of.1",
-            "names points.B.1 a second time",
+            "names points.B.y a second time",
         ),
         ('["joints.B.axis"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "is a direction, which has no size"),
         ('["joints.B.stiffness.uz"]', 'distribution = "norm"\nscale = "5 %"', "of.0", "inf alone cannot vary"),
@@ -291,7 +296,7 @@ def test_the_mean_of_samples_is_near_the_nominal_answer(tmp_path: Path) -> None:
             '["points.Q.x"]',
             'distribution = "norm"\nscale = "5 %"',
             "",
-            "has no effect, as the linkage does not use points.Q.0",
+            "has no effect, as the linkage does not use points.Q.x",
         ),
     ],
 )
@@ -324,7 +329,7 @@ def test_laws_about_the_nominal_value_are_taken(law: str, tmp_path: Path) -> Non
 
 def test_one_number_has_one_tolerance(tmp_path: Path) -> None:
     text = LINKAGE + tolerance('["joints.B.stiffness"]') + tolerance('["joints.B.stiffness.4"]', name="u")
-    with pytest.raises(FrameError, match=r"tolerances.u.of: joints.B.stiffness.4 is in tolerance 't', too"):
+    with pytest.raises(FrameError, match=r"tolerances.u.of: joints.B.stiffness.ry is in tolerance 't', too"):
         inputs(tmp_path, text)
 
 
@@ -359,3 +364,32 @@ def test_a_clearance_has_room_in_its_link(tmp_path: Path) -> None:
 def test_a_job_is_of_one_linkage(tmp_path: Path) -> None:
     with pytest.raises(FrameError, match=r"run: mass of rod: a list of shape \(2,\)"):
         inputs(tmp_path, LINKAGE.replace("mass = 2.0", "mass = [2.0, 3.0]"))
+
+
+UNITS = {
+    "gravity.y": "m/s²", "points.B.x": "m", "links.rod.mass": "kg", "links.rod.inertia.zz": "kg m²",
+    "joints.A.reference.rz": "rad", "joints.A.reference.uz": "m", "joints.B.stiffness.ux": "N/m",
+    "joints.B.stiffness.ry": "N m/rad", "joints.B.clearance": "m", "joints.B.axis.y": "", "springs.0.damping": "N s/m",
+    "loads.0.fy": "N", "sections.flat.y": "m", "materials.steel.E": "Pa", "materials.steel.density": "kg/m³",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "unit"), UNITS.items())
+def test_a_tolerance_has_the_name_and_the_unit_of_its_number(name: str, unit: str, tmp_path: Path) -> None:
+    path = tmp_path / "f.toml"
+    path.write_text(LINKAGE, encoding="utf-8")
+    found = toleranced(Source(path), name, 1e-3)
+    assert found.names == (name,)
+    assert found.unit == unit
+    assert toleranced(Source(path), name, "± 5 %").unit == "of each number"
+
+
+def test_the_report_lists_tolerances_with_their_units(tmp_path: Path) -> None:
+    """By the names of the file, and to all digits of their numbers."""
+    text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8").partition("[tolerances")[0]
+    place = tomllib.loads(text)["points"]["P"][0] + 1e-7
+    text += tolerance('["points.P.x"]', f'distribution = "norm"\nloc = {place:.7f}\nscale = 1e-6')
+    text += tolerance('["joints.B.stiffness"]', name="springs")
+    lines = report(compute(replace(inputs(tmp_path, text), samples=2).at_pose(3))).text({}, [], {}).splitlines()
+    assert f"| t | norm(loc={place:.7f}, scale=1e-06) | m | points.P.x |" in lines
+    assert "| springs | norm(scale=5 %) | of each number | joints.B.stiffness |" in lines

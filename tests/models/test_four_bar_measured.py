@@ -194,11 +194,11 @@ def test_samples_at_measured_poses_are_stored_and_tell_another_run(tmp_path: Pat
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        (None, r"none\.csv cannot be read as a table of measured positions: .*No such file"),
+        (None, r"none\.csv cannot be read: No such file"),
         ("B [deg],x,ux\n60,0.1,1e-4\n", r"seen\.csv has a column 'B', which is no drive: the drives are A"),
         ("theta,x,ux\n60,0.1,1e-4\n", r"seen\.csv has a column 'theta', which is no drive: the drives are A"),
         ("x,ux\n0.1,1e-4\n", r"1 measured poses and no columns .* give it a column 'A \[deg\]'"),
-        ("A [deg],p\n60,0.1\n", r"has the columns A \[deg\], p: name each once, with one of x, y, z among them"),
+        ("A [deg],p\n60,0.1\n", r"row 1: no column is a position, of A \[deg\], p: name those x, y, z"),
         ("A [deg],x,ux\n60,0.1,1e-4\n,0.1,1e-4\n", r"row 3: A \[deg\] has no value: give that of the drive"),
         ("A [deg],x,ux\n60,0.1,wide\n", r"row 2: ux is 'wide', which is no number"),
     ],
@@ -220,5 +220,5 @@ def test_what_cannot_be_compared_is_told_with_its_file(tmp_path: Path, capsys: p
     with pytest.raises(FrameError, match=r"seen\.csv: the linkage cannot be assembled at any measured pose"):
         found(path, samples=4, ground=0.38)
     assert main(["four-bar", "--measured", str(tmp_path / "none.csv"), "--out", str(tmp_path / "out")]) == 2
-    assert "none.csv cannot be read as a table of measured positions" in capsys.readouterr().err
+    assert "none.csv cannot be read: No such file" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage, Measured, calibrate, compare, read_measured
-from linkframe.models.job.measured import MeasuredOutcome, MeasuredPoint
+from linkframe.models.job.measured import DriveValues, MeasuredOutcome, MeasuredPoint
 from numpy.testing import assert_allclose
 from scipy import stats
 
@@ -185,13 +185,22 @@ def test_a_table_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("a,b\n1,2\n", "has the columns a, b: name each once, with one of x, y, z"),
+        ("a,b\n1,2\n", r"row 1: no column is a position, of a, b: name those x, y, z, in the linkage's unit"),
+        ("x,x\n1,2\n", "row 1: there are 2 columns 'x': keep one"),
+        ("A,A [deg],x\n1,2,3\n", "two columns give the drive 'A': keep one of them"),
+        ("A,x,\n1,2,\n", "row 1: column 3 has no name"),
+        ("A [deg];x\n1;2\n", "row 1: columns are separated by semicolons: separate them by commas"),
+        ("A [deg]\tx\n1\t2\n", "row 1: columns are separated by tabs"),
         ("x\n", "has no rows"),
         ("x,y\n1\n", "row 2 has 1 cells for 2 columns"),
         ("x,y\n1,two\n", "row 2: y is 'two', which is no number"),
-        ("x,y,ux\n1,2,0.1\n", "a measured component has no uncertainty"),
-        ("x,ux\n1,-0.1\n", "give standard uncertainties above zero"),
-        ("x\n\n1,2\n", "has 2 cells for 1 columns"),
+        ('x\n"0,5"\n', "row 2: x is '0,5', which is no number: write it with a point"),
+        ("A,x\n1_0,2\n", "row 2: A is '1_0', which is no number"),
+        ("A,x\n0,1\ninf,2\n", "row 3: A is 'inf': give a finite number"),
+        ("A,x\n0,\n", "has no position in it: x, y and z are empty in all rows"),
+        ("x,y,ux\n1,2,0.1\n", "row 2: y has no uncertainty: fill in uy, or leave ux, uy, uz out"),
+        ("x,ux\n\n1,1\n\n1,-0.1\n", "row 5: ux is -0.1: give a standard uncertainty above zero"),
+        ("x\n\n1,2\n", "row 3 has 2 cells for 1 columns"),
     ],
 )
 def test_tables_that_are_refused(tmp_path: Path, text: str, told: str) -> None:
@@ -201,12 +210,48 @@ def test_tables_that_are_refused(tmp_path: Path, text: str, told: str) -> None:
         read_measured(file)
 
 
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        (None, "cannot be read: No such file or directory; give a table of measured positions, saved as CSV in UTF-8"),
+        ("A [°],x\n0,1\n".encode("latin-1"), "cannot be read: it is not UTF-8 text; give a table"),
+        (b"x\n" + 200_000 * b"9", "cannot be read: it is no text of rows and cells; give a table"),
+    ],
+)
+def test_files_that_are_no_table(tmp_path: Path, content: bytes | None, told: str) -> None:
+    file = tmp_path / "seen.csv"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(FrameError, match=told) as refused:
+        read_measured(file)
+    assert "Errno" not in str(refused.value)
+
+
+def test_units_of_drives_in_a_table(tmp_path: Path) -> None:
+    file = tmp_path / "seen.csv"
+    file.write_text("A [deg],B [°],C [rad],D,x\n90,90,1.5,1.5,0.2\n", encoding="utf-8")
+    assert_allclose([read_measured(file).drives[name][0] for name in "ABCD"], [0.5 * np.pi, 0.5 * np.pi, 1.5, 1.5])
+
+
+def test_degrees_are_written_as_they_were_read(tmp_path: Path) -> None:
+    """Radians in between leave 29.999999999999996 of 30 degrees."""
+    degrees = [*range(-720, 721), 0.1, 12.34567890123, 1e-7]
+    file = tmp_path / "seen.csv"
+    file.write_text("A [deg],x\n" + "".join(f"{each},0.1\n" for each in degrees))
+    given = MeasuredPoint(file, "P", 0.95, read_measured(file))
+    assert given.drive_values({"A": DriveValues(np.zeros(2), "deg")})["A"].tolist() == degrees
+
+
 def test_what_is_refused() -> None:
     measured = seen(1e-6, np.random.default_rng(0))
     with pytest.raises(FrameError, match=r"the motion has shape \(2,\) and 15 poses were measured"):
         slider_crank(**NOMINAL).move(A=[0.0, 1.0]).compare("C", measured)
     with pytest.raises(FrameError, match="drive 'A' of the motion is not at the values of the measurement"):
         slider_crank(**NOMINAL).move(A=ANGLES + 0.1).compare("C", measured)
+    with pytest.raises(FrameError, match="an uncertainty is inf: give finite standard uncertainties above zero"):
+        Measured([[0.0, 0.0, 0.0]], [1.0, np.inf, 1.0], {})
+    with pytest.raises(FrameError, match="no position was measured, all are NaN"):
+        Measured([[np.nan] * 3], None, {})
     with pytest.raises(FrameError, match="neither measurement nor prediction has an uncertainty"):
         compare([[0.0, 0.0, 0.0]], Measured([[0.0, 0.0, 0.0]], None, {}))
     line, place = np.broadcast_to(np.ones((3, 3)), (2, 3, 3)), np.zeros((2, 3))

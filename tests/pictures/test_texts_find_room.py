@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Circle, Material
 from linkframe.framework import Frame
+from linkframe.models.paper.drawing import draw_linkage
 
 ROD = Beam(Circle(diameter=0.02), Material(E=210e9, nu=0.3))
 COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
@@ -96,3 +97,18 @@ def test_what_has_no_solution_is_drawn_where_it_was() -> None:
     sliding.set_load("B", fx=0.0, fy=5.0)
     assert sliding.solve().status == "statically consistent mechanism"
     assert getattr(sliding.solve().plot(), "name", "") == "rectilinear"
+
+
+@pytest.mark.parametrize("theta", np.radians([30.0, 150.0, 200.0, 280.0, 330.0]))
+def test_the_name_of_a_clamped_drive_stands_off_its_clamp(theta: float) -> None:
+    """Figure 5 of the paper: A beside the block that holds the crank, a point of type off its edge at least."""
+    way = np.array([np.cos(theta), np.sin(theta), 0.0])
+    at = {"A": np.zeros(3), "B": 0.1 * way, "P": 0.1 * way + [0.1, 0, 0], "D": 0.1 * way + [0.2, 0, 0]}
+    figure = draw_linkage({**at, "E": np.array([0.2, 0.0, 0.0])}, (0.0, 100.0), theta)
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    (name,) = (text for text in axes.texts if text.get_text() == "A")
+    blocks = [patch.get_window_extent() for patch in axes.patches if patch.get_gid() == "support"]
+    assert len(blocks) == 2
+    box = name.get_window_extent().padded(figure.dpi / 72.0)
+    assert not any(overlap(box, block) for block in blocks)

@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
-from ....framework.results.validity import LINEAR
 from ....framework.solution import Solution
 from ...job.measured import MeasuredOutcome
 from ...job.outcome import magnification
 from ...job.parts import Parts
-from ...job.remarks import beyond_linear
 from ...spread import Spread
 from ..graphics.plane import ROUNDING, plane
 from ..motion import Motion
-from ..statics.accuracy import PointAccuracy
+from ..statics.accuracy import PointAccuracy, marked_status
 from ..statics.reactions import Reactions
 from ..study.sampled import nominal_positions
 from .inputs import RunInputs
@@ -93,13 +91,7 @@ class Computed:
     @cached_property
     def status(self) -> NDArray[np.str_]:
         """That of the motion, or where it is regular that of the frame, marked where linear results do not hold."""
-        frame = np.broadcast_to(self.main.status, self.motion.shape)
-        moved = np.where(self.motion.is_regular, frame, self.motion.status)
-        off = np.broadcast_to(self.solution.nonlinearity(), self.motion.shape)
-        text = np.array([beyond_linear(each) for each in off.flat]).reshape(off.shape)
-        marked = np.where(moved == "regular", text, np.char.add(np.char.add(moved, "; "), text))
-        solved = (frame == "regular") | (frame == self.motion.status)
-        return np.where(solved & ~(off < LINEAR), marked, moved)
+        return marked_status(self.motion, self.solution)
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:

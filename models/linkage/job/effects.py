@@ -11,7 +11,7 @@ from ..files.source import Source
 from ..files.toml import written
 from ..files.write import tables
 from ..linkage import Linkage
-from ..study.tolerances import Tolerance, dotted, varied
+from ..study.tolerances import Tolerance, varied
 
 # Options of [run] that speak of samples, which there are with tolerances only.
 OF_SAMPLES = ("samples", "rng", "sampler", "nan_policy")
@@ -37,7 +37,7 @@ def check_effects(source: Source, linkage: Linkage, distributions: Mapping[str, 
     as_written = _described(linkage)
     for name, values in tried.items():
         if _described(varied(source, distributions, {name: values[0]}, Linkage)) == as_written:
-            what = ", ".join(map(dotted, distributions[name].of))
+            what = ", ".join(distributions[name].names)
             source.fail(("tolerances", name), f"has no effect, as the linkage does not use {what}: leave it out")
 
 

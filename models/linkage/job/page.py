@@ -42,6 +42,7 @@ def write_job_page(result: RunResult, path: Path) -> None:
             *([] if result.measured is None else [("Measured", result.measured.as_text())]),
         ],
         samples=f"outermost of {inputs.samples} samples, seed {inputs.rng}",
+        status=result.marked_status[::every],
     )
     _write(motion, path, point, inputs, write, cloud)
 

@@ -11,7 +11,7 @@ from ...distributions import SIGMAS, ends
 from ..derivatives.position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 from ..files.toml import Path as Place
 from ..motion import Motion
-from ..study.tolerances import Tolerance, dotted
+from ..study.tolerances import Tolerance
 from ..worst_case.limits import Given, Limit, limits
 from ..worst_case.worst_case import WorstCase
 
@@ -73,16 +73,7 @@ def _limit(by: PositionSensitivity, tolerance: Tolerance, ends: tuple[float, flo
         total = total + (nominal * column if tolerance.relative else column)
     start = 0.0 if tolerance.relative else next(iter(tolerance.nominal.values()))
     radius, middle = 0.5 * (ends[1] - ends[0]), 0.5 * (ends[1] + ends[0]) - start
-    name = ", ".join(dotted(_spelt(place)) for place in tolerance.of)
-    return Limit(name, np.asarray(total)[..., None], np.asarray(radius), np.asarray(middle))
-
-
-def _spelt(place: Place) -> Place:
-    """A place in the file, the component of a point by its letter."""
-    match place:
-        case ("points", point, int(axis)):
-            return "points", point, "xyz"[axis]
-    return place
+    return Limit(", ".join(tolerance.names), np.asarray(total)[..., None], np.asarray(radius), np.asarray(middle))
 
 
 def _column(by: PositionSensitivity, place: Place) -> Array | None:

@@ -118,10 +118,10 @@ def _linkage(result: RunResult) -> Iterable[str]:
     yield markdown(["joint", "kind", "point", "links", "driven"], joints, left=5)
     if result.inputs.tolerances:
         yield markdown(
-            ["tolerance", "distribution", "of"],
+            ["tolerance", "distribution", "unit", "of"],
             [
-                [name, tolerance.description, ", ".join(".".join(map(str, path)) for path in tolerance.of)]
+                [name, tolerance.description, tolerance.unit, ", ".join(tolerance.names)]
                 for name, tolerance in result.inputs.tolerances.items()
             ],
-            left=3,
+            left=4,
         )

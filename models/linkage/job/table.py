@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ....framework.dofs import FORCES
-from ...job.tables import aligned, markdown, separated, with_error
+from ...job.tables import aligned, markdown, separated, with_error, without_rounding
 from .optional_tables import columns as further
 
 if TYPE_CHECKING:
@@ -77,6 +77,24 @@ def _drives(result: RunResult) -> tuple[list[str], list[Array]]:
     return names, [np.broadcast_to(drive.values, (result.poses,)) for drive in drives.values()]
 
 
+def _greatest_displacement(result: RunResult) -> Array:
+    """Greatest displacement of any node of the loaded frame along any axis, (poses,)."""
+    moved = np.abs(result.solution.displacements())[..., :3]
+    greatest = np.max(moved, axis=(-2, -1), where=np.isfinite(moved), initial=0.0)
+    return np.broadcast_to(greatest, (result.poses,))
+
+
+def _drive_forces(result: RunResult) -> Iterator[Array]:
+    """Forces and moments of the drives, (poses,) each, without what is rounding beside those of the joints."""
+    found, linkage = result.reactions, result.inputs.linkage
+    sizes = np.abs(np.stack([result.rows(found.force(joint)) for joint in linkage.joints])).max(axis=0)
+    force, moment = sizes[:, :3].max(axis=-1), sizes[:, 3:].max(axis=-1)
+    for joint, driven in linkage.drives.items():
+        for component, push in zip(driven, result.rows(found.drive(joint)).T, strict=True):
+            turns = component.startswith("r")
+            yield without_rounding(push, moment + force * result.size if turns else force + moment / result.size)
+
+
 def _columns(result: RunResult) -> tuple[list[str], list[Array]]:
     names, columns = _drives(result)
     for point, found in result.accuracy.items():
@@ -93,21 +111,21 @@ def _columns(result: RunResult) -> tuple[list[str], list[Array]]:
 def _cells(result: RunResult) -> Iterator[list[str]]:
     """A heading, then a row a pose."""
     shown, point = result.shown, result.inputs.points[0]
-    drives = result.inputs.linkage.drives
-    forces = [force for joint in drives for force in result.rows(result.reactions.drive(joint)).T]
     heads = list(result.inputs.drives) + [AXES[k] for k in shown] + [f"u_{AXES[k]}" for k in shown]
     columns = _drives(result)[1]
     columns += [result.rows(result.main.rigid)[:, k] for k in shown]
-    columns += [result.rows(result.main.total)[:, k] for k in shown]
+    whole = _greatest_displacement(result)
+    columns += [without_rounding(result.rows(result.main.total)[:, k], whole) for k in shown]
     forms = ["g"] * len(result.inputs.drives) + ["z.6f"] * len(shown) + [".3e"] * len(shown)
     errors = [np.full(result.poses, np.nan)] * len(columns)
     if point in result.spread:
         spread = result.spread[point]
         heads += [f"{name}{AXES[k]}" for name in ("mean u_", "σ_") for k in shown]
-        columns += [each[:, k] for each in (spread.mean, spread.std) for k in shown]
+        columns += [without_rounding(each[:, k], whole) for each in (spread.mean, spread.std) for k in shown]
         errors += [each[:, k] for each in (spread.standard_error, spread.std_standard_error) for k in shown]
         forms += [".2e"] * (2 * len(shown))
     heads += [f"drive {name}" for _, _, name in result.inputs.driven]
+    forces = list(_drive_forces(result))
     columns += forces
     forms += [".4g"] * len(forces)
     errors += [np.full(result.poses, np.nan)] * len(forces)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
@@ -17,7 +18,7 @@ from ..poses.coordinates import some_coordinates
 from ..statics.frame import FramedPoses
 from ..worst_case.starts import circle, sphere
 from ..worst_case.worst_case import WorstCase
-from .forces import Parts, displacement, drawn_loads, drawn_springs, forces_of_joints_and_drives
+from .forces import Parts, displacement, drawn_loads, drawn_springs, forces_of_joints_and_drives, status
 
 # Digits that are written of a number: an error of 1e-12 of it.
 DIGITS = 12
@@ -40,6 +41,7 @@ def page_data(
     worst: WorstCase | None,
     drive: str,
     samples: Array | None = None,
+    told: NDArray[np.str_] | None = None,
 ) -> dict[str, Any]:
     """Numbers of a page; arrays have the poses first.
 
@@ -55,6 +57,8 @@ def page_data(
         The drive whose values name the poses.
     samples
         Displacements of the point from its rigid position, (poses, samples, 3), to be drawn.
+    told
+        Status of the poses, (poses,), where it is known otherwise.
     """
     loaded, (forces, pushes) = displacement(motion, point, link), forces_of_joints_and_drives(motion)
     bent = [loaded["displacement"]] if loaded else []
@@ -64,7 +68,7 @@ def page_data(
     redundant = worst is not None and worst.position.stress is not None
     return {
         "drive": {"name": drive, "turns": angular, "values": np.degrees(values) if angular else values},
-        "status": np.broadcast_to(motion.status, motion.shape),
+        "status": status(motion, point, link) if told is None else told,
         "dimensions": len(axes),
         "points": {name: motion.position(name)[..., axes] for name in points_in_use(motion.linkage)},
         "links": [{"name": name, "points": list(each.points)} for name, each in motion.linkage.links.items()],

@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array, rotated
 from ..description.joints import driven_name
 from ..description.parts import GROUND
-from ..statics.accuracy import accuracy
+from ..statics.accuracy import accuracy, marked_status
 from ..statics.frame import FramedPoses
 from ..statics.reactions import Reactions, reactions
 from ..statics.tangent import is_loaded as is_loaded_at_rest
@@ -58,12 +59,24 @@ def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found]) -> dict
     return parts
 
 
-def displacement(motion: FramedPoses, point: str, link: str | None) -> dict[str, Parts] | None:
-    """Displacement of the point by compliance, with the bound of its error; None where nothing deflects."""
+def deflects(motion: FramedPoses) -> bool:
+    """Whether something is elastic, and something acts on it."""
     elastic = any(each.beams for each in motion.linkage.links.values()) or any(
         pair.stiffness is not None for pair in motion.linkage.joints.values()
     )
-    if not elastic or not is_loaded(motion):
+    return elastic and is_loaded(motion)
+
+
+def status(motion: FramedPoses, point: str, link: str | None) -> NDArray[np.str_]:
+    """Status of the poses, marked where the displacement by compliance under all that acts is not linear, (poses,)."""
+    if not deflects(motion):
+        return np.broadcast_to(motion.status, motion.shape)
+    return marked_status(motion, accuracy(motion, point, link, {}, inertia=moving(motion)).closed)
+
+
+def displacement(motion: FramedPoses, point: str, link: str | None) -> dict[str, Parts] | None:
+    """Displacement of the point by compliance, with the bound of its error; None where nothing deflects."""
+    if not deflects(motion):
         return None
 
     def found(poses: FramedPoses) -> Found:

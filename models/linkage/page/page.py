@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError, expected_mechanisms
@@ -48,6 +49,8 @@ class PageText:
         Sentences that stand in view.
     samples
         What the samples are that are drawn.
+    status
+        Status of the poses in words, (poses,), where a job tells more of them than the page knows.
     """
 
     title: str = ""
@@ -56,6 +59,7 @@ class PageText:
     about: Sequence[tuple[str, str]] = ()
     notes: Sequence[str] = field(default=())
     samples: str = ""
+    status: NDArray[np.str_] | None = None
 
 
 def write_page(
@@ -94,7 +98,7 @@ def page(
 ) -> str:
     """The page with its numbers, styles and program in it."""
     with expected_mechanisms():
-        data = page_data(motion, point, link, worst, checked(motion, drive), samples)
+        data = page_data(motion, point, link, worst, checked(motion, drive), samples, text.status)
     data |= {
         "grid": [axis.table() for axis in grid],
         "title": text.title or f"Where {point} goes",

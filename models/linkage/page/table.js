@@ -25,28 +25,30 @@ function row(key, words, value, shown = value) {
   line.lastChild.dataset.value = typeof value === "string" ? value : String(value);
 }
 
-// Rounding of what is zero.
-const rounded = (value) => (Math.abs(value) < 1e-12 * reach ? 0 : value);
+// What is zero but for its rounding beside the size of what it comes from.
+const rounded = (value, size) => (Math.abs(value) < 1e-12 * size ? 0 : value);
+const longest = (values) => Math.max(0, ...values.filter((each) => !each.includes(null)).map(norm));
+const bent = loaded ? Math.max(...Object.values(loaded.displacement).map(longest)) : 0;
 
 function tell() {
   const pose = state.pose, name = data.point.name, here = data.point.place[pose], status = data.status[pose];
   const told = document.getElementById("status");
-  told.textContent = `${driven()}: ${status}`;
+  told.textContent = `${driven()}: ${status}${state.load === 1 ? "" : " (with the loads as given)"}`;
   told.classList.toggle("lost", status !== "regular");
-  axes.forEach((axis, k) => row(`place-${axis}`, unit(`${name}, ${axis}`, metre), here[k], rounded(here[k])));
+  axes.forEach((axis, k) => row(`place-${axis}`, unit(`${name}, ${axis}`, metre), here[k], rounded(here[k], reach)));
   const moved = displaced();
   if (loaded) {
-    axes.forEach((axis, k) => row(`loaded-${axis}`, unit(`${name} deflected, ${axis}`, metre), moved ? moved[k] : null));
+    axes.forEach((axis, k) => row(`loaded-${axis}`, unit(`${name} deflected, ${axis}`, metre), moved ? moved[k] : null, moved ? rounded(moved[k], bent) : null));
     row("bound", unit("numerical error of it, at most", metre), bounded(loaded.bound, pose));
   }
   tellWorst(pose, name);
-  for (const [joint, part] of Object.entries(data.reactions)) {
-    const force = acting(part, pose);
-    row(`force-${joint}`, unit(`force in ${joint}`, newton), force && norm(force));
-  }
+  const forces = Object.entries(data.reactions).map(([joint, part]) => [joint, acting(part, pose)]);
+  const sizes = forces.map(([joint, force]) => [joint, force && norm(force)]), greatest = Math.max(0, ...sizes.map(([, size]) => size ?? 0));
+  for (const [joint, size] of sizes) row(`force-${joint}`, unit(`force in ${joint}`, newton), size, size && rounded(size, greatest));
   for (const [drive, part] of Object.entries(data.drives)) {
     const force = acting(part, pose);
-    row(`drive-${drive}`, part.turns ? unit(`moment of drive ${drive}`, newton && `${newton} ${metre}`) : unit(`force of drive ${drive}`, newton), force && force[0]);
+    const words = part.turns ? unit(`moment of drive ${drive}`, newton && `${newton} ${metre}`) : unit(`force of drive ${drive}`, newton);
+    row(`drive-${drive}`, words, force && force[0], force && rounded(force[0], part.turns ? greatest * reach : greatest));
   }
 }
 

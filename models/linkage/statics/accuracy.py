@@ -17,6 +17,7 @@ from ....framework.frame import Frame
 from ....framework.large.solution import LargeSolution
 from ....framework.listing import number, text_table
 from ....framework.results.modes import modes
+from ....framework.results.validity import LINEAR, beyond_linear
 from ....framework.solution import Solution
 from ....framework.states import States
 from ..derivatives.displacement_sensitivity import DisplacementSensitivity, displacement_sensitivity
@@ -229,6 +230,25 @@ def accuracy(
         raise FrameError("expansion= has no effect without temperature=: give the rise of temperature as well")
     warmed = None if temperature is None else expanded(motion, point, link, temperature, expansion)
     return PointAccuracy(motion, node_of(motion, point, link), load, inertia, warmed)
+
+
+def marked_status(motion: FramedPoses, solution: Solution) -> NDArray[np.str_]:
+    """Status of the poses, or where these are regular that of the frame, marked where linear results do not hold.
+
+    Parameters
+    ----------
+    motion
+        The poses, (...).
+    solution
+        Their loaded frame solved, (...).
+    """
+    frame = np.broadcast_to(solution.status, motion.shape)
+    moved = np.where(motion.is_regular, frame, motion.status)
+    off = np.broadcast_to(solution.nonlinearity(), motion.shape)
+    text = np.array([beyond_linear(each) for each in off.flat]).reshape(off.shape)
+    marked = np.where(moved == "regular", text, np.char.add(np.char.add(moved, "; "), text))
+    solved = (frame == "regular") | (frame == motion.status)
+    return np.where(solved & ~(off < LINEAR), marked, moved)
 
 
 def node_of(motion: FramedPoses, point: str, link: str | None) -> str:

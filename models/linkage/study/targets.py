@@ -62,6 +62,13 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     return place, varied
 
 
+def entry_name(source: Source, place: Path) -> str:
+    """A place in the file by the names that `numbers_at` takes: ``points.B.y``, ``joints.B.stiffness.ux``."""
+    names = _components(source, place[:-1]) if isinstance(place[-1], int) else ()
+    last = names[place[-1]] if isinstance(place[-1], int) and place[-1] < len(names) else place[-1]
+    return ".".join(map(str, (*place[:-1], last)))
+
+
 def _missing(source: Source, place: Path, text: str) -> str:
     """What to tell of an entry that the file has not: what there is beside it."""
     depth = next(k for k in reversed(range(len(place))) if k == 0 or source.get(place[:k]) is not None)

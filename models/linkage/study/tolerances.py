@@ -13,7 +13,8 @@ from ...given_distributions import is_known
 from ..files.read import Described, linkage_of
 from ..files.source import Source
 from ..files.toml import Path
-from .targets import numbers_at
+from .targets import entry_name, numbers_at
+from .units import unit_of
 
 if TYPE_CHECKING:
     from ...distributions import Distribution, Uncertain
@@ -35,6 +36,10 @@ class Tolerance:
         Whether the draw is a deviation that scales each number, rather than the number itself.
     description
         The distribution in words.
+    names
+        The entries as the file calls them, such as ``points.B.y``.
+    unit
+        Unit of the draw.
     """
 
     of: tuple[Path, ...]
@@ -42,6 +47,8 @@ class Tolerance:
     distribution: Distribution
     relative: bool
     description: str
+    names: tuple[str, ...] = ()
+    unit: str = ""
 
     def samples(self, place: Path, draws: Array) -> Array:
         """Samples (n,) of the number at a place, from the draws (n,)."""
@@ -69,7 +76,7 @@ def check_owners(source: Source, found: Mapping[str, Tolerance]) -> None:
             if place in owners:
                 source.fail(
                     ("tolerances", name, "of"),
-                    f"{dotted(place)} is in tolerance {owners[place]!r}, too: let one distribution draw it",
+                    f"{entry_name(source, place)} is in tolerance {owners[place]!r}, too: let one distribution draw it",
                 )
             owners[place] = name
 
@@ -150,7 +157,7 @@ def _numbers_of(
     for path, text in of:
         place, numbers = numbers_at(source, path, text, relative=relative)
         for twice in numbers.keys() & nominal.keys():
-            source.fail(path, f"names {dotted(twice)} a second time: name it once")
+            source.fail(path, f"names {entry_name(source, twice)} a second time: name it once")
         places.append(place)
         nominal |= numbers
     return tuple(places), nominal
@@ -164,15 +171,13 @@ def _checked(
         _check_equal(source, path, nominal, found.description)
     place, value = next(iter(nominal.items()))
     try:
-        found.require_near(value, dotted(place))
+        found.require_near(value, entry_name(source, place))
     except FrameError as error:
         source.fail(path, str(error))
-    return Tolerance(places, nominal, found.distribution, found.relative, found.description)
-
-
-def dotted(place: Path) -> str:
-    """A place in the file as it is written there."""
-    return ".".join(map(str, place))
+    names = tuple(entry_name(source, place) for place in places)
+    units = dict.fromkeys(unit_of(source, each) for each in nominal)
+    unit = "of each number" if found.relative else ", ".join(filter(None, units))
+    return Tolerance(places, nominal, found.distribution, found.relative, found.description, names, unit)
 
 
 def _distribution(source: Source, path: tuple[str, str]) -> Deviation:
@@ -200,7 +205,8 @@ def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, f
         if other != value:
             source.fail(
                 (*path, "of"),
-                f"{dotted(first)} is {value:g} and {dotted(place)} is {other:g}: one draw of {description} would "
+                f"{entry_name(source, first)} is {value:g} and {entry_name(source, place)} is {other:g}: one draw of "
+                f"{description} would "
                 "stand in "
                 'place of both; give loc and scale in percent, such as scale = "5 %", to vary each about its own '
                 "value, or give each a tolerance of its own",
