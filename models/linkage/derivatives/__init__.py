@@ -1,1 +1,1 @@
-"""How positions depend on what a linkage is made of."""
+"""Derivatives of positions and displacements by the dimensions, drives and other inputs of a linkage."""

@@ -1,8 +1,8 @@
-"""How the place of a point depends on the inputs that a linkage is built of: an adjoint for all of them.
+"""Derivatives of the position of a point by the inputs from which a function builds the linkage, by the adjoint method.
 
-The derivatives by the numbers of the description come from one equilibrium of the rigid linkage, whose number does not
-grow with that of the inputs. How these numbers depend on the inputs is told by describing the linkage anew of inputs
-beside, which closes no loop and solves nothing.
+One equilibrium of the rigid linkage gives the derivatives by all numbers of the description, however many inputs there
+are. How these numbers depend on the inputs is found by describing the linkage with each input a little below and above
+its value, which closes no loop and solves nothing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .position_sensitivity import PositionSensitivity
 
 
 class DescribedNumbers(Protocol):
-    """What is read of a linkage's description."""
+    """The part of a linkage's description that is read here."""
 
     @property
     def points(self) -> Mapping[str, Array]:
@@ -51,16 +51,16 @@ Describe = Callable[..., DescribedNumbers]
 
 @dataclass(frozen=True, eq=False)
 class DescribedBeside:
-    """A linkage described anew of inputs a little to either side of some, and what that changes in its numbers.
+    """A linkage described with each input a little below and above its value, for differences of its numbers.
 
     Attributes
     ----------
     description
-        The linkage, of all inputs one after the other, each below and above, at all samples: (k 2 m,).
+        The linkage as one batch, (k 2 m,): for each of k inputs, its lower and upper value at each of m samples.
     names
-        Of the k inputs.
+        Names of the k inputs.
     widths
-        What lies between the lower and the upper value of each, (k, m).
+        Upper minus lower value of each input, (k, m).
     """
 
     description: DescribedNumbers
@@ -71,7 +71,7 @@ class DescribedBeside:
     def of(
         cls, describe: Describe, inputs: Mapping[str, Array], ends: Mapping[str, tuple[Array, Array]]
     ) -> DescribedBeside:
-        """Of inputs by name, (m,) each, and their lower and upper values, (m,) each; see `along_inputs`."""
+        """Describe the linkage with inputs by name, (m,) each, and their lower and upper values; see `along_inputs`."""
         names = tuple(inputs)
         widths = np.stack([ends[name][1] - ends[name][0] for name in names])
         count = widths.shape[1]
@@ -84,20 +84,26 @@ class DescribedBeside:
 
     @property
     def rows(self) -> int:
-        """How often the linkage is described."""
+        """Number of linkages in the batch, k 2 m."""
         return 2 * self.widths.size
 
     def sides(self, value: Array, trailing: int) -> tuple[Array, Array]:
-        """A number of the description with so many trailing axes, below and above each input, (k, m, ...)."""
+        """Values of a number of the description at the lower and the upper inputs, (k, m, ...) each.
+
+        `trailing` axes of `value` hold its components.
+        """
         spread = np.broadcast_to(value, (self.rows, *value.shape[value.ndim - trailing :]))
         count, samples = self.widths.shape
         both = spread.reshape(count, 2, samples, *spread.shape[1:])
         return both[:, 0], both[:, 1]
 
     def changed(self, value: Array, trailing: int, slope: Array) -> Array:
-        """By how much a sum changes (k, m), of which a number has the derivatives (m, ...)."""
+        """Change of a result between lower and upper inputs, (k, m), through a number `value` of the description.
+
+        `slope` (m, ...) are the derivatives of the result by the number.
+        """
         below, above = self.sides(value, trailing)
-        # What is infinite on either side is as it was.
+        # equal values, infinite ones among them, do not change
         change = np.subtract(above, below, out=np.zeros(above.shape), where=above != below)
         return np.asarray(np.sum(change.reshape(*self.widths.shape, -1) * slope.reshape(len(slope), -1), axis=-1))
 
@@ -133,20 +139,20 @@ def along_inputs(
 
 
 def moved_by_numbers(by: PositionSensitivity, weight: Array, beside: DescribedBeside) -> Array:
-    """What points, lengths, pitches and references change in a weighted sum of the components, (k, m)."""
+    """Changes of the weighted sum of components through points, lengths, pitches and reference values, (k, m)."""
     found = [beside.changed(*each) for each in _numbers(by, beside.description, weight)]
     return np.asarray(np.sum(found, axis=0))
 
 
 def _moved_by_axes(by: PositionSensitivity, weight: Array, beside: DescribedBeside) -> Array:
-    """What the axes of joints change in a weighted sum of the components of a position, (k, m)."""
+    """Changes of the weighted sum of components through the axes of joints, (k, m)."""
     joints = beside.description.joints
     found = [np.sum(_turned(*beside.sides(joints[name].axes, 2)) * _by_axes(by, name, weight), -1) for name in joints]
     return np.asarray(np.sum(found, axis=0))
 
 
 def _numbers(by: PositionSensitivity, described: DescribedNumbers, weight: Array) -> list[tuple[Array, int, Array]]:
-    """What the description says of points, lengths, pitches and references, its trailing axes, and the slopes by it."""
+    """Points, lengths, pitches and reference values described, their trailing axes, and the derivatives by them."""
     found = [(value, 1, weighed(by.points[point], weight)) for point, value in described.points.items()]
     for name, link in described.links.items():
         if link.length is not None:
@@ -155,14 +161,14 @@ def _numbers(by: PositionSensitivity, described: DescribedNumbers, weight: Array
         if pair.pitch is not None:
             found.append((pair.pitch, 0, weighed(by.pitches[name][..., None], weight)))
         if name in described.drives:
-            # A drive has gone from its reference to its value.
+            # a drive moves by its value minus its reference value
             own = pair.kind.places_of(described.drives[name])
             found.append((pair.reference[..., own], 1, -weighed(by.drives[name], weight)))
     return found
 
 
 def weighed(derivative: Array, weight: Array) -> Array:
-    """Derivatives (m, n) of the weighted sum, from those of all components, (m, 6, n)."""
+    """Derivatives (m, n) of the weighted sum from those of all components (m, 6, n)."""
     return np.asarray(np.einsum("mi,min->mn", weight, derivative[..., :3, :]))
 
 

@@ -1,4 +1,4 @@
-"""How the displacement of a loaded linkage depends on its dimensions: by the frame, and by the loop closure."""
+"""Derivatives of the displacement of a loaded linkage by its dimensions, in its frame and through the loop closure."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from .virtual_work import VirtualWork
 class DisplacementSensitivity(PositionSensitivity):
     """Derivatives of the displacement by compliance, without clearance; made by `PointAccuracy.sensitivity`.
 
-    Rows are the components that were asked for, in place of ``ux .. rz``. Each has one adjoint, for all inputs: what a
-    dimension changes in the frame is told by the forces and displacements under the unit load; what it changes
-    in the pose of the links, by the moments that turn them, which the loop closure passes on to its joints.
+    Rows are the k requested components instead of ``ux .. rz``. One adjoint solution for each gives the derivatives by
+    all inputs: the forces and displacements under a unit load give the effect of a dimension on the frame; the moments
+    that act on rotations of the links, transferred to the joints by the loop closure, its effect on the pose.
 
     Attributes
     ----------
     motion
-        Where the linkage is, (...).
+        The motion of the linkage, (...).
     point, link
-        Empty: no point is moved by itself.
+        Empty, as no position of a point enters here.
     joints
-        By joint: by a displacement and rotation of its second link relative to where the joint would have it, by which
-        the pose changes, in the joint's axes, (..., k, 6).
+        By joint: derivatives by a displacement and rotation of its second link relative to its place in the ideal
+        joint, through the pose, in the joint's axes, (..., k, 6).
     components
-        Components of the displacement, the rows.
+        Components of the displacement, one for each row.
     frame
-        By component, derivatives by what the frame is made of: loads, members, sections, moduli, stiffness of joints.
+        By component: derivatives by loads, members, sections, moduli and joint stiffnesses of the frame.
     nodes
-        By link and point: what the place of the point changes in the frame, (..., k, 3).
+        By link and point: derivatives by the position of the point in the frame at a fixed pose, (..., k, 3).
     """
 
     components: tuple[str, ...]
@@ -54,13 +54,13 @@ class DisplacementSensitivity(PositionSensitivity):
 
     @cached_property
     def places(self) -> dict[Place, Array]:
-        """By link and point: by a shift of the point on that link alone in the reference configuration, (..., k, 3)."""
+        """By link and point: derivatives by a shift of the point on that link alone, (..., k, 3)."""
         through_loops = super().places
         return {key: value + self.nodes.get(key, 0.0) for key, value in through_loops.items()}
 
     @cached_property
     def pitches(self) -> dict[str, Array]:
-        """By screw: by its pitch, (..., k)."""
+        """By screw joint: derivatives by its pitch, (..., k)."""
         out = super().pitches
         for name, value in out.items():
             none = np.zeros(value.shape[:-1])
@@ -69,7 +69,7 @@ class DisplacementSensitivity(PositionSensitivity):
 
     @cached_property
     def axes(self) -> dict[Place, Array]:
-        """Not known of a displacement, (..., k, 3) of a position.
+        """Not available for a displacement; for a position they are (..., 6, 3) by link and joint.
 
         Raises
         ------
@@ -84,20 +84,20 @@ class DisplacementSensitivity(PositionSensitivity):
 def displacement_sensitivity(
     motion: ClassifiedPoses, solution: Solution, nodes: Mapping[Place, str], node: str, components: Sequence[str]
 ) -> DisplacementSensitivity:
-    """Derivatives of components of the displacement of a node.
+    """Derivatives of displacement components of a node.
 
     Parameters
     ----------
     motion
         The motion.
     solution
-        The loaded frame, its clearances closed.
+        Solution of the loaded frame, without clearance.
     nodes
         Names of the frame's nodes by link and point.
     node
-        The node that is displaced.
+        Name of the node.
     components
-        Such as ``uy``.
+        Components of its displacement, such as ``uy``.
     """
     check(motion.linkage)
     found = {component: solution.sensitivity(node, component) for component in components}
@@ -107,7 +107,7 @@ def displacement_sensitivity(
 def through_loops(
     motion: ClassifiedPoses, nodes: Mapping[Place, str], found: Mapping[str, Sensitivity]
 ) -> DisplacementSensitivity:
-    """Derivatives of results by name from those of the frame: what turns its links, the loop closure passes on.
+    """Derivatives of results by the linkage's dimensions from those by its frame, through the loop closure.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def through_loops(
     nodes
         Names of the frame's nodes by link and point.
     found
-        Derivatives of each result by what the frame is made of.
+        By result: its derivatives by the quantities of the frame.
     """
     moments: dict[str, Array] = {}
     for link in motion.linkage.links:
@@ -142,10 +142,10 @@ def through_loops(
 
 
 def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Array:
-    """By a small rotation of a link, which turns the axes of the joints that it carries, (..., 3).
+    """Derivatives by a small rotation of a link through the axes of its joints, (..., 3).
 
-    The cross of a universal joint turns about z of the first link with the second, whose axis x is, and else with the
-    first.
+    The axes of most joints rotate with their first link. The cross of a universal joint rotates about its z axis with
+    the second link, which carries x, and about other axes with the first.
     """
     total = np.zeros(3)
     for pair in motion.linkage.joints.values():
@@ -162,7 +162,10 @@ def _by_joint_axes(motion: ClassifiedPoses, link: str, found: Sensitivity) -> Ar
 
 
 def check(linkage: LinkageDescription) -> None:
-    """Refuse what also depends on the pose: springs, loads that turn, masses beside their points, sliders on beams."""
+    """Refuse forces that depend on the pose, which have no derivatives here, and sliders on beams.
+
+    Such forces come from springs, follower loads and the weight of given masses.
+    """
     what = "sensitivity of a displacement to dimensions"
     if linkage.springs:
         raise FrameError(f"{what}: the linkage has springs, whose forces change with its pose: it is not offered")

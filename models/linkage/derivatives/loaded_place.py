@@ -1,9 +1,9 @@
-"""How the place of a point under load depends on the inputs that a linkage is built of: adjoints for all of them.
+"""Derivatives of the position of a point under load by the inputs from which a function builds the linkage.
 
-The point lies where the rigid linkage has it, displaced by compliance. Both have derivatives by the numbers of the
-description, of one adjoint for each component, which are added up before they are multiplied out; what numbers depend
-on which input is told by describing the linkage anew. Numbers by which a displacement has no derivatives on offer may
-not depend on an input.
+The position is that in the rigid linkage plus the displacement by compliance. For both, one adjoint solution for each
+component gives the derivatives by the numbers of the description; these are summed and then multiplied by the
+derivatives of the numbers by the inputs, found by describing the linkage with other inputs. If an input changes a
+number for which the displacement has no derivatives, there are none by the inputs either.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ SECTIONS, MATERIAL = ("section", "end"), "material"
 
 @dataclass(frozen=True, eq=False)
 class LoadedPlace:
-    """What a weighted sum of the components of the place of a point under load depends on.
+    """Derivatives of a weighted sum of the position components of a point under load.
 
     Attributes
     ----------
     motion
-        The linkage of the inputs, (m,).
+        Motion of the linkage built from the inputs, (m,).
     point
         Name of the point.
     weight
         Weights of the components, (m, 3).
     frame
-        Derivatives of the sum of the displacement by compliance, by what the frame is made of.
+        Derivatives of the weighted sum of the displacement by compliance, by the quantities of the frame.
     members
         Names of the members of the frame by link, in the order of the link's beams.
     nodes
@@ -54,12 +54,12 @@ class LoadedPlace:
     nodes: Mapping[Place, str]
 
     def along_inputs(self, beside: DescribedBeside) -> dict[str, Array] | None:
-        """Derivatives (m,) by each input; None where one changes numbers by which the displacement has none.
+        """Derivatives (m,) by each input; None if one changes numbers for which the displacement has no derivatives.
 
         Parameters
         ----------
         beside
-            The linkage described anew of inputs beside.
+            The linkage described with lower and upper inputs.
         """
         if any(_changes(beside, each) for each in self._others(beside)):
             return None
@@ -76,11 +76,11 @@ class LoadedPlace:
         return beside.by_name(total)
 
     def _of_frame(self, beside: DescribedBeside) -> Iterator[tuple[Any, int, str, tuple[str, ...]]]:
-        """Numbers that the frame has, their trailing axes, and of which kind and name the derivatives by them are."""
+        """Numbers of the frame, their trailing axes, and kind and names under which `frame` has the derivatives."""
         for name, pair in beside.description.joints.items():
             if pair.stiffness is not None:
-                # The springs of a universal joint lie on either side of its cross: those of each side count here as
-                # constants of the other, where they are infinite.
+                # the springs of a universal joint lie on both sides of its cross; each side is infinitely stiff where
+                # the other has the spring, so that these derivatives are zero there
                 for own in (name, about_first(pair)) if pair.kind.name == "universal" else (name,):
                     yield pair.stiffness, 1, "joints", (own,)
         for load in beside.description.loads:
@@ -97,12 +97,12 @@ class LoadedPlace:
         return self.nodes[load.link, load.point or links[load.link].points[0]]
 
     def _elements(self, beside: DescribedBeside) -> Iterator[tuple[str, object]]:
-        """Members of the frame with their elements as they are described."""
+        """Members of the frame with their elements in the description."""
         for name, link in beside.description.links.items():
             yield from zip(self.members.get(name, ()), link.beams.values(), strict=True)
 
     def _others(self, beside: DescribedBeside) -> Iterator[object]:
-        """Whatever else the displacement depends on."""
+        """Everything else that the displacement depends on, without derivatives here."""
         described = beside.description
         yield from (pair.axes for pair in described.joints.values())
         yield described.weight
@@ -117,7 +117,7 @@ class LoadedPlace:
 
 
 def _sizes(element: object, part: str) -> Mapping[str, Any]:
-    """Sizes of a section of an element by name; none where it has no such section."""
+    """Sizes of a section of an element by name; empty if it has no such section."""
     section: Any = getattr(element, part, None)
     return section.sizes() if hasattr(section, "sizes") else {}
 
@@ -130,7 +130,7 @@ def _derivative(found: Sensitivity, kind: str, key: tuple[str, ...]) -> Any:
 
 
 def _places(beside: DescribedBeside) -> Iterator[object]:
-    """Numbers by which the links lie elsewhere."""
+    """Numbers that determine the positions of the links."""
     described = beside.description
     yield from described.points.values()
     yield from (link.length for link in described.links.values())
@@ -145,7 +145,7 @@ def _parts(value: object) -> list[tuple[str, object]]:
 
 
 def _changes(beside: DescribedBeside, value: object) -> bool:
-    """Whether some number in a part of the description differs below and above some input."""
+    """Whether a number in a part of the description differs between the lower and upper value of some input."""
     if isinstance(value, np.ndarray):
         if value.shape[:1] != (beside.rows,) or value.dtype == object:
             return False

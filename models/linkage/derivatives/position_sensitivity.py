@@ -1,4 +1,4 @@
-"""How the position of a point depends on the dimensions of a linkage, its drives, and displacements in its joints."""
+"""Derivatives of the position of a point by a linkage's dimensions, its drives, and displacements in its joints."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ Place = tuple[str, str]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PositionSensitivity:
-    """Derivatives of the position and orientation of a point by what the linkage is made of; by `Motion.sensitivity`.
+    """Derivatives of the position and orientation of a point by a linkage's dimensions; made by `Motion.sensitivity`.
 
     Drives are locked, links and joints rigid. The rows are ``ux uy uz rx ry rz``: displacement of the point, and
-    rotation of its link. All are NaN where the pose is not assembled or is a dead point. Of an overconstrained linkage
-    they are those of the position with the least gap, as `Linkage.move` has it.
+    rotation of its link. All are NaN where the pose is not assembled or is a dead point. For an overconstrained linkage
+    they are those of the position with the least gap, which `Linkage.move` finds.
 
     Attributes
     ----------
     motion
-        Where the linkage is, (...).
+        The motion of the linkage, (...).
     point, link
-        The point, and the link on which it is taken.
+        The point, and the link on which it lies.
     joints
-        By joint: by a displacement and rotation of its second link relative to where the joint would have it, in the
-        joint's axes about its point on the second link, (..., 6, 6); 0 in what the joint leaves free.
+        By joint: derivatives by a displacement and rotation of its second link relative to its place in the ideal
+        joint, in the joint's axes about its point on the second link, (..., 6, 6); 0 in the joint's free directions.
     """
 
     motion: ClassifiedPoses
@@ -49,19 +49,19 @@ class PositionSensitivity:
 
     @property
     def rows(self) -> int:
-        """Number of rows: six, and one for each redundant constraint that is looked at."""
+        """Number of rows: six, and one for each redundant constraint in `with_redundant_rows`."""
         return next((value.shape[-2] for value in self.joints.values()), 6)
 
     @property
     def linkage(self) -> LinkageDescription:
-        """The description."""
+        """Description of the linkage."""
         return self.motion.linkage
 
     @cached_property
     def drives(self) -> dict[str, Array]:
-        """By driven joint: by the values of its f driven coordinates, (..., 6, f).
+        """By driven joint: derivatives by the values of its f driven coordinates, (..., 6, f).
 
-        Of a ball by rotations about the joint's axes on its first link.
+        For a spherical joint these are rotations about the joint's axes on its first link.
         """
         out = {}
         for name, components in self.linkage.drives.items():
@@ -74,9 +74,10 @@ class PositionSensitivity:
 
     @cached_property
     def places(self) -> dict[Place, Array]:
-        """By link and point: by a shift of the point on that link alone, in the reference configuration, (..., 6, 3).
+        """By link and point: derivatives by a shift of the point on that link alone, (..., 6, 3).
 
-        Links are named with all of their points, ``"ground"`` with those of its joints.
+        The shift is in global axes in the reference configuration. Links have all of their points, ``"ground"`` those
+        of its joints.
         """
         points = {(link, point): 0.0 for link, of in self.linkage.links.items() for point in of.points}
         out: dict[Place, Array | float] = dict(points)
@@ -94,9 +95,9 @@ class PositionSensitivity:
 
     @cached_property
     def points(self) -> dict[str, Array]:
-        """By point: by a shift of it in the reference configuration, on all links that have it, (..., 6, 3).
+        """By point: derivatives by a shift of it in the reference configuration, on all its links, (..., 6, 3).
 
-        A link that was given its true length keeps it.
+        A link with a given length keeps it.
         """
         out = {point: np.zeros((*self.motion.shape, self.rows, 3)) for point in self.linkage.points}
         for (link, point), value in self.places.items():
@@ -114,22 +115,22 @@ class PositionSensitivity:
 
     @cached_property
     def lengths(self) -> dict[str, Array]:
-        """By link of two points: by its length, the second point moving away from the first, (..., 6)."""
+        """By link of two points: derivatives by its length, the second point moving away from the first, (..., 6)."""
         two = [(name, link.points) for name, link in self.linkage.links.items() if len(link.points) == 2]
         return {name: self.length(name, *points) for name, points in two}
 
     @cached_property
     def axes(self) -> dict[Place, Array]:
-        """By link and joint: by a small rotation of the joint's axes on that link alone, (..., 6, 3).
+        """By link and joint: derivatives by a small rotation of the joint's axes on that link alone, (..., 6, 3).
 
-        The rotation vector is in global axes in the reference configuration; the joint's point stays where it is. To
-        turn the axes on both links, add both.
+        The rotation vector is in global axes in the reference configuration; the joint's point does not move. For a
+        rotation of the axes on both links, add both derivatives.
         """
         out = {}
         for pair in self.linkage.joints.values():
             by = self.joints[pair.name]
             here, there = (self.motion.position(pair.point, link) for link in (pair.first, pair.second))
-            # Turned on the first link, the joint carries the second around the joint's point on the first.
+            # a rotation on the first link moves the second link about the joint's point on the first
             arm = np.cross(self._to_joint(pair, there - here)[..., None, :], by[..., :3])
             out[pair.first, pair.name] = (by[..., 3:] + arm) @ self._rotated(pair, pair.first)
             out[pair.second, pair.name] = -by[..., 3:] @ self._rotated(pair, pair.second)
@@ -137,7 +138,7 @@ class PositionSensitivity:
 
     @cached_property
     def pitches(self) -> dict[str, Array]:
-        """By screw: by its pitch, (..., 6)."""
+        """By screw joint: derivatives by its pitch, (..., 6)."""
         out = {}
         for name, pair in self.linkage.joints.items():
             if pair.pitch is not None:
@@ -147,7 +148,7 @@ class PositionSensitivity:
         return out
 
     def length(self, link: str, start: str, end: str) -> Array:
-        """Derivative by the distance of two points of a link, the second moving away from the first on that link alone.
+        """Derivative by the distance of two points of a link, of which the second moves, on that link alone.
 
         Parameters
         ----------
@@ -159,16 +160,16 @@ class PositionSensitivity:
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz`` by length, (..., 6).
+            Derivatives of ``ux uy uz rx ry rz`` by the length, (..., 6).
 
         Raises
         ------
         FrameError
-            If the link has not both points, or they coincide.
+            If the link does not have both points, or they coincide.
 
         Examples
         --------
-        An arm that gets longer moves its end along itself.
+        The end of an arm moves along the arm as it gets longer.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(3, 4))
@@ -195,7 +196,7 @@ class PositionSensitivity:
         return chord / distance[..., None], distance
 
     def _rotated(self, pair: Pair, link: str) -> Array:
-        """From the reference configuration of a link to the axes of a joint, (..., 3, 3)."""
+        """Rotation from global axes in the reference configuration of a link to a joint's present axes, (..., 3, 3)."""
         return np.asarray(np.swapaxes(self.motion.joint_axes(pair.name), -1, -2) @ self.motion.axes(link))
 
     def _to_joint(self, pair: Pair, vector: Array) -> Array:
@@ -216,9 +217,9 @@ def position_sensitivity(motion: ClassifiedPoses, point: str, link: str | None =
 
 
 def with_redundant_rows(by: PositionSensitivity) -> PositionSensitivity:
-    """The same with a further row for each redundant constraint: what opens it; in the units of the first three.
+    """Add a row for each redundant constraint: derivatives of the gap in it, a length.
 
-    NaN where the pose is not regular: other constraints are redundant there.
+    They are NaN where the pose is not regular, as other constraints are redundant there.
     """
     work = VirtualWork(by.motion)
     if not work.redundant:
@@ -231,7 +232,10 @@ def with_redundant_rows(by: PositionSensitivity) -> PositionSensitivity:
 
 
 def by_units(work: VirtualWork, force: Array) -> Array:
-    """Derivatives in the user's units, NaN where the pose is not regular, from forces (..., 6, 6) in units of size."""
+    """Derivatives in the user's units, NaN where the pose is not regular.
+
+    `force` (..., 6, 6) has them with lengths in units of the linkage's size.
+    """
     size = work.mechanism.size
     lengths, angles = np.array([size] * 3 + [1.0] * 3), np.array([1.0 / size] * 3 + [1.0] * 3)
     return np.where(work.regular[..., None, None], force * lengths[:, None] * angles, np.nan)

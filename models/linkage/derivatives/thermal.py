@@ -1,4 +1,4 @@
-"""Where a point goes when links become warmer: by their expansion through the loop closure."""
+"""Displacement of a point by thermal expansion of the links, through the loop closure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..description.sketch import place
 from ..poses.classified import ClassifiedPoses
 from .position_sensitivity import PositionSensitivity, position_sensitivity, with_redundant_rows
 
-# Links that expand do not close overconstrained loops where they open them by more than this share of what they move.
+# Gap in overconstrained loops, as a share of the displacements, above which expanding links no longer fit.
 OPENED = 1e-9
 
 # Rises of temperature and coefficients of expansion: one for all links, or by link.
@@ -32,7 +32,7 @@ def expansions(
     linkage_links
         The links by name.
     names
-        What has a temperature, by link.
+        Rises of temperature by link, of which only the names are used.
     given
         One coefficient for all links, or one for each by name, 1/K.
     """
@@ -50,22 +50,22 @@ def expansions(
 
 
 def per_strain(motion: ClassifiedPoses, point: str, link: str | None, heated: str) -> Array:
-    """Displacement and rotation of a point, (..., 6), by a strain of 1 of all of one link, to first order.
+    """Displacement and rotation of a point, (..., 6), per unit thermal strain of one link, to first order.
 
-    The link grows about its first point, the ground about its first pivot; the thread of a screw with the link that
-    carries its axis.
+    The link expands about its first point, the ground about its first pivot. The thread of a screw expands with the
+    first link of its joint.
 
     Raises
     ------
     FrameError
-        If the link, when it grows by itself, does not fit in overconstrained loops.
+        If the link does not fit in overconstrained loops when it alone expands.
     """
     full = with_redundant_rows(position_sensitivity(motion, point, link))
     return _fitting(motion, _grown(full, heated), f"link {heated!r} that becomes warmer does")
 
 
 def _fitting(motion: ClassifiedPoses, found: Array, what: str) -> Array:
-    """Displacement and rotation (..., 6) of rows that also tell what opens redundant constraints; refused if so."""
+    """Displacement and rotation, (..., 6), without the gaps in redundant constraints; refuses gaps above rounding."""
     moved = np.nanmax(np.abs(found[..., :3]), initial=0.0)
     unit = motion.mechanism.size * np.nanmax(np.abs(found), initial=0.0)
     if np.any(np.abs(found[..., 6:]) > OPENED * max(moved, unit)):
@@ -95,7 +95,7 @@ def _grown(by: PositionSensitivity, heated: str) -> Array:
 def expanded(
     motion: ClassifiedPoses, point: str, link: str | None, temperature: Temperature, expansion: Expansion | None
 ) -> Array:
-    """Displacement and rotation (..., 6) by rises of temperature, for all links or by link; see `Motion.accuracy`."""
+    """Displacement and rotation, (..., 6), by rises of temperature, for all links or by link; see `Motion.accuracy`."""
     links = motion.linkage.links
     rises = temperature if isinstance(temperature, Mapping) else dict.fromkeys(links, temperature)
     by_link = expansions(links, rises, expansion)

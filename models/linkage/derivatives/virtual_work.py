@@ -1,9 +1,9 @@
-"""Forces in the joints under unit loads: by virtual work they are the derivatives by a misalignment of the joints.
+"""Joint forces under unit loads, which by virtual work are derivatives by misalignments of the joints.
 
-Let the second link of a joint be displaced by d from where the joint would have it on the first, and let the drives be
-locked. A unit load at a point then works on the displacement of the point as much as the force f in the joint that
-balances the load works on d, ``u = f . d``. One solution for the load serves all joints; it has the transposed Jacobian
-of the loop closure (Innocenti, Journal of Mechanical Design 124, 2002, has it for clearances of spatial structures).
+With locked drives, let the second link of a joint be displaced by d from its place in the ideal joint. By virtual work
+the displacement of a point in the direction of a unit load there is ``u = f . d``, with the force f in the joint that
+balances the load. One solution for the load, with the transposed Jacobian of the loop closure, serves all joints
+(Innocenti, Journal of Mechanical Design 124, 2002, for clearances of spatial structures).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ..kinematics.linear import by_singular_values, stacked_solve
 from ..poses.classified import ClassifiedPoses
 from ..poses.singular import SINGULAR
 
-# A load is not balanced where this share of it is left.
+# Share of a load left unbalanced above which the load has no equilibrium.
 IDLE = 1e-6
 
 
@@ -33,13 +33,13 @@ class JointPlace:
     axes: Array
 
     def components(self, wrench: Array) -> Array:
-        """Force and moment about the joint's point in its axes (..., k, 6) of a wrench (..., k, 6) about the origin."""
+        """Wrenches (..., k, 6) about the joint's point in its axes, from global ones (..., k, 6) about the origin."""
         force, moment = wrench[..., :3], wrench[..., 3:] - np.cross(self.point[..., None, :], wrench[..., :3])
         return np.concatenate([force @ self.axes, moment @ self.axes], axis=-1)
 
 
 class VirtualWork:
-    """Equilibrium of a linkage whose drives are locked, under loads on its links; lengths in units of its size.
+    """Equilibrium of a linkage with locked drives under loads on its links; lengths are in units of its size.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class VirtualWork:
     Attributes
     ----------
     regular
-        Poses at which loads have a finite answer: assembled, and no dead point, (...).
+        Poses at which loads have finite reactions: assembled, and no dead point, (...).
     """
 
     def __init__(self, motion: ClassifiedPoses) -> None:
@@ -68,7 +68,7 @@ class VirtualWork:
 
     @cached_property
     def places(self) -> dict[str, JointPlace]:
-        """Place of each joint, by name."""
+        """Point and axes of each joint, by name."""
         motion, regular = self.motion, self.regular[..., None, None]
         return {
             name: JointPlace(
@@ -79,7 +79,7 @@ class VirtualWork:
         }
 
     def at_point(self, position: Array) -> Array:
-        """Unit forces and moments (..., 6, 6) at a global position, about the origin, row by row."""
+        """Wrenches about the origin of unit forces and moments at a global position, one a row, (..., 6, 6)."""
         place = self.place(position)
         wrenches = np.zeros((*place.shape[:-1], 6, 6))
         wrenches[...] = np.eye(6)
@@ -87,7 +87,7 @@ class VirtualWork:
         return wrenches
 
     def joint_forces(self, loads: Mapping[str, Array]) -> dict[str, Array]:
-        """Forces and moments in the joints' axes by which each balances the loads, (..., k, 6).
+        """Forces and moments of the joints that balance the loads, in the joints' axes, (..., k, 6) by name.
 
         Parameters
         ----------
@@ -101,9 +101,9 @@ class VirtualWork:
         return self._with_cuts({name: force + through_cuts.get(name, 0.0) for name, force in tree.items()}, rows)
 
     def self_stresses(self) -> dict[str, Array]:
-        """By joint: forces and moments in its axes (..., s, 6) that need no load, of s redundant constraints.
+        """By joint: forces and moments in its axes, (..., s, 6), of s independent states of self-stress.
 
-        They span all such states, those of the constraints that no coordinate acts on included.
+        There is one for each redundant constraint, those included on which no coordinate acts.
         """
         count, every = self.redundant, len(self.mechanism.rows)
         rows = np.broadcast_to(np.eye(every), (*self.regular.shape, every, every))
@@ -117,11 +117,11 @@ class VirtualWork:
 
     @property
     def redundant(self) -> int:
-        """Number of closing equations that others imply."""
+        """Number of redundant closing equations."""
         return len(self.mechanism.rows) - self.motion.assembly.loops.linear.rank
 
     def _through_tree(self, loads: Mapping[str, Array]) -> dict[str, Array]:
-        """What each joint of the tree passes on of loads on the links behind it, in its axes, (..., k, 6)."""
+        """Force and moment of each joint of the tree from loads on all links beyond it, in its axes, (..., k, 6)."""
         total: dict[str, Array] = {}
         for link, wrench in loads.items():
             for name, sign in self.ways[link].items():
@@ -142,7 +142,7 @@ class VirtualWork:
         return out
 
     def _row_wrenches(self, pair: Pair, constrained: tuple[str, ...]) -> Array:
-        """In the directions in which the mechanism takes its rows, about the origin."""
+        """Unit wrenches about the origin, (..., rows, 6), in the directions of the mechanism's closing equations."""
         place = self.places[pair.name]
         axes = place.axes
         if pair.first in self.mechanism.tree.twins:
@@ -160,7 +160,7 @@ class VirtualWork:
         return wrenches
 
     def _on_links(self, rows: Array) -> dict[str, Array]:
-        """Wrenches (..., k, 6) of forces in the rows (..., k, rows) on the links that they join."""
+        """Wrenches (..., k, 6) on the links joined by the closing joints, from forces in their rows (..., k, rows)."""
         out: dict[str, Array] = {}
         for pair, own, wrenches in self._closing:
             wrench = rows[..., own] @ wrenches
@@ -169,14 +169,14 @@ class VirtualWork:
         return out
 
     def _with_cuts(self, out: dict[str, Array], rows: Array) -> dict[str, Array]:
-        """Forces in the joints of the tree, and in those that close loops from the forces in rows (..., k, rows)."""
+        """Add to the forces in the tree's joints those in the closing joints, from their rows (..., k, rows)."""
         for pair, own, wrenches in self._closing:
             if pair.name not in out:
                 out[pair.name] = -self.places[pair.name].components(rows[..., own] @ wrenches)
         return out
 
     def _coordinates(self, forces: Mapping[str, Array]) -> Array:
-        """Force (..., k, unknowns) on each coordinate that is not driven, from those in the joints of the tree."""
+        """Force on each coordinate that is not driven, (..., k, unknowns), from the forces in the tree's joints."""
         return np.stack([self._on_coordinate(forces, *self.mechanism.columns[k]) for k in self.mechanism.unknown], -1)
 
     def _on_coordinate(self, forces: Mapping[str, Array], joint: str, component: str) -> Array:
@@ -190,7 +190,7 @@ class VirtualWork:
 
     @cached_property
     def _transposed(self) -> Array:
-        """Force on each unknown coordinate by the force in each row, (..., unknowns, rows)."""
+        """Transposed Jacobian: force on each unknown coordinate by a unit force in each row, (..., unknowns, rows)."""
         units = np.broadcast_to(
             np.eye(len(self.mechanism.rows)), (*self.regular.shape, *2 * (len(self.mechanism.rows),))
         )
@@ -198,7 +198,7 @@ class VirtualWork:
         return np.swapaxes(self._coordinates(self._through_tree(loads)), -1, -2)
 
     def _row_forces(self, tree: Mapping[str, Array]) -> Array:
-        """Forces (..., k, rows) in the closing rows that balance what the tree passes on."""
+        """Forces in the closing rows that balance the forces on the coordinates, (..., k, rows)."""
         shape = next(iter(tree.values())).shape[:-1]
         out = np.zeros((*shape, len(self.mechanism.rows)))
         active, linear = self.mechanism.active, self.motion.assembly.loops.linear
@@ -211,7 +211,7 @@ class VirtualWork:
             found = stacked_solve(matrix, right)
         else:
             found = by_singular_values(matrix, right, linear.rank)
-            # What moves with the drives locked, such as a rod's spin between two balls, balances no load.
+            # idle motions, such as the spin of a rod between two spherical joints, cannot balance a load
             left = np.linalg.norm(matrix @ found - right, axis=-2, keepdims=True)
             found = np.where(left > IDLE * np.linalg.norm(right, axis=-2, keepdims=True), np.nan, found)
         out[..., active] = np.swapaxes(found, -1, -2)

@@ -1,1 +1,1 @@
-"""Linkages in files: written, read, and pointed at by line and key where they are wrong."""
+"""Linkages in files: writing and reading them, with errors that name the line and the key."""

@@ -20,12 +20,12 @@ def renew(data: dict[str, Any]) -> dict[Path, Path]:
     Parameters
     ----------
     data
-        What the file holds; it is changed.
+        Tables of the file; they are changed in place.
 
     Returns
     -------
     dict
-        Places as they are written in the file, by what they are now.
+        Old paths of keys, as written in the file, by the new ones.
     """
     written: dict[Path, Path] = {}
     for (name, old), new in RENAMED.items():
@@ -45,7 +45,7 @@ def renew(data: dict[str, Any]) -> dict[Path, Path]:
 
 
 def _tables(found: object) -> Iterator[tuple[str | int, dict[str, Any]]]:
-    """Tables by name, or by their place in a list; none where there is something else."""
+    """Tables by their name, or by their index in a list; none if `found` is something else."""
     entries = found.items() if isinstance(found, dict) else enumerate(found) if isinstance(found, list) else ()
     for key, entry in entries:
         if isinstance(entry, dict):

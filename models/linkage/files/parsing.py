@@ -1,4 +1,4 @@
-"""TOML read: its numbers and its depth checked, and what is wrong told by its line."""
+"""Read TOML, with checks of its numbers and its depth, and errors that name the line."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 from .toml import Path, bare_lines, line_of
 
 AT_LINE = re.compile(r" \(at line (\d+), column \d+\)| \(at end of document\)")
-# More digits than Python turns into a whole number.
+# A whole number of more digits than Python reads.
 MANY_DIGITS = re.compile(r"\d[\d_]{4299,}")
-# Lists and tables inside one another; an array has at most as many axes.
+# Largest depth of nested lists and tables.
 DEEPEST = 32
 
 
 class Unreadable(Exception):
-    """A text that is not TOML, or holds what cannot be a number or a table of a linkage.
+    """A text that is not TOML, or has numbers or tables that cannot be read.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ _TOO_DEEP = f"lists or tables lie more than {DEEPEST} deep in one another: write
 
 
 def _float(text: str) -> float:
-    """A float as TOML has it, refused where it would silently become inf or 0."""
+    """A float of TOML; refused if it would silently become inf or 0."""
     value = float(text)
     if (math.isinf(value) and "inf" not in text) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", text)[0])):
         raise _OutOfRange(text)
@@ -90,7 +90,7 @@ def _check_depth(data: dict[str, Any], text: str) -> None:
 
 
 def _deepest_line(text: str) -> int:
-    """Line on which the brackets lie deepest in one another."""
+    """Line on which brackets are nested most deeply."""
     depth = deepest = 0
     line = 1
     for number, bare in bare_lines(text):
@@ -102,5 +102,5 @@ def _deepest_line(text: str) -> int:
 
 
 def _line_with(text: str, pattern: re.Pattern[str]) -> int:
-    """First line outside strings and comments on which a pattern is found; 1 where there is none."""
+    """First line on which a pattern is found outside strings and comments; 1 if there is none."""
     return next((number for number, bare in bare_lines(text) if pattern.search(bare)), 1)

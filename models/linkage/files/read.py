@@ -24,12 +24,12 @@ SECTIONS: dict[str, type[CrossSection]] = {
     "i": ISection,
     "properties": Section,
 }
-# What only one kind of joint knows.
+# Keys that only one kind of joint has.
 OWN = {"second": "universal", "pitch": "screw", "contact": "revolute"}
 TABLES = (
     "title", "points", "links", "joints", "drives", "springs", "loads", "gravity", "beams", "sections", "materials",
 )  # fmt: skip
-# Tables of the job of `linkframe run`, which the linkage does not know.
+# Tables of the job of `linkframe run`, which are no part of the linkage.
 JOB = ("run", "tolerances", "choices", "measured")
 
 
@@ -174,7 +174,7 @@ def _drive(source: Source, linkage: LinkageDescription, joint: str) -> None:
 
 
 def _order_drives(source: Source, linkage: LinkageDescription) -> None:
-    """Put the drives in the order told, which else is that of the joints: arrays of all drives have it."""
+    """Put the drives in the given order, which arrays of all drives follow; otherwise it is that of the joints."""
     order, driven = source.texts(("drives",)), linkage.drives
     if sorted(order) != sorted(driven):
         told = f"name each driven joint once, they are {', '.join(driven)}" if driven else "no joint has drive = true"

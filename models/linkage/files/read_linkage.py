@@ -1,4 +1,4 @@
-"""A linkage from a file."""
+"""Read a linkage from a file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..linkage import Linkage
 from .read import linkage_of
 from .source import Source
 
-# Formats that are written and not read, and the way round.
+# Formats that are written but not read, and what to do instead.
 ELSEWHERE = {
     ".urdf": "URDF is not read: load it with mujoco.MjModel.from_xml_path, write it out with mujoco.mj_saveLastXML "
     "as .xml, and read that",
@@ -20,7 +20,7 @@ ELSEWHERE = {
 def read_linkage(path: str | Path) -> Linkage:
     """Read a linkage from a TOML file, or from an MJCF file (``.xml``) of MuJoCo.
 
-    Points, links and joints are tables by name; links name their beams, beams their sections and materials, ::
+    Points, links and joints are tables by name; links name their beams, and beams their sections and materials, ::
 
         [points]
         A = [0.0, 0.0]
@@ -44,7 +44,7 @@ def read_linkage(path: str | Path) -> Linkage:
         [[loads]]
         link = "crank"
         point = "B"                     # without a point a torque: mx, my, mz
-        fy = 100.0                      # follower = true where it turns with the link
+        fy = 100.0                      # follower = true if it turns with the link
 
         [beams.bar]
         section = "flat"
@@ -59,15 +59,15 @@ def read_linkage(path: str | Path) -> Linkage:
         E = 2e11
         nu = 0.3                        # or G; density
 
-    and ``gravity = [0.0, -9.81, 0.0]`` at the top, and ``drives = ["B", "A"]`` where they have another order than the
-    joints. Lengths, forces and masses in any consistent units, angles in radians. ``inf`` is a number.
+    with ``gravity = [0.0, -9.81, 0.0]`` at the top, and ``drives = ["B", "A"]`` if their order is not that of the
+    joints. Lengths, forces and masses are in any consistent units, angles in radians. ``inf`` is a number.
 
-    ``linkframe run`` takes tolerances of these numbers from the same file, each a table by any name, ::
+    ``linkframe run`` reads tolerances of these numbers from the same file, each a table of any name, ::
 
         [tolerances.clearance]
-        of = ["joints.B.clearance"]     # entries that share one draw: all of them must have one and the same number
-        distribution = "norm"           # any continuous distribution of scipy.stats, and its numbers
-        loc = 1e-4                      # its mean may be off the number of the file by no more than it spreads
+        of = ["joints.B.clearance"]     # entries that share one draw must all have the same number
+        distribution = "norm"           # any continuous distribution of scipy.stats, with its parameters
+        loc = 1e-4                      # near the number of the file, compared with the spread
         scale = 5e-6
 
         [tolerances.stiffness]
@@ -75,14 +75,15 @@ def read_linkage(path: str | Path) -> Linkage:
         distribution = "norm"
         scale = "5 %"                   # loc and scale in percent are deviations: number * (1 + draw), here ± 5 %
 
-    Components go by their names or from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
-    ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables by number, as in ``loads.0.fy``. No number may be
+    Components are named or counted from 0: ``ux uy uz rx ry rz`` of a stiffness, ``x y z`` of a point or direction,
+    ``xx yy zz xy yz zx`` of an inertia; entries of lists of tables have numbers, as in ``loads.0.fy``. No number may be
     in two tolerances.
 
-    Of MJCF, bodies are links with their masses, sites points, joints of one body a joint where they make one, and
-    otherwise links without mass between them. What two bodies share by ``connect``, one point, or several in line, is a
-    ball or a hinge; ``weld`` joins firmly. Joints with actuators are driven, tendons from site to site are springs.
-    Contacts, limits, sensors and keyframes are not read. `write_linkage` writes such files.
+    In MJCF, bodies become links with their masses, and sites become points. The joints of a body become one joint if
+    there is such a kind, otherwise several with massless links between them. One point that two bodies share by
+    ``connect`` becomes a spherical joint, several in line a revolute joint, and ``weld`` a fixed one. Joints with
+    actuators are driven, tendons from site to site become springs. Contacts, limits, sensors and keyframes are not
+    read. `write_linkage` writes such files.
 
     Parameters
     ----------
@@ -97,13 +98,13 @@ def read_linkage(path: str | Path) -> Linkage:
     Raises
     ------
     FrameError
-        If the file cannot be read or something in it is wrong, or what a linkage cannot be; the line and the key, or
-        the element, are told.
+        If the file cannot be read, or something in it is wrong or not possible in a linkage; the message names the line
+        and the key, or the element.
 
     Warns
     -----
     ConversionWarning
-        If an MJCF file has what a linkage has no words for, such as friction in joints; it is left out.
+        If an MJCF file has something that a linkage cannot describe, such as friction in joints; it is left out.
 
     Examples
     --------

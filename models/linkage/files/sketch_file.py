@@ -1,4 +1,4 @@
-"""A file to begin with: a small linkage with everything that a run can use, explained where it stands."""
+"""A file to start from: a small linkage with everything that a run can use, explained by comments."""
 
 from __future__ import annotations
 
@@ -107,12 +107,12 @@ scale = 2e-5
 
 
 def write_sketch(path: str | Path) -> None:
-    """Write a commented file with a small linkage, as a beginning of one's own.
+    """Write a commented file with a small linkage, to start one's own from.
 
     Parameters
     ----------
     path
-        The file, ``.toml``; its folder is made where it is missing.
+        The file, ``.toml``; its folder is made if it is missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A file being read: what it holds, and errors that point at its lines."""
+"""A TOML file being read: its values, and errors that name its lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .old_keys import renew
 from .parsing import Unreadable, parsed
 from .toml import Path, line_of
 
-# Lists in messages that would be as long as the samples.
+# Lists of samples in messages, which are shortened.
 LONG_LIST = re.compile(r"\[[^'\"]{200,}\]")
 
 
@@ -27,7 +27,7 @@ class Source:
     Parameters
     ----------
     file
-        Where it is.
+        Path of the file.
 
     Raises
     ------
@@ -49,18 +49,18 @@ class Source:
         self.written = renew(self.data)
         self.samples: Mapping[Path, Array] = {}
         self.by: Mapping[Path, Path] = {}
-        # Keys that something else than the text has set, by what.
+        # what has set keys that are not from the text of the file, such as an option
         self.set_by: Mapping[Path, str] = {}
 
     def with_samples(self, samples: Mapping[Path, Array], by: Mapping[Path, Path]) -> Self:
-        """The file with samples (n,) in place of numbers; errors in them name the tolerance that drew them.
+        """The file with samples in place of some of its numbers; errors in them name the tolerance that drew them.
 
         Parameters
         ----------
         samples
-            By where the number stands.
+            By path of the number: its samples, (n,).
         by
-            Where the tolerance stands that drew them, by where the number stands.
+            By path of the number: path of the tolerance that drew them.
         """
         clone = self.changed(samples)
         clone.samples, clone.by = samples, by
@@ -72,7 +72,7 @@ class Source:
         Parameters
         ----------
         values
-            By where the number stands.
+            By path of the number: its value, or samples (n,).
         """
         clone = copy.copy(self)
         clone.data = copy.deepcopy(self.data)
@@ -85,7 +85,7 @@ class Source:
         return clone
 
     def fail(self, path: Path, message: str) -> NoReturn:
-        """Refuse the file because of what stands at `path`."""
+        """Refuse the file because of the value at `path`."""
         for place, values in self.samples.items():
             shared = min(len(place), len(path))
             if place[:shared] == path[:shared]:
@@ -96,7 +96,7 @@ class Source:
         raise FrameError(f"{self.place(path)}: {message}")
 
     def place(self, path: Path) -> str:
-        """Where a key stands, in words."""
+        """File, line and name of a key, in words."""
         for place, by in self.set_by.items():
             if path[: len(place)] == place:
                 return f"{self.file} with {by}"
@@ -104,7 +104,7 @@ class Source:
 
     @contextmanager
     def at(self, *path: str | int) -> Iterator[None]:
-        """Let what is refused in the body point at the key of the table `path` that the message names."""
+        """Let errors in the body name the file and line of the key, in the table at `path`, that they are about."""
         try:
             yield
         except FrameError as error:
@@ -113,7 +113,7 @@ class Source:
             self.fail((*path, *self._named(path, str(error))), str(error))
 
     def _named(self, path: Path, message: str) -> Path:
-        """Key of the table at `path` that a message names first, also in the singular."""
+        """Key of the table at `path` that a message mentions first, also in the singular."""
         table, words = self.get(path), re.findall(r"\w+", message)
         places = [
             (words.index(word), key)
@@ -124,7 +124,7 @@ class Source:
         return (min(places)[1],) if places else ()
 
     def get(self, path: Path) -> Any:
-        """What stands at a path; None where nothing does."""
+        """The value at a path; None if there is none."""
         here: Any = self.data
         for key in path:
             try:
@@ -134,7 +134,7 @@ class Source:
         return here
 
     def table(self, path: Path, required: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, Any]:
-        """A table with its keys checked: none unknown, none missing."""
+        """A table, refused if it has unknown keys or lacks required ones."""
         found = self.get(path)
         if not isinstance(found, dict):
             self.fail(path, f"is {shown_value(found)}: give a table")
@@ -188,7 +188,7 @@ class Source:
         return value
 
     def names(self, path: Path) -> list[str]:
-        """Keys of a table, which need not be there."""
+        """Keys of a table; none if it is not there."""
         found = self.get(path)
         if found is None:
             return []
@@ -199,7 +199,7 @@ class Source:
         return list(found)
 
     def count(self, path: Path) -> int:
-        """Length of a list of tables, which need not be there."""
+        """Length of a list of tables; 0 if it is not there."""
         found = self.get(path)
         if found is None:
             return 0
@@ -209,7 +209,7 @@ class Source:
 
 
 def shown_value(value: object) -> str:
-    """A value as a message shows it, without the tail of a long one."""
+    """A value as shown in a message, shortened if it is long."""
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # Python does not print whole numbers of thousands of digits
@@ -218,7 +218,7 @@ def shown_value(value: object) -> str:
 
 
 def as_array(value: object) -> Array:
-    """Numbers in nested lists as an array; entries that are arrays already are a batch, whose axes lead."""
+    """Numbers in nested lists as an array; the axes of entries that are arrays, a batch, come first."""
     if isinstance(value, np.ndarray):
         return value
     if isinstance(value, list):

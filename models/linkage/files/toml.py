@@ -1,4 +1,4 @@
-"""TOML: written from plain values, read with the line of every key."""
+"""Write TOML from plain values, and find the lines of its keys."""
 
 from __future__ import annotations
 
@@ -76,19 +76,19 @@ def _value(value: object) -> str:
 
 
 def line_of(text: str, path: Path) -> int:
-    """Line, from 1, on which a key stands; that of the table around it where it stands nowhere.
+    """Line of a key, counted from 1; if there is no such key, that of the table around it.
 
     Parameters
     ----------
     text
-        The file.
+        Text of the file.
     path
-        Keys from the top down, numbers for entries of lists of tables.
+        Keys from the outermost table on, numbers for entries of lists of tables.
 
     Returns
     -------
     int
-        The line; 1 where not even a table around it is found.
+        The line; 1 if not even a table around it is found.
     """
     best, line = 0, 1
     for known, at in _places(text):
@@ -121,7 +121,7 @@ def _places(text: str) -> Iterator[tuple[Path, int]]:
 
 
 def _path(line: str) -> Path:
-    """The one path of keys in a line."""
+    """The path of keys in a line that has one key."""
     path: list[str | int] = []
     try:
         here: Any = tomllib.loads(line)
@@ -135,12 +135,12 @@ def _path(line: str) -> Path:
 
 
 def bare_lines(text: str) -> Iterator[tuple[int, str]]:
-    """Lines from 1, without what stands in strings and comments."""
+    """Lines, counted from 1, without comments and the content of strings."""
     for number, line in _lines_of(text):
         yield number, STRING.sub('""', line).split("#")[0]
 
 
 def _lines_of(text: str) -> Iterator[tuple[int, str]]:
-    """Lines from 1; strings over several of them are emptied."""
+    """Lines, counted from 1; strings over several lines are emptied."""
     flat = LONG_STRING.sub(lambda found: '""' + "\n" * found[0].count("\n"), text)
     return enumerate(flat.split("\n"), start=1)

@@ -49,7 +49,7 @@ class Catalogue:
         Raises
         ------
         FrameError
-            If it is no Beam: a file has no words for other elements.
+            If it is not a Beam: a file cannot describe other elements.
         """
         if type(beam) is not Beam:
             raise FrameError(
@@ -81,7 +81,7 @@ class Catalogue:
         return _named("section", self.sections, table)
 
     def _material(self, material: Material) -> str:
-        # nu and G follow from one another, but to rounding only: nu where it gives G back to the last bit.
+        # nu and G determine each other only to rounding: nu is written if it gives G back to the last bit
         ratio = np.asarray(material.nu)
         exact = _same(material.E / (2.0 * (1.0 + material.nu)), material.G) and np.all((ratio > -1.0) & (ratio < 0.5))
         key = "nu" if exact else "G"
@@ -127,7 +127,7 @@ def _joint(pair: Pair, driven: tuple[str, ...] | None) -> Table:
 
 
 def _axes(pair: Pair) -> Table:
-    """Axis and second axis, as given or of length one, where they give the joint's axes to the last bit, else all."""
+    """Axis and second axis, as given or of unit length, if they give the joint's axes to the last bit; else all."""
     universal = pair.kind.name == "universal"
     own = pair.axes[..., 2], pair.axes[..., 0]
     for axis, second in (own,) if pair.directions is None else (pair.directions, own):

@@ -1,4 +1,4 @@
-"""A linkage to a file, in the format that its ending tells."""
+"""Write a linkage to a file, in the format of the file's ending."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ ROBOTS = (".xml", ".urdf", ".sdf")
 def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
     """Write a linkage to a file: TOML, or by its ending MJCF (``.xml``), URDF (``.urdf``) or SDF (``.sdf``).
 
-    From TOML `read_linkage` makes the same again, to the last bit. The other formats have rigid bodies on ideal joints,
-    for engines such as MuJoCo; their coordinates are those of the linkage, in MJCF counted as there, in URDF and SDF
-    from the reference configuration. In MJCF,
+    `read_linkage` reads the same linkage from TOML, to the last bit. The other formats describe rigid bodies on ideal
+    joints, for programs such as MuJoCo. Their joint coordinates are those of the linkage; in URDF and SDF they are
+    counted from the reference configuration. In MJCF,
 
     - bodies have the masses and inertias of links, or of their beams, and the axes of the ground in the reference
-      configuration, in which qpos0 puts them;
+      configuration, which is that of qpos0;
     - points are sites: ``B`` on the first link that has it, ``B on coupler`` on another;
-    - a joint with several coordinates is several, ``C uz`` and ``C rz``; a screw has an equality between them;
-    - a joint that closes a loop is an equality: one point that two bodies share for a ball, two for a hinge, and for
-      other kinds a part of the link, ``piston at slide``, with its share of the mass, which is welded to it;
-    - drives are position actuators, springs tendons, and loads actuators with a constant force.
+    - a joint with several coordinates is several joints, ``C uz`` and ``C rz``; in a screw an equality couples them;
+    - a joint that closes a loop is an equality: for a spherical joint one point that two bodies share, for a revolute
+      joint two; for other kinds a part of the link, ``piston at slide``, with a share of its mass, is welded to it;
+    - drives are position actuators, springs are tendons, and loads are actuators with a constant force.
 
-    Links without mass have 10⁻¹⁰ of all mass; where none has any, something that moves. URDF and SDF have no loops: a
-    linkage with loops goes there only where all joints follow the drives in proportion, as in a parallelogram, by
-    ``mimic``.
+    Links without mass get 10⁻¹⁰ of the total mass, or some small mass if no link has any. URDF and SDF have no loops: a
+    linkage with loops can be written only if all joints move in proportion to the drives, as in a parallelogram; these
+    are joints with ``mimic``.
 
     Parameters
     ----------
     linkage
-        What is written; in TOML all of its batch included.
+        The linkage; in TOML with its whole batch.
     path
-        The file; it is replaced, and its folder made where it is missing.
+        The file; it is replaced, and its folder made if it is missing.
 
     Raises
     ------
     FrameError
-        If the folder cannot be written, or the linkage has something for which the format has no words: in TOML
-        elements of one's own, in the others a batch, in URDF and SDF loops.
+        If the folder cannot be written, or the format cannot describe the linkage: TOML has no user-defined elements,
+        the others no batch, URDF and SDF no loops.
 
     Warns
     -----
@@ -68,7 +68,7 @@ def write_linkage(linkage: LinkageDescription, path: str | Path) -> None:
 
 
 def write(linkage: LinkageDescription, path: Path, depth: int) -> None:
-    """See `write_linkage`; what is left out is told at the call so many levels above."""
+    """See `write_linkage`; warnings point at the call `depth` levels above."""
     name, left = "", list[str]()
     if path.suffix.lower() in ROBOTS:
         from ..robot_files.formats import robot_text  # most linkages are not written there

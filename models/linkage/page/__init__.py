@@ -1,1 +1,1 @@
-"""A page that opens in a browser and follows what is dragged."""
+"""The interactive page of a motion for a browser, and the widget of a notebook."""

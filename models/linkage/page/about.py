@@ -1,4 +1,4 @@
-"""What a page tells of where its numbers come from: inputs, and how many digits are certain."""
+"""Texts of a page on the origin of its numbers: inputs, and how many digits are certain."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ CERTAIN = (
     "Positions are closed to rounding and written to 12 digits. The table has a bound on the numerical error of the "
     "deflection at each pose. Worst cases are exact to first order in clearances and tolerances."
 )
-# Characters of the inputs that a page takes, and how large a batch of linkages is told.
+# Largest number of characters of the inputs on a page, and of linkages in a batch that are described.
 ROOM, MEMBERS = 20_000, 100
 
 
 def about(motion: FramedPoses) -> list[tuple[str, str]]:
-    """Headings and texts: the linkage as a file would have it, and how its drives move; the certainty of digits."""
+    """Headings and texts: the linkage in the format of its files with the range of its drives; the certain digits."""
     return [("Inputs", f"{_drives(motion)}\n{_described(motion)}"), ("Certainty of digits", CERTAIN)]
 
 
 def _drives(motion: FramedPoses) -> str:
-    """The drives from end to end, as comments of a file."""
+    """The range of each drive, as comments of a file."""
     rows = [f"# {motion.shape[0]} poses"]
     for joint in motion.linkage.drives:
         values = driven(motion, joint)

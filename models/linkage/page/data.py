@@ -1,4 +1,4 @@
-"""What the page of a motion shows: numbers that are linear in everything that its sliders move."""
+"""Numbers of the page of a motion, which are linear in all that its sliders change."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from ..worst_case.starts import circle, sphere
 from ..worst_case.worst_case import WorstCase
 from .forces import Parts, displacement, drawn_loads, drawn_springs, forces_of_joints_and_drives, status
 
-# Digits that are written of a number: an error of 1e-12 of it.
+# Significant digits of the numbers.
 DIGITS = 12
-# Digits of what is drawn and stands in no table.
+# Significant digits of numbers that are only drawn.
 DRAWN = 5
-# Bytes of the numbers on a page in the plane and in space, and poses from which on no more are tried.
+# Largest size in bytes of the numbers on a page in the plane and in space, and largest number of poses.
 ROOM, MOST_POSES = {2: 250_000, 3: 900_000}, 721
-# Directions in which the outermost samples are drawn, in the plane and in space.
+# Number of directions in which the outermost samples are drawn, in the plane and in space.
 DIRECTIONS = {2: 16, 3: 40}
 REDUNDANT = (
     "Worst cases are not on this page: the linkage has redundant constraints that clearances and tolerances would "
@@ -43,18 +43,18 @@ def page_data(
     samples: Array | None = None,
     told: NDArray[np.str_] | None = None,
 ) -> dict[str, Any]:
-    """Numbers of a page; arrays have the poses first.
+    """Numbers of a page; the first axis of each array is that of the poses.
 
     Parameters
     ----------
     motion
-        Where the linkage is, (poses,).
+        The motion of the linkage, (poses,).
     point, link
-        The point that is looked at, and the link on which it is taken.
+        The point that the page is about, and the link on which it lies.
     worst
-        What clearances and tolerances let it reach; None where nothing deviates.
+        Its worst case under clearances and tolerances; None if nothing deviates.
     drive
-        The drive whose values name the poses.
+        The drive whose values label the poses.
     samples
         Displacements of the point from its rigid position, (poses, samples, 3), to be drawn.
     told
@@ -87,11 +87,14 @@ def page_data(
 
 
 def as_json(data: dict[str, Any]) -> str:
-    """The data of a page; of so many poses that they would not fit every second, third ... one."""
+    """The data of a page as JSON; if the poses do not fit, only every second, third ... one.
+
+    The poses of a grid are never left out: a grid that is too large is refused.
+    """
     poses, grid, room = len(data["status"]), data["grid"], ROOM[data["dimensions"]]
     every = 1 if grid else max(1, -(-poses // MOST_POSES))
     while True:
-        # The values of a grid belong to no pose.
+        # the values of the grid's axes are not thinned with the poses
         thinned = {**data, "every": every, "grid": [{**axis, "values": listed(axis["values"])} for axis in grid]}
         text = json.dumps(_listed(thinned, every), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
         size = len(text.encode())
@@ -105,7 +108,7 @@ def as_json(data: dict[str, Any]) -> str:
 
 
 def _listed(value: Any, every: int) -> Any:
-    """Arrays at every so many poses as lists."""
+    """The data with lists in place of arrays, of which every `every`-th pose is kept."""
     if isinstance(value, dict):
         return {name: _listed(each, every) for name, each in value.items()}
     if isinstance(value, list):
@@ -128,12 +131,12 @@ def _along(part: Parts, axes: list[int]) -> Parts:
 
 
 def _across(worst: WorstCase | None, *quantities: list[Parts]) -> bool:
-    """Whether deviations or forces lead out of the plane in which the linkage moves."""
+    """Whether deviations or forces have components out of the plane of x and y."""
     found = [[value[..., :3] for part in parts for value in part.values()] for parts in quantities]
     if worst is not None:
         moved = [each.by[..., :6, :] * each.radius[..., None, None] for each in worst.limits]
         found.append([np.moveaxis(each, -2, -1)[..., :3] for each in moved])
-        # A link that turns about an axis in the plane leaves it, too.
+        # a rotation about an axis in the plane leaves the plane as well
         found += [[np.moveaxis(each, -2, -1)[..., [5, 5, axis]] for each in moved] for axis in (3, 4)]
     for values in found:
         sizes = [np.abs(np.nan_to_num(each)).reshape(-1, 3).max(axis=0) for each in values if each.size]
@@ -144,16 +147,16 @@ def _across(worst: WorstCase | None, *quantities: list[Parts]) -> bool:
 
 
 def listed(values: Array, digits: int = DIGITS) -> list[Any]:
-    """Numbers as JSON has them, to so many digits; None where there is none."""
+    """Numbers as nested lists for JSON, rounded to so many significant digits; None for NaN and infinity."""
     if values.ndim > 1:
         return [listed(each, digits) for each in values]
-    # A whole number is shorter without its point.
+    # a whole number is shorter without its decimal point
     rounded = (float(f"{each:.{digits}g}") if np.isfinite(each) else None for each in values.tolist())
     return [int(each) if each is not None and each.is_integer() and abs(each) < 1e15 else each for each in rounded]
 
 
 def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
-    """Joints by their kind; with the axis along which one slides, or in space about which it turns."""
+    """Joints with their kind and point; those of sliders, and in space all of them, also with their axis."""
     found = []
     for name, each in motion.linkage.joints.items():
         joint: dict[str, Any] = {
@@ -173,7 +176,7 @@ def _joints(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
 def _limits(worst: WorstCase, shape: tuple[int, ...], axes: list[int]) -> list[dict[str, Any]]:
     """Derivatives of position and rotation by each deviation, (poses, axes, m), with its radius and middle.
 
-    In the plane links turn about its normal alone.
+    In the plane there is only the rotation about its normal.
     """
     turns = [5] if len(axes) == 2 else [3, 4, 5]
     found = []
@@ -182,7 +185,7 @@ def _limits(worst: WorstCase, shape: tuple[int, ...], axes: list[int]) -> list[d
         limit: dict[str, Any] = {"name": each.name, "by": by[..., axes, :], "turn": by[..., turns, :]}
         limit["angle"] = each.name.startswith("drive ") and _turns(worst, each.name.removeprefix("drive "))
         for name, value in (("radius", each.radius), ("middle", each.middle)):
-            # What is the same at all poses is written once.
+            # a value common to all poses is written once
             limit[name] = float(value) if value.ndim == 0 else np.broadcast_to(value, shape)
         found.append(limit)
     return found
@@ -193,7 +196,7 @@ def _turns(worst: WorstCase, joint: str) -> bool:
 
 
 def _outermost(samples: Array) -> Array:
-    """The outermost samples in a number of directions at each pose, (poses, directions, axes); NaN where none is."""
+    """The outermost samples in several directions at each pose, (poses, directions, axes); NaN if there are none."""
     dimensions = samples.shape[-1]
     n = (circle if dimensions == 2 else sphere)(DIRECTIONS[dimensions])
     known = np.isfinite(samples).all(axis=-1, keepdims=True)
@@ -204,7 +207,10 @@ def _outermost(samples: Array) -> Array:
 
 
 def traced_point(motion: FramedPoses) -> str | None:
-    """The point that a page would be about: the only one with a load, or the only one of a link without a joint."""
+    """The point that a page is about by default: the only one with a load, or else the only one without a joint.
+
+    None if there are several or none.
+    """
     linkage = motion.linkage
     joined = {pair.point for pair in linkage.joints.values()}
     loaded = {load.point for load in linkage.loads if load.point is not None and load.link != GROUND}
@@ -214,7 +220,7 @@ def traced_point(motion: FramedPoses) -> str | None:
 
 
 def checked(motion: FramedPoses, drive: str | None) -> str:
-    """The drive that names the poses."""
+    """The drive whose values label the poses, checked; by default the first that moves."""
     if len(motion.shape) != 1 or not motion.is_assembled.any():
         raise FrameError(
             f"a page of a motion of shape {motion.shape}: give one axis of poses, some of them assembled; or, to "

@@ -1,4 +1,4 @@
-"""What acts on the linkage of a page, and what it does, in parts between which a factor on the loads moves."""
+"""Loads on the linkage of a page and their effects, in two parts by which the page scales the loads."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from ..statics.frame import FramedPoses
 from ..statics.reactions import Reactions, reactions
 from ..statics.tangent import is_loaded as is_loaded_at_rest
 
-# By joint and coordinate, or whatever else names a quantity, its values at all poses, (poses, n) each.
+# Values of quantities at all poses, (poses, n) each, by joint and coordinate or another pair of names.
 Found = dict[tuple[str, str], Array]
-# A quantity under all that acts, ``whole``, and under what acts beside the loads, ``beside``, where anything does.
+# A quantity under all actions, ``whole``, and under all but the loads, ``beside``, if there are other actions.
 Parts = dict[str, Array]
 
 
 def moving(motion: FramedPoses) -> bool:
-    """Whether inertia acts: a drive has a rate or an acceleration."""
+    """Whether inertia forces act, as a drive has a rate or an acceleration."""
     return any(np.any(each) for each in (*motion.drives.rates, *motion.drives.accelerations))
 
 
 def is_loaded(motion: FramedPoses) -> bool:
-    """Whether anything acts on the linkage."""
+    """Whether loads, springs, weight or inertia forces act on the linkage."""
     return is_loaded_at_rest(motion) or moving(motion)
 
 
 def without_loads(motion: FramedPoses) -> FramedPoses | None:
-    """The same poses without the linkage's loads; None where nothing acts beside them, or there are none."""
+    """The same poses without the linkage's loads; None if it has no loads, or nothing but loads acts on it."""
     if not motion.linkage.loads:
         return None
     bare = copy(motion.linkage)
@@ -45,9 +45,9 @@ def without_loads(motion: FramedPoses) -> FramedPoses | None:
 
 
 def in_parts(motion: FramedPoses, found: Callable[[FramedPoses], Found]) -> dict[tuple[str, str], Parts]:
-    """Quantities under all that acts, and under what acts beside the loads, between which they are linear.
+    """Quantities under all actions, and under all but the loads.
 
-    With the loads times a factor f a quantity is ``(1 - f) beside + f whole``; without `beside` it is zero there.
+    With the loads multiplied by f a quantity is ``(1 - f) beside + f whole``, where a missing `beside` is zero.
     """
     shape, other = motion.shape, without_loads(motion)
     beside = {} if other is None else found(other)
@@ -124,7 +124,7 @@ def drawn_loads(motion: FramedPoses, axes: list[int]) -> list[dict[str, Any]]:
 
 
 def drawn_springs(motion: FramedPoses, axes: list[int]) -> list[list[Array]]:
-    """Both ends of each spring."""
+    """Positions of both ends of each spring, (poses, axes) each."""
     ends = ((spring.first, spring.second) for spring in motion.linkage.springs)
     return [
         [np.broadcast_to(motion.position(point, link), (*motion.shape, 3))[..., axes] for link, point in both]

@@ -1,4 +1,4 @@
-"""Poses at all combinations of several drives, of which a page moves each by itself."""
+"""Poses at all combinations of several drives, which a page moves separately."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class GridAxis:
     values: Array
 
     def table(self) -> dict[str, Any]:
-        """As a page has it."""
+        """The axis in the data of a page, with angles in degrees."""
         return {
             "name": self.name,
             "turns": self.turns,
@@ -34,21 +34,21 @@ class GridAxis:
 def unfolded(
     linkage: LinkageDescription, drives: Mapping[str, ArrayLike], shape: Shape
 ) -> tuple[dict[str, Array], tuple[GridAxis, ...]]:
-    """Values of the drives at all combinations in one row, and the axes of the grid in their order.
+    """Values of the drives at all combinations, with one axis of poses, and the axes of the grid in their order.
 
     Parameters
     ----------
     linkage
-        The linkage; it has no batch of its own.
+        The linkage, without a batch of its own.
     drives
-        Values of the drives by joint, which broadcast; one drive, or several together, vary along each axis.
+        Values of the drives by joint, which broadcast; each axis varies one drive, or several together.
     shape
         Shape of the motion.
 
     Raises
     ------
     FrameError
-        If no drive varies along an axis, or one along several.
+        If no drive varies along an axis, or a drive varies along several.
     """
     row: dict[str, Array] = {}
     along: dict[int, GridAxis] = {}

@@ -1,4 +1,4 @@
-"""Write the page of a motion: one file that needs nothing else."""
+"""Write the page of a motion: one file with its numbers, styles and program."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .grid import GridAxis
 
 # Height of a page in a notebook, pixels.
 HEIGHT = 620
-# What is drawn on, and the parts of the program in their order, in the plane and in space.
+# Element that is drawn on, and for the plane and for space its tag and the parts of the program in their order.
 VIEW = '<{tag} id="view" role="img" aria-label="Drawing of the linkage; drag a joint to move it" tabindex="0"></{tag}>'
 VIEWS = {
     2: ("svg", ("numbers", "view", "flat", "table", "controls")),
@@ -33,22 +33,22 @@ VIEWS = {
 
 @dataclass(frozen=True, eq=False)
 class PageText:
-    """What a page tells beside its numbers.
+    """Texts of a page.
 
     Attributes
     ----------
     title
-        Its heading.
+        Heading.
     command
-        What made it.
+        Command that made the page.
     units
         Units of length and force.
     about
-        Headings and texts that can be opened, such as the inputs; the linkage and its drives where there are none.
+        Headings and texts that can be unfolded, such as the inputs; if empty, the linkage and its drives.
     notes
-        Sentences that stand in view.
+        Sentences that are always shown.
     samples
-        What the samples are that are drawn.
+        Description of the samples that are drawn.
     status
         Status of the poses in words, (poses,), where a job tells more of them than the page knows.
     """
@@ -113,7 +113,7 @@ def page(
 
 
 def framed(motion: FramedPoses, worst: WorstCase | None, point: str) -> str:
-    """The page in a frame of a notebook."""
+    """The page in an inline frame, for a notebook."""
     inside = html.escape(page(motion, point, None, worst, PageText()), quote=True)
     style = f"width:100%;height:{HEIGHT}px;border:0"
     title = f"Where {html.escape(point)} goes"
@@ -121,7 +121,7 @@ def framed(motion: FramedPoses, worst: WorstCase | None, point: str) -> str:
 
 
 def framed_point(motion: FramedPoses) -> str | None:
-    """The point of which a notebook shows a page; None where it would not say which, or there is nothing to drag."""
+    """The point whose page a notebook shows; None if that is not clear, or the motion has nothing to drag."""
     if len(motion.shape) != 1 or not 1 < motion.shape[0] <= MOST_POSES or not motion.linkage.drives:
         return None
     return traced_point(motion) if motion.is_assembled.any() else None
@@ -131,7 +131,7 @@ def _filled(data: dict[str, Any]) -> str:
     room = files(__package__)
     text = room.joinpath("page.html").read_text(encoding="utf-8")
     tag, program = VIEWS[data["dimensions"]]
-    # What closes a script must not stand in one.
+    # a closing tag within the numbers would end the script
     numbers = as_json(data).replace("<", "\\u003c")
     for mark, value in (
         ("{{title}}", html.escape(data["title"])),
@@ -145,7 +145,7 @@ def _filled(data: dict[str, Any]) -> str:
 
 
 def versions() -> str:
-    """Versions that the numbers come from."""
+    """Versions of the programs that computed the numbers."""
     from importlib.metadata import PackageNotFoundError, version
 
     try:

@@ -1,4 +1,4 @@
-"""The page of a motion as a widget of a notebook, which gives back what is set on it."""
+"""The page of a motion as a notebook widget, whose settings can be read back in Python."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..worst_case.worst_case import WorstCase
 from .data import MOST_POSES, driven
 from .page import HEIGHT, PageText, page
 
-# What deviations of each kind are called, before their own names.
+# Prefix of the names of deviations that are clearances.
 JOINT = "joint "
 
 
@@ -29,7 +29,7 @@ def widget(
 
 @cache
 def _kind() -> type:
-    """The class, made where anywidget is installed."""
+    """The class of the widget, which needs anywidget."""
     try:
         import anywidget
         import traitlets
@@ -74,14 +74,14 @@ def _kind() -> type:
 
         @property
         def deviations(self) -> dict[str, float]:
-            """Half the width of each clearance and tolerance as it is set, by what the page calls it."""
+            """Half width of each clearance and tolerance as set on the page, by its name there."""
             radii = (np.broadcast_to(each.radius, self._motion.shape)[self.pose] for each in self._limits)
             pairs = zip(self._limits, radii, self.factors, strict=True)
             return {each.name: float(radius) * factor for each, radius, factor in pairs}
 
         @property
         def clearances(self) -> dict[str, float]:
-            """Clearances as they are set, by joint, as `Motion.worst_case` takes them."""
+            """Clearances as set on the page, by joint, for `Motion.worst_case`."""
             found = self.deviations.items()
             return {name.removeprefix(JOINT): value for name, value in found if name.startswith(JOINT)}
 
@@ -89,6 +89,6 @@ def _kind() -> type:
 
 
 def _first(motion: FramedPoses) -> int:
-    """The pose that a page shows first."""
+    """The pose that a page shows first: the first regular one, or else the first assembled one."""
     regular, there = (np.flatnonzero(each) for each in (motion.status == "regular", motion.is_assembled))
     return int((regular if len(regular) else there if len(there) else [0])[0])

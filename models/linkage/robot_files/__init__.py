@@ -1,1 +1,1 @@
-"""Linkages in the files of robotics: MJCF (MuJoCo) written and read, URDF and SDF written."""
+"""Linkages in formats of robotics: MJCF (MuJoCo) is written and read, URDF and SDF are written."""

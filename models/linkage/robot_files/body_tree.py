@@ -1,4 +1,4 @@
-"""A linkage as engines of rigid bodies have it: bodies on a tree of joints, and the joints that close its loops."""
+"""A linkage for programs of rigid-body dynamics: bodies on a tree of joints, and the joints that close its loops."""
 
 from __future__ import annotations
 
@@ -12,22 +12,23 @@ from ..description.parts import GROUND, Pair
 from ..kinematics.tree import LinkBranch, spanning_tree
 from .placed import BodyMass, Placed
 
-# Kinds of joints that can close a loop as they are; of others the link has a part of its own, which is fixed to it.
+# Kinds of joints that can close a loop directly. For others the joint carries a part of the link as a body of its own,
+# which is fixed to the link.
 CLOSING = ("spherical", "revolute", "fixed")
 
 
 @dataclass(frozen=True, eq=False)
 class TreeStep:
-    """One motion of a joint: of the child relative to its parent along or about `axis`, or of a ball.
+    """One motion of a joint: of the child relative to its parent along or about `axis`, or that of a spherical joint.
 
     Attributes
     ----------
     name
-        That of the joint, with the component behind it where the joint has several.
+        Name of the joint, followed by the component if the joint has several.
     joint, component
         Joint, and ``ux uy uz rx ry rz`` or ``ball``.
     axis
-        Direction (3,), global in the reference configuration, so that the coordinate grows along or about it.
+        Direction (3,), global in the reference configuration, along or about which the coordinate increases.
     reference
         Coordinate in the reference configuration.
     """
@@ -46,7 +47,7 @@ class TreeStep:
 
 @dataclass(frozen=True, eq=False)
 class TreeBody:
-    """A link, or a part of one: what its joint carries.
+    """A body of the tree: a link, or a part of one.
 
     Attributes
     ----------
@@ -55,19 +56,19 @@ class TreeBody:
     joint
         The joint between them.
     is_reversed
-        Whether the child is the joint's first link.
+        Whether this body is the joint's first link.
     steps
-        Motions one after the other, from the parent to the child.
+        Motions of the joint in their order from the parent to this body.
     origin
         The joint's point, (3,), global in the reference configuration.
     mass
         Mass and inertia.
     points
-        Places (3,) of its points, by name.
+        Positions (3,) of its points, by name.
     lines
         Pairs of points between which it is drawn.
     part_of
-        The link of which it is a part; None for a whole one.
+        The link of which it is a part; None for a whole link.
     """
 
     name: str
@@ -84,7 +85,7 @@ class TreeBody:
 
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
-    """What closes a loop: two bodies joined at a place (3,), by a joint with axis (3,), or firmly (`fixed`)."""
+    """A joint that closes a loop: its kind, the two bodies, its global position (3,) and axis (3,)."""
 
     name: str
     kind: str
@@ -96,7 +97,7 @@ class LoopClosure:
 
 @dataclass(frozen=True, eq=False)
 class BodyTree:
-    """Bodies from the ground outwards, loop closures, and the linkage in that position."""
+    """Bodies from the ground outwards, loop closures, and the linkage in its reference configuration."""
 
     placed: Placed
     bodies: list[TreeBody]
@@ -104,7 +105,7 @@ class BodyTree:
 
     @property
     def linkage(self) -> LinkageDescription:
-        """The description."""
+        """Description of the linkage."""
         return self.placed.linkage
 
     @property
@@ -114,7 +115,7 @@ class BodyTree:
 
 
 def body_tree(linkage: LinkageDescription) -> BodyTree:
-    """The tree of a linkage, whose joints are those on which its poses are solved; other joints close loops.
+    """The tree of a linkage: its joints are those of the spanning tree by which poses are solved, others close loops.
 
     Raises
     ------
@@ -138,7 +139,7 @@ def body_tree(linkage: LinkageDescription) -> BodyTree:
 
 
 def _part(pair: Pair) -> LinkBranch:
-    """The joint with a part of one of its links: the second, or the first where that is the ground."""
+    """Branch from a joint's other link to a part of its second link, or of its first if the second is the ground."""
     if pair.second == GROUND:
         return LinkBranch(pair, GROUND, pair.first, -1.0)
     return LinkBranch(pair, pair.first, pair.second, 1.0)
@@ -165,7 +166,7 @@ def _body(placed: Placed, branch: LinkBranch, name: str, parts: dict[str, LinkBr
 
 
 def _outline(points: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
-    """From point to point, and back to the first of several."""
+    """Lines from point to point, closed to a polygon if there are more than two points."""
     ring = tuple(zip(points, (*points[1:], points[0]), strict=True))
     return ring if len(points) > 2 else ring[: len(points) - 1]
 
@@ -183,7 +184,7 @@ def _steps(placed: Placed, branch: LinkBranch) -> tuple[TreeStep, ...]:
         reference = float(values[pair.kind.coordinates.index(component)]) if known else 0.0
         steps.append(TreeStep(name, pair.name, component, axis, reference))
     if pair.kind.tied and branch.is_reversed:
-        return tuple(steps)  # along one axis the order makes no difference, and the angle leads
+        return tuple(steps)  # along one axis the order does not matter, and the angle comes first
     return tuple(reversed(steps) if branch.is_reversed else steps)
 
 

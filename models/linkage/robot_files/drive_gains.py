@@ -1,4 +1,4 @@
-"""How stiffly a drive follows its signal in an engine of rigid bodies."""
+"""Stiffness and damping with which a drive follows its signal in a program of rigid-body dynamics."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ..description.linkage_description import LinkageDescription
 from ..loaded_motion import LoadedMotion
 from .placed import Placed
 
-# Circular frequency with which a drive without a stiffness of its own comes to rest, per unit of time; and how far, in
-# radians or sizes of the linkage, it deflects in the reference configuration under what acts there.
+# For drives without a stiffness of their own: least natural angular frequency with the inertia that they move, per unit
+# of time, and largest deflection in the reference configuration under the loads there, in radians or sizes.
 FREQUENCY = 100.0
 DEFLECTION = 1e-2
 
@@ -27,9 +27,9 @@ class Gains:
 
 
 def drive_gains(placed: Placed, joint: str) -> list[Gains]:
-    """Of each driven coordinate of a joint: its stiffness as given, else what moves and holds the whole linkage.
+    """Gains of each driven coordinate of a joint: its given stiffness, or else one by `FREQUENCY` and `DEFLECTION`.
 
-    Damping is critical for the inertia that the drive has to move in the reference configuration.
+    Damping is critical for the inertia that the drive moves in the reference configuration.
     """
     linkage, size = placed.linkage, placed.size
     pair, out = linkage.joints[joint], []
@@ -45,9 +45,9 @@ def drive_gains(placed: Placed, joint: str) -> list[Gains]:
 
 
 def _moved_and_held(linkage: LinkageDescription, joint: str) -> tuple[list[float], list[float]]:
-    """Inertia that each driven coordinate moves in the reference configuration, and force with which it holds it.
+    """Inertia that each driven coordinate moves, and its force at rest, in the reference configuration.
 
-    The inertia is twice the kinetic energy at a rate of one. Zero where nothing tells.
+    The inertia is twice the kinetic energy at a rate of one. Both are zero if they cannot be computed.
     """
     count = len(linkage.drives[joint])
     rates = np.ones(1) if count == 1 else np.eye(count)

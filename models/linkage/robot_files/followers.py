@@ -1,4 +1,4 @@
-"""Joints that follow a drive in proportion, by which a tree of bodies stays together where a linkage has loops."""
+"""Joints that move in proportion to a drive, which replace the loops of a linkage in formats without loops."""
 
 from __future__ import annotations
 
@@ -13,30 +13,34 @@ from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from .body_tree import BodyTree, TreeStep, advance_of
 
-# Poses that tell, and by how much a coordinate may be off a straight line: in radians, or sizes of the linkage.
+# Number of sampled poses, and largest deviation of a coordinate from proportion, in radians or sizes of the linkage.
 POSES, STRAIGHT = 101, 1e-9
 REMEDY = "write MJCF (.xml), which holds them"
-# Ratios that differ by less are the same.
+# Relative difference from a simple ratio that counts as rounding.
 ROUNDED = 1e-12
-# How far several drives are moved to see, in half turns and sizes of the linkage; and fewest poses that tell.
+# Range of several drives in the sampled poses, in half turns and sizes of the linkage; and least number of assembled
+# poses.
 FAR, FEWEST = 0.1, 10
 
 
 @dataclass(frozen=True)
 class Follower:
-    """A motion that is ``factor`` times that of a step, both counted from the reference configuration; 0: it stands."""
+    """A motion that is ``factor`` times that of the step `leader`, both counted from the reference configuration.
+
+    A factor of 0 means that it is at rest.
+    """
 
     leader: str
     factor: float
 
 
 def followers(tree: BodyTree, format_name: str) -> dict[str, Follower]:
-    """By the name of a step what it follows: the advance of a screw its turn, and in loops every step a drive.
+    """By name of a step: what it follows. The advance of a screw follows its angle, and in loops all steps the drives.
 
     Raises
     ------
     FrameError
-        If the linkage has a loop in which a joint follows no drive in proportion.
+        If the linkage has a loop in which a joint does not move in proportion to a drive.
     """
     out = {
         f"{body.joint.name} uz": Follower(f"{body.joint.name} rz", advance_of(body.joint))
@@ -61,7 +65,7 @@ def followers(tree: BodyTree, format_name: str) -> dict[str, Follower]:
 
 
 def _sampled(tree: BodyTree) -> tuple[dict[str, Array], dict[tuple[str, str], Array]]:
-    """Driven steps, and coordinates of all joints by component, less those of the reference configuration, (poses,)."""
+    """Coordinates of driven steps by name, and of all joints by component, from the reference ones on, (poses,)."""
     linkage = tree.linkage
     motion = Kinematics.of(linkage, _values(tree), {}, {})
     if motion.is_assembled.sum() < FEWEST:
@@ -76,7 +80,7 @@ def _sampled(tree: BodyTree) -> tuple[dict[str, Array], dict[tuple[str, str], Ar
 
 
 def _values(tree: BodyTree) -> dict[str, Array]:
-    """Values of the drives about the reference configuration: of one as far as it may go, of several at random."""
+    """Values of the drives about the reference configuration: over the whole range of one drive, random for several."""
     driven = [(name, coordinate) for name, those in tree.linkage.drives.items() for coordinate in those]
     away = np.linspace(-1.0, 1.0, POSES)[:, None]
     if len(driven) > 1:
@@ -92,7 +96,7 @@ def _values(tree: BodyTree) -> dict[str, Array]:
 def _followed(
     step: TreeStep, drives: dict[str, Array], coordinates: dict[tuple[str, str], Array], unit: float
 ) -> Follower | str:
-    """What a step follows; in words where it follows nothing in proportion."""
+    """What a step follows; a text that says why if it follows nothing in proportion."""
     if step.component == "ball":
         turned = max(float(np.abs(coordinates[step.joint, each]).max()) for each in ("rx", "ry", "rz"))
         return Follower("", 0.0) if turned < STRAIGHT else f"ball {step.joint!r} turns"
@@ -112,6 +116,6 @@ def _followed(
 
 
 def _simple(factor: float) -> float:
-    """The ratio of small whole numbers that a factor is but for rounding, such as -1 in a parallelogram."""
+    """The factor, or the simple ratio that it equals but for rounding, such as -1 in a parallelogram."""
     ratio = float(Fraction(factor).limit_denominator(12))
     return ratio if abs(ratio - factor) < ROUNDED * abs(factor) else factor

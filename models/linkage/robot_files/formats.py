@@ -18,12 +18,12 @@ FORMATS: dict[str, tuple[str, Callable[[LinkageDescription, str], str]]] = {
 
 
 def robot_text(linkage: LinkageDescription, ending: str, title: str) -> tuple[str, str, list[str]]:
-    """Text of a file, the name of its format, and what that has no words for.
+    """Text of a file, the name of its format, and the parts of the linkage that it cannot describe.
 
     Raises
     ------
     FrameError
-        If the format cannot have the linkage.
+        If the format cannot describe the linkage at all.
     """
     name, make = FORMATS[ending]
     return make(linkage, title), name, not_rigid(linkage) + (acting(linkage) if name != "MJCF" else [])

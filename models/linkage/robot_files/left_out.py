@@ -1,4 +1,4 @@
-"""What a linkage has for which files of robotics have no words, and the warning that tells of it."""
+"""Parts of a linkage that formats of robotics cannot describe, and the warning that names them."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from ..description.linkage_description import LinkageDescription
 
 
 class ConversionWarning(UserWarning):
-    """Parts of a description for which the other file format has no words; they are left out."""
+    """Parts of a description that the other format cannot describe are left out."""
 
 
 def not_rigid(linkage: LinkageDescription) -> list[str]:
-    """What makes a linkage other than rigid bodies on ideal joints."""
+    """Parts of a linkage that are not rigid bodies on ideal joints."""
     joints = linkage.joints.values()
     kinds = {
         "sections and stiffness of the beams of": [link.name for link in linkage.links.values() if link.beams],
@@ -33,20 +33,20 @@ def not_rigid(linkage: LinkageDescription) -> list[str]:
 
 
 def _is_no_body(tensor: Array) -> bool:
-    """Whether a moment of inertia is above the sum of the two others; but for one about z that was given alone."""
+    """Whether a moment of inertia is above the sum of the two others, unless it was given alone, about z."""
     alone = not np.any(tensor[..., :2, :]) and not np.any(tensor[..., :2])
     moments = np.linalg.eigvalsh(tensor)
     return not alone and bool(np.any(moments[..., 2] > (1.0 + 1e-9) * (moments[..., 0] + moments[..., 1])))
 
 
 def acting(linkage: LinkageDescription) -> list[str]:
-    """What acts on a linkage beside its weight and its drives."""
+    """Actions on a linkage other than its weight and its drives: springs and loads."""
     there = {"springs": linkage.springs, "loads": linkage.loads}
     return [what for what, own in there.items() if own]
 
 
 def tell(file: object, left: Sequence[str], format_name: str, depth: int) -> None:
-    """Warn of what was left out of a file, at the call so many levels above."""
+    """Warn of what was left out of a file; the warning points at the call `depth` levels above."""
     if left:
         text = f"{file}: {format_name} has no words for the {'; the '.join(left)}: left out"
         warnings.warn(text, ConversionWarning, stacklevel=depth + 1)

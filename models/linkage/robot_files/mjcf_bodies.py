@@ -1,4 +1,4 @@
-"""Bodies of an MJCF file in the position in which it describes them, in global axes."""
+"""Bodies of an MJCF file in the file's initial position, in global axes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .mjcf_mass import geom_mass, given_mass
 from .mjcf_source import MAIN, MjcfSource, numbers, shown
 from .placed import BodyMass
 
-# What acts in a joint beside what constrains it, and has no word in a linkage.
+# Forces in a joint beside its constraint forces, which a linkage cannot describe.
 IN_JOINTS = ("stiffness", "damping", "frictionloss", "armature")
 JOINTS = ("hinge", "slide", "ball", "free")
 
@@ -28,21 +28,21 @@ class Placement:
     axes: Array = field(default_factory=lambda: np.eye(3))
 
     def at(self, place: Array) -> Array:
-        """Global place of one in this frame."""
+        """Global position of a position (3,) in this frame."""
         return np.asarray(self.origin + self.axes @ place)
 
     def of(self, own: BodyMass) -> BodyMass:
-        """A mass in this frame, in global axes."""
+        """A mass given in this frame, in global axes."""
         return BodyMass(own.mass, self.at(own.centre), self.axes @ own.tensor @ self.axes.T, own.is_own)
 
     def inner(self, origin: Array, axes: Array) -> Placement:
-        """A frame that is placed in this one."""
+        """A frame with origin and axes given in this one, in global axes."""
         return Placement(self.at(origin), self.axes @ axes)
 
 
 @dataclass(frozen=True, eq=False)
 class ReadJoint:
-    """A joint of MJCF: type ``hinge``, ``slide``, ``ball`` or ``free``, direction and place, global, and coordinate."""
+    """A joint of MJCF: ``hinge``, ``slide``, ``ball`` or ``free``; its axis and position are global, (3,)."""
 
     name: str
     kind: str
@@ -53,9 +53,9 @@ class ReadJoint:
 
 @dataclass(frozen=True, eq=False)
 class ReadBody:
-    """A body: what carries it, where it is, its joints in order, its sites with their axes, and its masses.
+    """A body: its parent, frame, joints in their order, sites with their axes, and masses.
 
-    `has_geoms` is True where the geoms are its masses.
+    `has_geoms` is True if its masses are those of its geoms.
     """
 
     name: str
@@ -68,7 +68,7 @@ class ReadBody:
 
 
 def bodies_of(source: MjcfSource) -> tuple[list[ReadBody], list[str]]:
-    """All bodies from the ground outwards, the ground first, and what in their joints has no word in a linkage."""
+    """All bodies from the ground outwards, the ground first, and what a linkage cannot describe of them."""
     reader = _Reader(source)
     world = ReadBody(GROUND, "", Placement())
     reader.bodies.append(world)
@@ -84,7 +84,7 @@ class _Reader:
         self.left: list[str] = []
 
     def content(self, element: Element, body: ReadBody, frame: Placement, childclass: str) -> None:
-        """What stands in a body, or in a frame in it, in this order, which is that of its joints."""
+        """Read the elements in a body, or in a frame of it, in their order, which is that of its joints."""
         for child in element:
             inside = child.get("childclass", childclass)
             if child.tag == "site":
@@ -150,7 +150,7 @@ class _Reader:
 
 
 def body_named(bodies: list[ReadBody], name: str, what: str) -> ReadBody:
-    """A body by its name in MJCF, in which the ground is the world."""
+    """A body by its name in MJCF, where the ground is called ``world``."""
     for body in bodies:
         if body.name == (GROUND if name == "world" else name):
             return body

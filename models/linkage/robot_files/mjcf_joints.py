@@ -1,4 +1,4 @@
-"""Joints of an MJCF body as joints of a linkage: several of one body may be one joint, or links one after the other."""
+"""Joints of an MJCF body as joints of a linkage: several become one joint, or a chain with links between them."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from .mjcf_bodies import ReadBody, ReadJoint
 
 @dataclass(frozen=True, eq=False)
 class ReadPair:
-    """A joint of the linkage that is made.
+    """A joint of the new linkage.
 
     Attributes
     ----------
     name, kind
-        Its name, None where it has none, and its kind.
+        Its name, None if it has none, and its kind.
     first, second
-        Links.
+        Names of its links.
     place
-        Where it is, (3,).
+        Global position, (3,).
     axes
         Its axes as columns, (3, 3).
     reference
-        Coordinates, in the order of the kind.
+        Reference values of its coordinates, in the order of the kind.
     coordinates
-        Coordinate of the joint by the name of the joint in MJCF; of a ball, and a screw, that of all.
+        By name of a joint in MJCF: the coordinate of this joint that it is; empty for all three of a spherical joint.
     pitch
         Advance of a screw per turn.
     """
@@ -49,7 +49,7 @@ class ReadPair:
 
 @dataclass(frozen=True)
 class TiedJoints:
-    """Two joints of MJCF of which one moves in proportion to the other: ``follower = factor * leader``."""
+    """Two joints of MJCF that move in proportion, ``follower = factor * leader``."""
 
     follower: str
     leader: str
@@ -57,14 +57,14 @@ class TiedJoints:
 
 
 def joined(body: ReadBody, couplings: list[TiedJoints]) -> list[ReadPair]:
-    """What joins a body to its parent: one joint, or several with links between them that have no mass.
+    """Joints between a body and its parent: one, or several with massless links between them.
 
-    Couplings that make a screw are taken off the list.
+    Couplings that make a screw are removed from the list.
 
     Raises
     ------
     FrameError
-        If a body moves freely beside other joints.
+        If the body has a free joint and others.
     """
     joints = body.joints
     kinds = tuple(joint.kind for joint in joints)
@@ -83,14 +83,14 @@ def joined(body: ReadBody, couplings: list[TiedJoints]) -> list[ReadPair]:
 
 
 def _one_joint(body: ReadBody, kinds: Sequence[str], couplings: list[TiedJoints]) -> ReadPair | None:
-    """The kind of joint that several make together; None where there is none."""
+    """One joint that is the same as all joints of the body; None if there is no such kind."""
     joints = body.joints
     if len(joints) == 1:
         return _single(joints[0], body.parent, body.name)
     if sorted(kinds) == ["hinge", "slide"]:
         return _coaxial(body, couplings)
     if kinds == ("hinge", "hinge") and _meet(joints) and abs(joints[0].axis @ joints[1].axis) < ROUNDING:
-        # from the second link to the first where their names say so
+        # the names tell that the first link is the child
         backwards = joints[0].name.endswith(" rx") and joints[1].name.endswith(" rz")
         own = list(reversed(joints)) if backwards else joints
         sign = -1.0 if backwards else 1.0
@@ -116,7 +116,7 @@ def _single(joint: ReadJoint, first: str, second: str) -> ReadPair:
 
 
 def _coaxial(body: ReadBody, couplings: list[TiedJoints]) -> ReadPair | None:
-    """A hinge and a slide along its axis: a screw where they are coupled, else a cylindrical joint."""
+    """A hinge and a slide along its axis: a screw if they are coupled, else a cylindrical joint."""
     hinge, slide = body.joints if body.joints[0].kind == "hinge" else reversed(body.joints)
     if hinge.axis @ slide.axis < 1.0 - ROUNDING:
         return None
@@ -150,7 +150,7 @@ def _several(
 
 
 def _common(body: ReadBody, given: Mapping[str, str]) -> str:
-    """What the names of the joints have in common, as in ``A uz`` and ``A rz``; else the first of them."""
+    """The common part of the joints' names, as of ``A uz`` and ``A rz``; else the first name."""
     stems = {name.rpartition(" ")[0] for name in given}
     ends = {name.rpartition(" ")[2] for name in given}
     if len(stems) == 1 and stems != {""} and ends <= {"ux", "uy", "uz", "rx", "ry", "rz"}:

@@ -30,9 +30,9 @@ class ReadLoops:
     joinings
         Joints that close loops.
     couplings
-        Joints that move in proportion to others.
+        Pairs of joints that move in proportion.
     parts
-        Link by the name of the body that is a part of it: ``X at J`` that is fixed to ``X``.
+        By name of a body that is a part of a link, ``X at J`` welded to ``X``: that link.
     """
 
     def __init__(self, source: MjcfSource, bodies: list[ReadBody]) -> None:
@@ -59,7 +59,7 @@ class ReadLoops:
             self.joinings.append(self._shared(ends, points))
 
     def _ends(self, element: Element, given: Mapping[str, str]) -> tuple[list[ReadBody], list[Placement] | None]:
-        """Bodies of a constraint, and where its sites are on them."""
+        """Bodies of a constraint, and the frames of its sites; None if it has no sites."""
         what = shown(element)
         if "site1" in given:
             found = [site_named(self.bodies, given.get(f"site{k}", ""), what) for k in (1, 2)]
@@ -78,7 +78,7 @@ class ReadLoops:
         return ends, frames[0].origin
 
     def _shared(self, ends: tuple[str, str], points: list[tuple[str, Array]]) -> ReadPair:
-        """One point that two bodies share is a ball, several in line a hinge, else they are one body."""
+        """Joint of two bodies that share points: spherical for one, revolute for several in line, else fixed."""
         name, place = points[0]
         arms = np.array([other - place for _, other in points])
         spread = np.linalg.svd(arms, compute_uv=False) if len(points) > 1 else np.zeros(3)
@@ -124,7 +124,7 @@ class ReadLoops:
         self.couplings.append(TiedJoints(given.get("joint1", ""), given["joint2"], float(factors[1])))
 
     def _check_assembled(self, element: Element, off: Array) -> None:
-        """A linkage is described assembled, so the loops must be closed in the position of the file."""
+        """Refuse a constraint that is violated in the position of the file: a linkage is described assembled."""
         if np.linalg.norm(off) > 1e-6 * self.size:
             raise FrameError(
                 f"{shown(element)} is open by {np.linalg.norm(off):.2g} in the position of the file: write the bodies "

@@ -1,4 +1,4 @@
-"""Mass and inertia of a body of MJCF: as given, or of its geoms."""
+"""Mass and inertia of a body of MJCF, as given or of its geoms."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
 def given_mass(source: MjcfSource, body: Element) -> BodyMass | None:
-    """Mass that a body was given, in its own axes; None where it was not."""
+    """Given mass of a body, in its own axes; None if there is none."""
     element = body.find("inertial")
     return None if element is None else _inertial(source, element, f"inertial of {shown(body)}")
 
 
 def together(parts: Sequence[BodyMass]) -> BodyMass:
-    """Parts that move as one body."""
+    """Mass, centre of mass and inertia of several parts together."""
     whole = sum(part.mass for part in parts)
     moment = sum((part.mass * part.centre for part in parts), np.zeros(3))
     centre = moment / whole if whole > 0.0 else parts[0].centre
@@ -50,7 +50,7 @@ def _inertial(source: MjcfSource, element: Element, what: str) -> BodyMass:
 
 
 def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | None:
-    """Mass of a geom in the axes around it; None where it has none."""
+    """Mass of a geom in the axes of its body or frame; None if it has none."""
     kind = given.get("type", "sphere")
     first, last = numbers(source.compiler, "inertiagrouprange", "compiler", 2, "0 5")
     if not first <= float(numbers(given, "group", what, 1, "0")[0]) <= last:
@@ -71,7 +71,7 @@ def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | No
 
 
 def _placed(source: MjcfSource, given: Attributes, what: str, kind: str) -> tuple[Array, Array, list[float]]:
-    """Centre, axes and sizes of a geom; one that lies from point to point has its length from these."""
+    """Centre (3,), axes (3, 3) and sizes of a geom; ``fromto`` gives those and the length by two points."""
     size = numbers(given, "size", what).tolist()
     if "fromto" not in given:
         count = {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
@@ -101,7 +101,7 @@ def _cylinder(radius: float, half: float) -> Moments:
 
 
 def _capsule(radius: float, half: float) -> Moments:
-    """A cylinder between two half balls, whose own centres of mass are at 3/8 of the radius."""
+    """A cylinder between two hemispheres, whose centres of mass are at 3/8 of the radius."""
     whole, (across, _, along) = _cylinder(radius, half)
     ball = 4.0 / 3.0 * np.pi * radius**3
     both = whole + ball
@@ -111,7 +111,7 @@ def _capsule(radius: float, half: float) -> Moments:
     return both, (turned, turned, (whole * along + ball * 2.0 / 5.0 * radius**2) / both)
 
 
-# Volume, and moments of inertia per mass, by sizes as MJCF has them.
+# Volume, and moments of inertia per mass, by the sizes of MJCF.
 SHAPES: dict[str, Callable[..., Moments]] = {
     "sphere": lambda radius: _ellipsoid(radius, radius, radius),
     "ellipsoid": _ellipsoid,

@@ -1,4 +1,4 @@
-"""Points of a linkage that is read from MJCF: the sites, and further ones where joints have none."""
+"""Points of a linkage that is read from MJCF: its sites, and new points for joints without a site."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .mjcf_write import AXES_OF_LOADS
 
 
 class PointsOfBodies:
-    """Points by name, and those that lie on each link.
+    """Points by name, and the points of each link.
 
     Parameters
     ----------
     bodies, loops
-        Bodies of the file, and what closes its loops.
+        Bodies of the file, and its loop closures.
 
     Attributes
     ----------
     places
-        Points (3,) by name.
+        Positions (3,) by name of the point.
     on_links
         Names of the points on each link.
     """
@@ -45,7 +45,7 @@ class PointsOfBodies:
                 self._put(self.link_of(body.name), point)
 
     def link_of(self, body: str) -> str:
-        """The link of a body, which may be a part of it."""
+        """The link of a body, which may be a part of that link."""
         return self.parts.get(body, body)
 
     def of_site(self, site: str) -> str:
@@ -53,7 +53,7 @@ class PointsOfBodies:
         return self._of_sites[site]
 
     def of(self, joining: ReadPair) -> str:
-        """The point of a joint, put on both of its links: one that is there, by its name if there is, or a new one."""
+        """The point of a joint, added to both of its links: one there, if possible of its name, or else a new one."""
         links = [self.link_of(link) for link in (joining.first, joining.second)]
         known = [set(self.on_links.get(link, ())) for link in links if link != GROUND]
         there = [

@@ -1,4 +1,4 @@
-"""A linkage from an MJCF file."""
+"""Read a linkage from an MJCF file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .mjcf_write import MASSLESS
 
 Described = TypeVar("Described", bound=LinkageDescription)
 
-# Weight where the file says nothing.
+# Gravity if the file gives none.
 GRAVITY = "0 0 -9.81"
 
 
@@ -35,7 +35,7 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
     Raises
     ------
     FrameError
-        If the file cannot be read, or has what a linkage cannot; the element is told.
+        If the file cannot be read, or has something that is not possible in a linkage; the message names the element.
     """
     try:
         source = MjcfSource(file)
@@ -48,14 +48,14 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
 
 
 class MjcfReader(Generic[Described]):
-    """One file being read.
+    """Reader of one file.
 
     Parameters
     ----------
     source
         The file.
     linkage
-        What is filled.
+        The empty linkage to fill.
     """
 
     def __init__(self, source: MjcfSource, linkage: Described) -> None:
@@ -73,7 +73,7 @@ class MjcfReader(Generic[Described]):
         self.points = PointsOfBodies(self.bodies, self.loops)
 
     def whole(self) -> Described:
-        """All of the linkage."""
+        """Fill the linkage and return it."""
         names = [self.points.of(each) for each in self.joinings]
         self.points.complete(self.bodies)
         for name, place in self.points.places.items():
@@ -100,7 +100,7 @@ class MjcfReader(Generic[Described]):
         return {"mass": whole.mass, "centre": whole.centre, "inertia": whole.tensor}
 
     def _join(self, each: ReadPair, point: str) -> None:
-        """Add a joint; its axes are put as they are, to the last bit."""
+        """Add a joint, with its axes unchanged to the last bit."""
         linkage, kind = self.linkage, KINDS[each.kind]
         first, second = (self.points.link_of(link) for link in (each.first, each.second))
         given: dict[str, Any] = {"name": each.name, "axis": each.axes[:, 2]}
@@ -118,7 +118,7 @@ class MjcfReader(Generic[Described]):
     # -- what acts --------------------------------------------------------------------------------------------------
 
     def _springs(self) -> None:
-        """Tendons from one site to another, as springs."""
+        """Add tendons from one site to another as springs."""
         for tendon in self.source.section("tendon"):
             given = self.source.attributes(tendon, section="tendon")
             what = shown(tendon)
@@ -142,7 +142,7 @@ class MjcfReader(Generic[Described]):
             self.linkage.spring((one, start), (other, end), stiffness=stiffness, length=rest, damping=damping)
 
     def _actuators(self) -> None:
-        """Whatever acts on a joint drives it; a constant force on a site is a load."""
+        """Add actuators: any on a joint drives it, a constant force on a site is a load."""
         driven: dict[str, set[str]] = {}
         for element in self.source.section("actuator"):
             given = self.source.attributes(element)
@@ -165,7 +165,7 @@ class MjcfReader(Generic[Described]):
         raise FrameError(f"{what} acts on joint {name!r}, which is not there or free: name another joint")
 
     def _load(self, given: Mapping[str, str], what: str) -> bool:
-        """Add a load where the actuator is one: a force without a signal, along axes of the ground or of a site."""
+        """Add an actuator as a load, if it is a constant force along axes of the ground or of a site; whether it is."""
         constant = given.get("biastype") == "affine" and not numbers(given, "gainprm", what, None, "1").any()
         bias = numbers(given, "biasprm", what, None, "0")
         if not constant or bias[1:].any() or "site" not in given:

@@ -14,10 +14,10 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 
 SAVED = "write the model out with mujoco.mj_saveLastXML, which resolves it, and read that file"
-# What makes bodies out of others, or bodies that are not rigid.
+# Elements that generate bodies, or bodies that are not rigid.
 REFUSED = ("composite", "replicate", "flexcomp", "attach", "flex", "plugin")
 MAIN = "main"
-# What changes masses that stand in the file, where it is above zero or true.
+# Options that change the masses in the file, if they are above zero or true.
 CHANGES = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
 ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 Attributes = Mapping[str, str]
@@ -29,12 +29,12 @@ class MjcfSource:
     Parameters
     ----------
     file
-        Where it is.
+        Path of the file.
 
     Raises
     ------
     FrameError
-        If it cannot be read, is no MJCF, or holds what is no rigid body.
+        If it cannot be read, is not MJCF, or has bodies that are generated or not rigid.
     """
 
     def __init__(self, file: Path) -> None:
@@ -81,16 +81,16 @@ class MjcfSource:
             )
 
     def section(self, name: str) -> Iterator[Element]:
-        """Elements of all sections of a name, such as ``equality``; none where a flag disables them."""
+        """Elements of all sections of a name, such as ``equality``; none if a flag disables them."""
         if self.flags.get(name) == "disable":
             return
         for section in self.root.findall(name):
             yield from section
 
     def attributes(self, element: Element, childclass: str = MAIN, section: str = "") -> Attributes:
-        """Attributes of an element, with those of its class where it has none of its own.
+        """Attributes of an element, with the defaults of its class for those that it does not have.
 
-        Defaults stand under its tag, or under the name of the `section` that it is in.
+        Defaults are found under its tag, or under the name of its `section` if that is given.
         """
         name = element.get("class", childclass)
         if name not in self.defaults:
@@ -105,7 +105,7 @@ class MjcfSource:
         return float(np.radians(value)) if self.degrees else value
 
     def placed(self, given: Attributes, what: str) -> tuple[Array, Array]:
-        """Origin (3,) and rotation (3, 3) of a frame in that around it; z runs from the end of a line to its start."""
+        """Origin (3,) and rotation (3, 3) of a frame in its parent; with ``fromto``, z is from the end to the start."""
         if "fromto" not in given:
             return numbers(given, "pos", what, 3, "0 0 0"), self.orientation(given, what)
         if any(key in given for key in ("pos", *ORIENTATIONS)):
@@ -114,7 +114,7 @@ class MjcfSource:
         return 0.5 * (start + end), _onto(start - end, f"{what}: fromto is {given['fromto']!r}: give two points")
 
     def orientation(self, given: Attributes, what: str) -> Array:
-        """Rotation (3, 3) of a frame relative to the one around it."""
+        """Rotation (3, 3) of a frame relative to its parent."""
         own = [key for key in ORIENTATIONS if key in given]
         if not own:
             return np.eye(3)
@@ -137,7 +137,7 @@ class MjcfSource:
         return np.column_stack([x, y, np.cross(x, y)])
 
     def _euler(self, angles: Array) -> Array:
-        """Turns about the letters of ``eulerseq``: small ones move with the frame, capital ones stand still."""
+        """Rotations about the axes of ``eulerseq``: small letters for axes of the moving frame, capitals for fixed."""
         out = np.eye(3)
         for letter, angle in zip(self.compiler.get("eulerseq", "xyz"), angles.tolist(), strict=True):
             turn = _about(np.eye(3)["xyz".index(letter.lower())], self.angle(angle))
@@ -155,7 +155,7 @@ def _parsed(file: Path) -> Element:
 
 
 def _include(element: Element, folder: Path, depth: int) -> None:
-    """Put the content of other files in the place of ``<include file="..."/>``."""
+    """Replace ``<include file="..."/>`` by the content of the other file."""
     if depth > 30:
         raise FrameError("its files include one another without end: leave one of the <include> out")
     for index in reversed(range(len(element))):
@@ -177,7 +177,7 @@ def _direction(given: Array, message: str) -> Array:
 
 
 def _onto(axis: Array, message: str) -> Array:
-    """The least rotation that takes z to an axis (3,)."""
+    """The smallest rotation that takes z to an axis (3,), as a matrix (3, 3)."""
     z = _direction(axis, message)
     turn = np.cross([0.0, 0.0, 1.0], z)
     sine = float(np.linalg.norm(turn))
@@ -185,12 +185,12 @@ def _onto(axis: Array, message: str) -> Array:
 
 
 def _about(axis: Array, angle: float) -> Array:
-    """Rotation about a unit vector."""
+    """Rotation matrix (3, 3) about a unit vector (3,) by an angle in radians."""
     return rotation.matrix(rotation.exponential(angle * axis))
 
 
 def shown(element: Element) -> str:
-    """An element as a message names it."""
+    """Name of an element for messages."""
     name = element.get("name")
     return f"<{element.tag}>" if name is None else f"{element.tag} {name!r}"
 

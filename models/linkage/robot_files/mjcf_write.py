@@ -1,4 +1,4 @@
-"""A linkage as MJCF, the format of MuJoCo: bodies, joints, loop closures, drives, springs, loads."""
+"""Write a linkage as MJCF, the format of MuJoCo: bodies, joints, loop closures, drives, springs, loads."""
 
 from __future__ import annotations
 
@@ -18,15 +18,16 @@ from .xml import Number, add, check_unique, document, note
 
 WORLD = "world"
 TIME_STEP = 1e-3
-# Loops are closed within two time steps, as stiffly as the engine can.
+# Constraints of loops are as stiff as MuJoCo allows: their errors decay within two time steps.
 SOLVER = {"solref": (2.0 * TIME_STEP, 1.0), "solimp": (0.999, 0.9999, 1e-3, 0.5, 2.0)}
-# How far a second point on the axis of a hinge is from the first, and how thick links are drawn, by the linkage's size.
+# Distance of the second point on the axis of a hinge from the first, and thickness of links in drawings, in sizes of
+# the linkage.
 ON_AXIS, THICK = 0.25, 0.01
-# Bodies that MuJoCo reads one in another.
+# Largest depth of nested bodies that MuJoCo reads.
 DEEPEST = 450
-# Names of what is there for the format alone: notes of links without mass, and a site with the axes of the ground.
+# Names of elements that only the format needs: notes of links without mass, and a site with the axes of the ground.
 MASSLESS, AXES_OF_LOADS = "without mass: ", "axes of loads"
-# Elements that are named, by groups in which no name may stand twice.
+# Groups of elements in which names must be unique.
 NAMED = {
     "bodies": "worldbody//body",
     "joints": "worldbody//joint",
@@ -34,7 +35,7 @@ NAMED = {
     "loop closures": "equality/*",
     "drives and loads": "actuator/*",
 }
-# A force that is there without any signal: gain 0, and a constant of 1 times the gear.
+# A constant force, without any signal: gain 0, and a bias of 1 times the gear.
 CONSTANT = {"gaintype": "fixed", "gainprm": "0", "biastype": "affine", "biasprm": "1 0 0"}
 
 
@@ -44,14 +45,14 @@ def mjcf(linkage: LinkageDescription, title: str) -> str:
     Raises
     ------
     FrameError
-        As by `body_tree`, or if springs, loads or gravity carry a batch.
+        As for `body_tree`, or if springs, loads or gravity have a batch.
     """
     check_names(linkage)
     return MjcfWriter(body_tree(linkage), title).text()
 
 
 class MjcfWriter:
-    """One linkage being written.
+    """Writer of one linkage.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ class MjcfWriter:
     # -- bodies -----------------------------------------------------------------------------------------------------
 
     def _ground_points(self, world: Element) -> None:
-        """Points that are on no link, and those where springs end, or drives act, on the ground."""
+        """Add sites for points that are on no link, and for those where springs end on the ground."""
         linkage = self.linkage
         on_links = {point for link in linkage.links.values() for point in link.points}
         ends = {end[1] for spring in linkage.springs for end in (spring.first, spring.second) if end[0] == GROUND}
@@ -113,7 +114,7 @@ class MjcfWriter:
                 self._site(world, GROUND, point, place)
 
     def _site(self, element: Element, link: str, point: str, place: Array) -> None:
-        """A point: by its own name on the first link that has it, and with the link's behind it on others."""
+        """Add a site for a point: with its own name on the first link that has it, as ``B on coupler`` on others."""
         first = self.linkage.end(point)[0]
         name = self.sites[link, point] = point if link == first else f"{point} on {link}"
         add(element, "site", name=name, pos=place)
@@ -163,7 +164,7 @@ class MjcfWriter:
         add(element, "joint", name=pair.name, polycoef=(0.0, advance_of(pair), 0.0, 0.0, 0.0), **names)
 
     def _closure(self, element: Element, closure: LoopClosure) -> None:
-        """A ball is one point that two bodies share, a hinge two on its axis; else the bodies are one."""
+        """Add a loop closure: one shared point for a spherical joint, two on the axis for a hinge, else a weld."""
         one, other = closure.first, closure.second
         if one == GROUND:
             one, other = other, one
@@ -215,13 +216,13 @@ class MjcfWriter:
             add(element, "position", name=name, joint=joint, gear=gear, kp=gains.stiffness, kv=gains.damping)
 
     def _reference(self, actuators: Element) -> None:
-        """A keyframe in which the drives stay at their reference values."""
+        """Add a keyframe in which the drives keep their reference values."""
         steps = self.tree.steps
         signals = [steps[own.get("joint", "")].reference if own.tag == "position" else 0.0 for own in actuators]
         add(add(self.root, "keyframe"), "key", name="reference", ctrl=signals)
 
     def _loads(self, element: Element) -> None:
-        """Constant forces on sites: along axes of the ground, or of the site, which turns with the link."""
+        """Add constant forces on sites: along axes of the ground, or for follower loads along those of the site."""
         if any(not load.follower for load in self.linkage.loads):
             add(self.elements[GROUND], "site", name=AXES_OF_LOADS)
         for number, load in enumerate(self.linkage.loads):
@@ -233,7 +234,7 @@ class MjcfWriter:
             add(element, "general", name=f"load {number}", site=site, gear=value, **CONSTANT, **fixed)
 
     def _notes(self) -> None:
-        """Links without mass are named, so that what stands for it is not read as theirs."""
+        """Add notes that name links without mass, so that the small mass written for them is not read back."""
         light = [body.name for body in self.tree.bodies if not body.mass.is_own and body.part_of is None]
         if light:
             custom = add(self.root, "custom")
@@ -245,7 +246,7 @@ class MjcfWriter:
 
 
 def _principal(tensor: Array) -> dict[str, Number]:
-    """Principal moments of inertia, and where they differ from the axes of the body, their directions."""
+    """Principal moments of inertia, and their directions if these are not the axes of the body."""
     if np.array_equal(tensor, np.diag(np.diag(tensor))):
         return {"diaginertia": np.diag(tensor)}
     moments, axes = np.linalg.eigh(tensor)
@@ -254,12 +255,12 @@ def _principal(tensor: Array) -> dict[str, Number]:
 
 
 def check_names(linkage: LinkageDescription) -> None:
-    """Refuse names that the formats take for themselves.
+    """Refuse names of links that the formats use for the ground.
 
     Raises
     ------
     FrameError
-        If a link is called as the ground is there.
+        If a link is called ``world``.
     """
     if WORLD in linkage.links:
         raise FrameError("link 'world': in MJCF and SDF that is the ground; give the link another name")

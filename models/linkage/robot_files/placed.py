@@ -1,4 +1,4 @@
-"""A linkage in the position in which a file describes it: where its points, axes and masses are there."""
+"""Points, axes and masses of a linkage in its reference configuration, in which files describe it."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from ..statics.inertia import inertia
 
-# Least moment of inertia of a body as a share of its mass times the linkage's size squared, and mass of one that has
-# none as a share of all mass: results to nine digits do not see them.
+# Least moment of inertia of a body, as a share of its mass times the linkage's size squared, and mass of a body without
+# one, as a share of the total mass: small enough for results to nine digits.
 SLENDER = 1e-12
 WEIGHTLESS = 1e-10
-# What stands for the inertia of a body without mass, as that share.
+# Moment of inertia of a body without mass, as that share of its substitute mass.
 ROUND = 1e-2
-# MuJoCo refuses bodies with half as much mass, or moment of inertia; in such units it cannot compute.
+# Least mass and moment of inertia, twice the least that MuJoCo accepts.
 LEAST = 2e-15
 
 
 @dataclass(frozen=True, eq=False)
 class BodyMass:
-    """Mass, centre of mass (3,) and inertia about it (3, 3), both in global axes.
+    """Mass, centre of mass (3,) and inertia about it (3, 3), in global axes.
 
-    `is_own` is False where the description has no mass, and something light stands for it.
+    `is_own` is False for a small substitute of a mass that the description does not have.
     """
 
     mass: float
@@ -39,12 +39,12 @@ class BodyMass:
     is_own: bool
 
     def part(self, count: int) -> BodyMass:
-        """One of so many equal parts, which lie in one another."""
+        """One of `count` equal parts, all with the same centre of mass."""
         return BodyMass(self.mass / count, self.centre, self.tensor / count, self.is_own)
 
 
 class Placed:
-    """A linkage in its reference configuration; assembled, where links were given their true lengths.
+    """A linkage in its reference configuration; assembled anew if links have a given length.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Placed:
     Raises
     ------
     FrameError
-        If the description carries a batch, or cannot be assembled.
+        If the description has a batch, or cannot be assembled.
     """
 
     def __init__(self, linkage: LinkageDescription) -> None:
@@ -67,17 +67,17 @@ class Placed:
 
     @cached_property
     def size(self) -> float:
-        """Greatest extent of the linkage; 1 where it has none."""
+        """Diagonal of the linkage's bounding box; 1 if all its points coincide."""
         return extent(self.linkage)
 
     def place(self, link: str, point: str) -> Array:
-        """Where a point of a link is, (3,)."""
+        """Position of a point of a link, (3,)."""
         if self.motion is None or link == GROUND:
             return self.linkage.points[point]
         return self.motion.position(point, link)
 
     def axes(self, pair: Pair) -> Array:
-        """Axes of a joint as columns, (3, 3): those on its first link, the last of a cross on its second."""
+        """Axes of a joint on its first link as columns, (3, 3); x of a universal joint is on its second link."""
         if self.motion is None:
             return single(pair.axes, 2, f"axis of joint {pair.name!r}")
         first, second = (self.motion.axes(link) @ pair.axes for link in (pair.first, pair.second))
@@ -91,14 +91,14 @@ class Placed:
 
     @cached_property
     def masses(self) -> dict[str, BodyMass]:
-        """Mass by link."""
+        """By link: its mass, or a small substitute."""
         given = {name: self._mass(name) for name in self.linkage.links}
         light = WEIGHTLESS * sum(each.mass for each in given.values()) or self._loaded or 1.0
         return {name: self._at_least(each, light) for name, each in given.items()}
 
     @property
     def _loaded(self) -> float:
-        """Mass that the greatest force on the linkage accelerates like a weight in SI units: by ten."""
+        """Mass that the largest force on the linkage accelerates by ten, about as much as gravity in SI units."""
         forces = (np.linalg.norm(load.value[..., :3], axis=-1) for load in self.linkage.loads)
         return max((float(np.max(force)) for force in forces), default=0.0) / 10.0
 
@@ -113,10 +113,10 @@ class Placed:
         return BodyMass(mass, centre, tensor, mass > 0.0 or bool(tensor.any()))
 
     def _at_least(self, own: BodyMass, light: float) -> BodyMass:
-        """With as much mass and inertia as an engine of rigid bodies needs to have of each.
+        """The mass, raised to the least mass and inertia that programs of rigid-body dynamics accept.
 
-        Principal moments below the least are raised; and to as much as makes them those of a body, of which none is
-        above the sum of the others. A link of a plane linkage, given its inertia about z alone, is a plate.
+        Principal moments below the least are raised, and the two smaller ones until no moment is above the sum of the
+        others. A link with an inertia about z alone becomes a plate.
         """
         mass = max(own.mass or light, LEAST)
         moments, axes = np.linalg.eigh(own.tensor)
@@ -128,12 +128,12 @@ class Placed:
 
 
 def single(value: Array, trailing: int, what: str) -> Array:
-    """A number of `trailing` axes.
+    """A number with `trailing` axes of components, as an array.
 
     Raises
     ------
     FrameError
-        If it carries a batch.
+        If it has a batch.
     """
     given = np.asarray(value, dtype=np.float64)
     batch = given.shape[: given.ndim - trailing]

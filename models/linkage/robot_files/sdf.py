@@ -1,4 +1,4 @@
-"""A linkage as SDF: a tree of links whose poses are those of the reference configuration, followers by ``mimic``."""
+"""Write a linkage as SDF: a tree of links in their reference configuration, with followers by ``mimic``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .placed import BodyMass, Placed, single
 from .urdf import REACH, SingleJoint, inertia_terms, single_joints, whole_links
 from .xml import Number, add, check_unique, document, note, written
 
-# The first version that has ``mimic``, and the first that has all else; readers refuse versions that they do not know.
+# First versions of SDF with ``mimic``, and with everything else: readers refuse versions that are too new for them.
 MIMIC_VERSION, VERSION = "1.11", "1.7"
 
 
@@ -27,7 +27,7 @@ def sdf(linkage: LinkageDescription, title: str) -> str:
     Raises
     ------
     FrameError
-        As by `body_tree` and `followers`, and if SDF keeps a name for itself.
+        As for `body_tree` and `followers`, and if a name is reserved in SDF.
     """
     check_names(linkage)
     tree = body_tree(linkage)
@@ -51,7 +51,7 @@ def sdf(linkage: LinkageDescription, title: str) -> str:
 
 
 def _check_reserved(names: list[str]) -> None:
-    """Refuse names that readers of SDF take for something else."""
+    """Refuse names that are reserved in SDF."""
     for name in names:
         if name == WORLD or "::" in name or (name.startswith("__") and name.endswith("__")):
             raise FrameError(
@@ -61,7 +61,7 @@ def _check_reserved(names: list[str]) -> None:
 
 
 def _text(parent: Element, tag: str, value: str | Number, **attributes: str) -> Element:
-    """Add an element that holds a text, or numbers."""
+    """Add an element with a text or numbers as its content."""
     element = add(parent, tag, **attributes)
     element.text = value if isinstance(value, str) else written(value)
     return element
@@ -72,7 +72,7 @@ def _pose(place: Array) -> Array:
 
 
 def _between(placed: Placed, place: Array) -> BodyMass:
-    """What stands for the mass of a link between two coordinates of a joint; SDF wants some."""
+    """A small mass for a link between two coordinates of a joint, which SDF requires."""
     light = 1e-9 * sum(own.mass for own in placed.masses.values())
     return BodyMass(light, place, 1e-2 * light * placed.size**2 * np.eye(3), False)
 
@@ -89,7 +89,7 @@ def _link(model: Element, joint: SingleJoint, own: BodyMass) -> None:
 
 
 def _joint(model: Element, joint: SingleJoint, reach: float) -> None:
-    """A joint, which is where its child has its origin."""
+    """Add a joint; its origin is that of its child."""
     element = add(model, "joint", name=joint.name, type=joint.kind)
     _text(element, "parent", WORLD if joint.parent == GROUND else joint.parent)
     _text(element, "child", joint.child)
@@ -108,7 +108,7 @@ def _joint(model: Element, joint: SingleJoint, reach: float) -> None:
 
 
 def _points(model: Element, body: TreeBody) -> None:
-    """Points as frames on their links."""
+    """Add points as frames on their links."""
     for point, place in body.points.items():
         frame = add(model, "frame", name=f"{point} on {body.name}", attached_to=body.name)
         _text(frame, "pose", _pose(place - body.origin))

@@ -1,4 +1,4 @@
-"""A linkage as URDF: a tree of links, one coordinate a joint, followers by ``mimic``."""
+"""Write a linkage as URDF: a tree of links with one coordinate a joint, and followers by ``mimic``."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from .followers import Follower, followers
 from .placed import BodyMass
 from .xml import add, check_unique, document, note
 
-# Limits that URDF wants of joints that slide, in sizes of the linkage, and of force and speed.
+# Limits that URDF requires for joints that slide: of the coordinate in sizes of the linkage, and of force and speed.
 REACH, UNBOUND = 100.0, 1e9
 BALL = ("rx", "ry", "rz")
 
 
 @dataclass(frozen=True, eq=False)
 class SingleJoint:
-    """A joint of one coordinate, of none, or a ball, as robots have them.
+    """A joint of URDF and SDF: with one coordinate, without any, or spherical.
 
     Attributes
     ----------
@@ -32,11 +32,11 @@ class SingleJoint:
     parent, child
         Links that it joins.
     place
-        Where it is, (3,), global; the origin of the child.
+        Global position, (3,); the origin of the child.
     axis
         Its axis, (3,), global in the reference configuration.
     follows
-        What its coordinate follows.
+        The motion that its coordinate follows; None if it is independent.
     """
 
     name: str
@@ -49,9 +49,9 @@ class SingleJoint:
 
 
 def single_joints(tree: BodyTree, following: dict[str, Follower], *, balls: bool) -> Iterator[SingleJoint]:
-    """Joints one coordinate after the other, with links without mass between them.
+    """All joints, those with several coordinates as a chain of joints with massless links between them.
 
-    Unless there are `balls`, one is three hinges: about x, then y and z of what it turns.
+    Without `balls` a spherical joint is a chain of three hinges, about x, y and z.
     """
     for body in whole_links(tree):
         steps = [each for step in body.steps for each in ([step] if balls else _hinges(step))]
@@ -83,7 +83,7 @@ def urdf(linkage: LinkageDescription, title: str) -> str:
     Raises
     ------
     FrameError
-        As by `body_tree` and `followers`.
+        As for `body_tree` and `followers`.
     """
     tree = body_tree(linkage)
     following = followers(tree, "URDF")
@@ -132,7 +132,7 @@ def _joint(root: Element, joint: SingleJoint, offset: Array, reach: float) -> No
 
 
 def _points(root: Element, body: TreeBody) -> None:
-    """Points as links without mass, which are fixed to theirs."""
+    """Add points as massless links that are fixed to their link."""
     for point, place in body.points.items():
         name = f"{point} on {body.name}"
         add(root, "link", name=name)

@@ -1,4 +1,4 @@
-"""XML written: numbers that read back to the same bits, one element a line."""
+"""Write XML, with one element a line and numbers that read back to the same bits."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Number = float | Sequence[float] | Array
 
 
 def written(number: Number) -> str:
-    """A number, or several with blanks between, each in the fewest digits that give it back."""
+    """A number, or several separated by blanks, each with the fewest digits that read back to the same bits."""
     return " ".join(map(_written, np.atleast_1d(np.asarray(number, dtype=np.float64)).tolist()))
 
 
@@ -36,12 +36,12 @@ def note(parent: Element, text: str) -> None:
 
 
 def check_unique(names: Sequence[str], what: str) -> None:
-    """Refuse names that stand twice.
+    """Refuse names that are not unique.
 
     Raises
     ------
     FrameError
-        If one does; it is named.
+        If a name occurs twice; the message names it.
     """
     for name, count in Counter(names).items():
         if count > 1:

@@ -1,4 +1,4 @@
-"""Where the points of a loaded linkage really go, how stiffly they are held, vibration and stress over the motion."""
+"""Accuracy of a loaded linkage: displacement of its points, compliance, natural frequencies and stress."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ from .tangent import Tangent, elastic, is_loaded
 
 # Stations along a member at which its stress is taken.
 STATIONS = 13
-# A compliance below this share of the greatest is that of a direction in which nothing deflects.
+# Ratio to the largest eigenvalue of the scaled compliance matrix below which a direction counts as rigid.
 RIGID = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class PointAccuracy(ConditionNumbers):
-    """Displacement of a point of a loaded linkage, held at its drives, each part apart; made by `Motion.accuracy`.
+    """Displacement of a point of a loaded linkage with locked drives, split by cause; made by `Motion.accuracy`.
 
     Attributes
     ----------
     motion
-        Motion of the linkage, at whose poses the point is displaced.
+        Motion of the linkage, which gives the poses.
     point
-        The point's node.
+        Node of the point in the frame.
     load
-        What was added to the linkage's own loads, ``fx fy fz mx my mz`` by name, (...) each.
+        Load at the point in addition to the linkage's own loads, ``fx fy fz mx my mz`` by name, (...) each.
     inertia
         Whether the inertia forces of the rigid motion act as well.
     warmed
-        Displacement and rotation by the expansion of links that are warmer, (..., 6); None where none is.
+        Displacement and rotation by thermal expansion of the links, (..., 6); None if no temperature is given.
     """
 
     motion: FramedPoses
@@ -80,12 +80,15 @@ class PointAccuracy(ConditionNumbers):
 
     @cached_property
     def clearance(self) -> Array:
-        """What the clearances add, each joint in contact as given, or along its force, (..., 6)."""
+        """Displacement and rotation added by the clearances, (..., 6).
+
+        Each joint is in contact at its given contact angle, or else where equilibrium puts the contact.
+        """
         return self._open.displacement(self.point) - self.compliance
 
     @property
     def thermal(self) -> Array:
-        """What the expansion of warmer links adds, through the loop closure, to first order, (..., 6)."""
+        """Displacement and rotation added by thermal expansion, through the loop closure, to first order, (..., 6)."""
         return np.broadcast_to(0.0 if self.warmed is None else self.warmed, (*self.shape, 6))
 
     @cached_property
@@ -98,8 +101,8 @@ class PointAccuracy(ConditionNumbers):
     def large(self) -> Array:
         """Displacement and rotation by load and clearance at large displacement, (..., 6), also at singular poses.
 
-        The stable equilibrium to which the load leads from the rigid position; NaN where none was found. Loads keep the
-        direction that they have at the pose, those that turn with a link, too.
+        The stable equilibrium to which the load leads from the rigid position; NaN where none was found. All loads keep
+        the direction that they have at the pose, even follower loads.
         """
         return self._large.displacement(self.point)
 
@@ -121,17 +124,17 @@ class PointAccuracy(ConditionNumbers):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """By pose: that of the frame's solution, (...)."""
+        """Status of the frame's solution at each pose, (...)."""
         return self._open.status
 
     @property
     def state(self) -> States:
-        """The same as numbers, (...): see `linkframe.framework.SolutionState`."""
+        """`status` as numbers, (...): see `linkframe.framework.SolutionState`."""
         return self._open.state
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:
-        """The two global axes of the plane in which the linkage moves; None where it keeps to none."""
+        """The two global axes of the plane in which the linkage moves; None if it does not move in such a plane."""
         return plane(self.motion)
 
     @property
@@ -144,23 +147,24 @@ class PointAccuracy(ConditionNumbers):
 
     @property
     def closed(self) -> Solution:
-        """The loaded frame solved, clearances closed."""
+        """Solution of the loaded frame, without clearance."""
         return self._closed
 
     @property
     def solution(self) -> Solution:
-        """The loaded frame solved, clearances open."""
+        """Solution of the loaded frame, with clearance."""
         return self._open
 
     def sensitivity(self, *components: str) -> DisplacementSensitivity:
-        """How the displacement by compliance depends on dimensions, sections, moduli, drives and loads.
+        """Differentiate the displacement by compliance by dimensions, sections, moduli, drives and loads.
 
-        One adjoint for each component serves all inputs, of the frame and through the loop closure of the linkage.
+        One adjoint solution for each component gives the derivatives by all inputs, directly and through the loop
+        closure of the linkage.
 
         Parameters
         ----------
         *components
-            Such as ``"uy"``; ``ux uy uz`` where none is named.
+            Components of the displacement, such as ``"uy"``; ``ux uy uz`` if none is given.
 
         Returns
         -------
@@ -175,7 +179,8 @@ class PointAccuracy(ConditionNumbers):
 
         Examples
         --------
-        An arm of 1 m under a load across, ``F L^3 / (3 E I)``: by its length, the height of its section, and E.
+        Tip deflection ``F L^3 / (3 E I)`` of an arm of 1 m under a transverse load: its derivatives by the arm's length
+        and by the height of its section.
 
         >>> from linkframe.elements import Beam, Material, Rectangle
         >>> from linkframe.models import Linkage
@@ -252,7 +257,7 @@ def marked_status(motion: FramedPoses, solution: Solution) -> NDArray[np.str_]:
 
 
 def node_of(motion: FramedPoses, point: str, link: str | None) -> str:
-    """Node of a point on a link; on the first that has it where None."""
+    """Node of a point on a link; if `link` is None, on the first link that has the point."""
     return motion.bare.nodes.of(*motion.linkage.end(point if link is None else (link, point), "the frame"))
 
 
@@ -278,7 +283,7 @@ def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
     compliance = compliance_matrix(motion, point, link)
     compliance = 0.5 * (compliance + np.swapaxes(compliance, -1, -2))
     known = np.asarray(np.isfinite(compliance).all(axis=(-2, -1)))
-    # Lengths and angles are brought to like size before the rank is judged.
+    # displacements and rotations are scaled to like size before the rank is judged
     size = np.sqrt(np.abs(np.diagonal(compliance, axis1=-2, axis2=-1)))
     size = np.where(size > 0.0, size, 1.0)
     scaled = compliance / size[..., :, None] / size[..., None, :]

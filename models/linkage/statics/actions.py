@@ -15,7 +15,7 @@ from .inertia import inertia
 
 
 def applied(motion: Kinematics) -> Iterator[tuple[str, Action]]:
-    """Loads, torques and springs on the links that are not the ground, each with the point at which it acts."""
+    """Loads, torques and spring forces on the moving links, each with the point at which it acts."""
     for load in motion.linkage.loads:
         if load.link != GROUND:
             point = load.point or motion.linkage.links[load.link].points[0]
@@ -31,12 +31,12 @@ def applied(motion: Kinematics) -> Iterator[tuple[str, Action]]:
 
 
 def whole_shape(motion: Kinematics) -> Shape:
-    """Broadcast of the motion with masses, beams, loads, springs and gravity.
+    """Broadcast shape of the motion with masses, beams, loads, springs and gravity.
 
     Raises
     ------
     FrameError
-        If they do not; it names them.
+        If they do not broadcast; it names those that differ.
     """
     linkage = motion.linkage
     given = [(f"the load on {load.point or load.link!r}", load.value[..., 0]) for load in linkage.loads]
@@ -59,7 +59,7 @@ def whole_shape(motion: Kinematics) -> Shape:
 
 
 def tension(motion: Kinematics, spring: LinkageSpring) -> tuple[Array, Array]:
-    """Unit vector from the first to the second end of a spring (..., 3), and its force, with the damper's (...)."""
+    """Unit vector from the first to the second end of a spring (..., 3), and its tension, damper included (...)."""
     ends = [(point, link) for link, point in (spring.first, spring.second)]
     chord = motion.position(*ends[1]) - motion.position(*ends[0])
     length = np.linalg.norm(chord, axis=-1)
@@ -110,6 +110,6 @@ def kinetic_energy(motion: Kinematics) -> Array:
 
 
 def rotated_tensor(axes: Array, tensor: Array) -> Array:
-    """A tensor of inertia (..., 3, 3) given in axes (..., 3, 3) in global ones, symmetric to the last bit."""
+    """Inertia tensor in global axes, (..., 3, 3), symmetric to the last bit, from `tensor` in the given `axes`."""
     out: Array = axes @ tensor @ np.swapaxes(axes, -1, -2)
     return 0.5 * (out + np.swapaxes(out, -1, -2))

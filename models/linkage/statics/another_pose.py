@@ -1,4 +1,4 @@
-"""The frame of a linkage at one pose from that at another: bodies are elsewhere, joints lie along other axes."""
+"""The frame of a linkage at one pose made from its frame at another: only places and axes change."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .inertia import is_given
 
 
 def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
-    """Whether all that the frame of a single pose has from the pose is the place of its bodies and axes of joints.
+    """Whether frames of single poses differ only in the positions of their bodies and the axes of their joints.
 
-    That is not so of where a slider stands, of the pull of a spring, of a mass, which has no axes of its own, and of a
-    rod that spins.
+    They differ in more if the linkage has sliders, springs, links with given masses, or rods that spin between two
+    spherical joints (`spins`).
     """
     linkage = motion.linkage
     if motion.shape or linkage.shape or spins or linkage.springs or not motion.is_assembled:
@@ -28,7 +28,7 @@ def differs_in_place_only(motion: ClassifiedPoses, spins: object) -> bool:
 
 
 def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
-    """A frame of the same linkage at a single pose of which `differs_in_place_only` holds, as at that of `frame`."""
+    """Copy of `frame` moved to the pose of `motion`, a single pose for which `differs_in_place_only` holds."""
     clone = frame.copy()
     clone.made_from, clone.tolerance = motion, motion.tolerance
     axes = {GROUND: np.eye(3)}
@@ -53,7 +53,7 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
 
 
 def own(values: Array) -> Array:
-    """The values as the description keeps them: its own, not to be written to."""
+    """A read-only copy."""
     out = np.array(values)
     out.setflags(write=False)
     return out

@@ -1,4 +1,4 @@
-"""Condition numbers of the stiffness of a loaded linkage: of the whole matrix, of the plane alone, and scaled."""
+"""Condition numbers of the stiffness matrix of a loaded linkage: of the whole, of its planar part, and scaled."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class ConditionNumbers(ABC):
-    """Condition numbers of a linkage under load, whatever its frame was made from."""
+    """Base class of results that have the condition numbers of a loaded linkage."""
 
     @property
     @abstractmethod
@@ -26,7 +26,7 @@ class ConditionNumbers(ABC):
     @property
     @abstractmethod
     def plane(self) -> tuple[int, int] | None:
-        """The two global axes of the plane in which the linkage moves; None where it keeps to no such plane."""
+        """The two global axes of the plane in which the linkage moves; None if it does not move in such a plane."""
 
     @property
     @abstractmethod
@@ -36,7 +36,7 @@ class ConditionNumbers(ABC):
     @property
     @abstractmethod
     def _without_clearance(self) -> Solution:
-        """It solved, its clearances closed."""
+        """Solution of the loaded frame, without clearance."""
 
     def condition_number(self) -> Array:
         """2-norm condition number of the stiffness matrix as the accuracy paper assembles it.
@@ -46,7 +46,7 @@ class ConditionNumbers(ABC):
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...).
+            Ratio of the largest to the smallest singular value, (...).
 
         Raises
         ------
@@ -56,20 +56,20 @@ class ConditionNumbers(ABC):
         return np.broadcast_to(self._without_clearance.condition_number(), self.shape)
 
     def planar_condition_number(self) -> Array:
-        """2-norm condition number of the rows and columns in the plane alone, of every node.
+        """2-norm condition number of the planar part of the stiffness matrix.
 
-        Those are the displacements along the axes of the plane in which the linkage moves, and the rotation about its
-        normal: ``ux uy rz`` for a linkage in the plane of x and y.
+        Each node has the displacements along the axes of the plane in which the linkage moves, and the rotation about
+        its normal: ``ux uy rz`` for a linkage in the plane of x and y.
 
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...).
+            Ratio of the largest to the smallest singular value, (...).
 
         Raises
         ------
         FrameError
-            As for `condition_number`, or if the linkage keeps to no plane of two global axes.
+            As for `condition_number`, or if the linkage does not move in a plane of two global axes.
         """
         if self.plane is None:
             raise FrameError("planar_condition_number: the linkage is in no plane of two axes: use condition_number()")
@@ -80,11 +80,11 @@ class ConditionNumbers(ABC):
         return np.broadcast_to(frame.solve(clearance=False).condition_number(), self.shape)
 
     def scaled_condition_number(self) -> Array:
-        """Condition number in joint-relative coordinates, scaled node by node: what the solution feels in any axes.
+        """Condition number in joint-relative coordinates, scaled node by node, which governs the solution's accuracy.
 
         Returns
         -------
         ndarray
-            Greatest over least singular value, (...); see `Solution.scaled_condition_number`.
+            Ratio of the largest to the smallest singular value, (...); see `Solution.scaled_condition_number`.
         """
         return np.broadcast_to(self._without_clearance.scaled_condition_number(), self.shape)

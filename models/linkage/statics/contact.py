@@ -1,4 +1,4 @@
-"""Clearance whose contact angle is given: an offset in the joint, instead of contact in equilibrium."""
+"""Clearance with a given contact angle: an offset in the joint, instead of contact found by equilibrium."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 
 def impose_contacts(frame: Frame, joints: Mapping[str, Pair]) -> None:
-    """Let the journals with a given contact angle lie there, (11): ε cos γ along x and ε sin γ along y.
+    """Offset each journal whose contact angle γ is given by ε cos γ along x and ε sin γ along y, Eq. (11) of the paper.
 
-    x and y are those of the joint's axes in the reference configuration; they do not turn with the linkage.
+    x and y are the joint's axes in the reference configuration; they do not turn with the linkage.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def impose_contacts(frame: Frame, joints: Mapping[str, Pair]) -> None:
     Raises
     ------
     FrameError
-        If the axis of such a joint does not keep its direction.
+        If the axis of such a joint changes its direction.
     """
     for pair in _given(joints):
         x, y = _offset(frame, pair)
@@ -40,7 +40,7 @@ def impose_contacts(frame: Frame, joints: Mapping[str, Pair]) -> None:
 
 
 def without_contacts(frame: Frame, joints: Mapping[str, Pair]) -> Frame:
-    """The frame with the clearances closed that have a given contact angle; itself where there is none."""
+    """Copy of the frame without the offsets of given contact angles; the frame itself if there are none."""
     given = _given(joints)
     if not given:
         return frame

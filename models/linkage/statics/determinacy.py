@@ -1,4 +1,4 @@
-"""Linear equations of equilibrium at many poses: blocks that do not meet, determinate or not, singular or not."""
+"""Linear equations of equilibrium at many poses: uncoupled blocks, determinate or not, singular or not."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from ....framework.cache import PATTERNS
 Bools = NDArray[np.bool_]
 Block = tuple[NDArray[np.int64], NDArray[np.int64]]
 
-# Coefficients and loads below this share of the largest are rounding; both are in units in which they are near one.
+# Coefficients below this, which are dimensionless and of the order of one, count as zero, as do loads below this share
+# of the largest.
 ZERO = 1e-12
 # Above this condition number equations count as dependent.
 DEPENDENT = 1e11
-# What equilibrium may be missed by, as a share of the loads.
+# Largest residual of equilibrium, as a share of the loads.
 MISSED = 1e-8
-# Share of the largest unknown that is rounding of a sum.
+# Rounding error of a sum, as a share of the largest unknown.
 ROUNDING = 1e-13
-# Numbers of one stack of matrices: they stay in the cache.
+# Numbers in one stack of matrices, few enough for the processor's cache.
 CHUNK = 1 << 18
 
 
@@ -35,11 +36,11 @@ class PoseSolutions:
     values
         Unknowns, (n, k); NaN where no solution exists.
     unique
-        Whether they are the only ones, (n,).
+        Whether the solution is the only one, (n,).
     lost
-        Whether there is none, (n,).
+        Whether there is no solution, (n,).
     moving
-        Whether idle freedoms accelerate, (n,).
+        Whether the idle degrees of freedom accelerate, (n,).
     """
 
     values: Array
@@ -50,21 +51,21 @@ class PoseSolutions:
 
 @dataclass(frozen=True)
 class IdleMotions:
-    """Freedoms that nothing drives and no joint holds, such as the spin of a rod between two balls.
+    """Idle degrees of freedom, such as the spin of a rod between two spherical joints.
 
     Attributes
     ----------
     count
-        How many there are.
+        Number of idle degrees of freedom.
     inertia
-        What resists their acceleration: mass matrices in the units of the equations, (n, m, m); None without any.
+        Mass matrices of the links, in the units of the equations, (n, m, m); None if `count` is zero.
     """
 
     count: int = 0
     inertia: Array | None = None
 
     def cut(self, entries: slice | Bools, rows: NDArray[np.int64] | None = None) -> IdleMotions:
-        """At some of the poses, for some of the equations."""
+        """Idle motions at some of the poses, for some of the equations (all if `rows` is None)."""
         if self.inertia is None:
             return self
         own = self.inertia[entries]
@@ -72,21 +73,21 @@ class IdleMotions:
 
 
 def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: IdleMotions) -> PoseSolutions:
-    """Solve ``matrix x = side`` at every pose; of many solutions the one with the least sum of squares.
+    """Solve ``matrix x = side`` at every pose; among several solutions, take the one with the least sum of squares.
 
-    Blocks of equations and unknowns that do not meet are solved apart, and not at all where nothing loads them: a
-    planar linkage has its planar equations solved. What is left unbalanced accelerates the idle freedoms.
+    Uncoupled blocks of equations are solved separately, and unloaded blocks not at all, so that only the planar
+    equations of a planar linkage are solved. Unbalanced loads accelerate the idle degrees of freedom.
 
     Parameters
     ----------
     matrices
-        Gives the matrices (..., m, k) of some of the n poses, so that all of them are never there at once.
+        Function that returns the matrices (..., m, k) of a slice of the n poses, so that they are never all in memory.
     columns
         Number of unknowns, k.
     side
-        (n, m).
+        Right-hand sides, (n, m).
     idle
-        The linkage's idle freedoms.
+        The linkage's idle degrees of freedom.
     """
     count, rows = side.shape
     step = max(1, CHUNK // max(rows * columns, 1))
@@ -98,17 +99,16 @@ def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: 
 
 
 def without_self_stress(matrices: Callable[[slice], Array], side: Array, elastic: Bools) -> Bools:
-    """Poses at which no forces are in equilibrium with each other alone that strain nothing, (n,).
+    """Poses without self-stress in the rigid parts alone, (n,): there compliance determines how loads are shared.
 
-    Then compliance tells how a load is shared, however many of the unknowns are those of rigid parts. Blocks that
-    nothing loads do not count.
+    The columns of the rigid unknowns must be linearly independent in each loaded block.
 
     Parameters
     ----------
     matrices, side
         As for `solved`.
     elastic
-        Unknowns that strain something, (k,).
+        Unknowns whose forces strain something, (k,).
     """
     count, rows = side.shape
     step = max(1, CHUNK // max(rows * len(elastic), 1))
@@ -122,7 +122,7 @@ def without_self_stress(matrices: Callable[[slice], Array], side: Array, elastic
 
 
 def _independent(matrix: Array, given: Array, elastic: Bools, used: Bools) -> Bools:
-    """The same of poses that all have the coefficients which are `used`, (m, k)."""
+    """The same for poses with one pattern of nonzero coefficients, `used` (m, k)."""
     out = np.ones(len(matrix), dtype=bool)
     least = ZERO * given.max(axis=-1, initial=0.0)
     for rows, unknowns in blocks(used):
@@ -135,7 +135,7 @@ def _independent(matrix: Array, given: Array, elastic: Bools, used: Bools) -> Bo
 
 
 def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
-    """Poses by which coefficients they have, as what does not meet at the one may do so at the other."""
+    """Solutions by groups of poses with the same nonzero coefficients, as the uncoupled blocks follow from these."""
     parts = _patterns(np.asarray(np.abs(matrix) > ZERO))
     if len(parts) == 1:
         return _alike(matrix, side, idle, parts[0][1])
@@ -148,7 +148,7 @@ def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
 
 
 def _patterns(used: Bools) -> list[tuple[Bools, Bools]]:
-    """Poses that have the same `used` of (n, m, k), (n,), and what they have, (m, k)."""
+    """Groups of poses, (n,), with the same pattern in `used` (n, m, k), and that pattern, (m, k)."""
     whole = np.asarray(used.any(axis=0))
     if not (used.sum(axis=(-2, -1)) < whole.sum()).any():
         return [(np.ones(len(used), dtype=bool), whole)]
@@ -158,7 +158,7 @@ def _patterns(used: Bools) -> list[tuple[Bools, Bools]]:
 
 
 def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSolutions:
-    """Poses that all have the coefficients which are `used`, (m, k)."""
+    """Solutions at poses with one pattern of nonzero coefficients, `used` (m, k)."""
     values = np.zeros((len(matrix), matrix.shape[-1]))
     unique = np.ones(len(matrix), dtype=bool)
     lost, moving = np.zeros((2, len(matrix)), dtype=bool)
@@ -174,14 +174,14 @@ def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSo
             moving[loaded] |= part.moving
             lost[loaded] |= part.lost
     if moving.any():
-        # More freedom than there is at other poses: this one is singular, and its motion not an idle one.
+        # with more free motions than elsewhere the pose is singular, and what moves there is not idle
         lost[moving] |= _freedom(matrix[moving]) > idle.count
     values[lost] = np.nan
     return PoseSolutions(values, unique, lost, moving)
 
 
 def blocks(used: Bools) -> list[Block]:
-    """Rows and columns of the blocks into which matrices fall of which these coefficients are `used`, (m, k)."""
+    """Rows and columns of the uncoupled blocks of matrices with the nonzero coefficients `used`, (m, k)."""
     return PATTERNS.found(("blocks", used.shape, used.tobytes()), lambda: _blocks(used), used.size)  # type: ignore[no-any-return]
 
 
@@ -199,7 +199,7 @@ def _blocks(used: Bools) -> list[Block]:
 
 
 def _least(matrix: Array, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
-    """Least solution of one block at every pose."""
+    """Solution of least norm of one block at every pose."""
     _, rows, columns = matrix.shape
     values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)
     if columns:
@@ -215,16 +215,16 @@ def _least(matrix: Array, side: Array, loads: Array, idle: IdleMotions) -> PoseS
 
 
 def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
-    """Poses at which the equations do not hold."""
+    """Poses whose residual is more than rounding, (n,)."""
     missed = np.max(np.abs((matrix @ values[..., None])[..., 0] - side), axis=-1, initial=0.0)
     rounding = ROUNDING * np.max(np.abs(values), axis=-1, initial=0.0)
     return np.asarray(~(missed <= MISSED * loads + rounding))
 
 
 def _moving(matrix: Array, side: Array, loads: Array, inertia: Array, count: int) -> tuple[Array, Bools]:
-    """Solution with the accelerations of the idle freedoms as further unknowns, and whether there is one.
+    """Solution with the accelerations of the idle degrees of freedom as further unknowns, and whether there is one.
 
-    Idle motions are those on which no unknown works, the left null space.
+    Idle motions are the left null space of the matrix: those on which no unknown does work.
     """
     rows, columns = matrix.shape[-2:]
     left, size, _ = np.linalg.svd(matrix)
@@ -237,13 +237,13 @@ def _moving(matrix: Array, side: Array, loads: Array, inertia: Array, count: int
 
 
 def _freedom(matrix: Array) -> NDArray[np.int64]:
-    """Number of motions on which no unknown works, (n,)."""
+    """Number of motions on which no unknown does work, (n,)."""
     size = np.linalg.svd(matrix, compute_uv=False)
     return np.asarray(matrix.shape[-2] - (size * DEPENDENT > size[:, :1]).sum(axis=-1))
 
 
 def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """Solution of full rank, by least squares or of least norm, and whether the rank is full."""
+    """Solution by QR, a least-squares or least-norm one, valid where the rank is full; and whether it is full, (n,)."""
     rows, columns = matrix.shape[-2:]
     if rows == columns:
         return _square(matrix, side)
@@ -258,7 +258,7 @@ def _full_rank(matrix: Array, side: Array) -> tuple[Array, Bools]:
 
 
 def _square(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """The same of square equations."""
+    """The same for square matrices, by LU."""
     try:
         return _probed(matrix, side)
     except np.linalg.LinAlgError:
@@ -268,7 +268,7 @@ def _square(matrix: Array, side: Array) -> tuple[Array, Bools]:
 
 
 def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """Solution of square equations, and whether they are regular: a right side at random grows where they are not."""
+    """Solution of square equations, and whether they are regular: else the solution of a random right side is huge."""
     probe = np.broadcast_to(np.random.default_rng(0).normal(size=matrix.shape[-1]), side.shape)
     found = np.linalg.solve(matrix, np.stack([side, probe], axis=-1))
     size = np.max(np.abs(matrix), axis=(-2, -1))
@@ -276,7 +276,7 @@ def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
 
 
 def _by_singular_values(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """Least solution by singular values, and whether it is the only one."""
+    """Least-norm solution by singular values, and whether it is the only one."""
     left, size, right = np.linalg.svd(matrix, full_matrices=False)
     kept = size * DEPENDENT > size[:, :1]
     inverse = np.divide(1.0, size, out=np.zeros_like(size), where=kept)

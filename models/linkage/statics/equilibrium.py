@@ -1,4 +1,4 @@
-"""Newton-Euler equations of all links: their columns are what each joint can transmit."""
+"""Newton-Euler equations of all links, whose unknowns are the forces and moments that joints and drives transmit."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ from .inertia import inertia
 class Equilibrium(NewtonEuler):
     """Equations of equilibrium of all links at every pose.
 
-    Moments are divided by the linkage's size, and those of a joint are multiples of it.
+    Equations of moments are divided by the linkage's size, and unknown moments count in multiples of it, so that all
+    coefficients are dimensionless.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ class Equilibrium(NewtonEuler):
     Attributes
     ----------
     names
-        By joint: components that its unknowns belong to, what it holds, then what is driven.
+        By joint: components of its unknowns, first those that the joint constrains, then those that are driven.
 
     Raises
     ------
@@ -54,7 +55,7 @@ class Equilibrium(NewtonEuler):
 
     @cached_property
     def side(self) -> Array:
-        """What the joints must balance, (..., 6 links)."""
+        """Right-hand side: weights, inertia forces and loads that the joints balance, (..., 6 links)."""
         actions = [act(self.motion, link, at) for link, at in self.centres.items() for act in (weight, inertia_force)]
         return self.balanced([*actions, *(action for _, action in applied(self.motion))])
 
@@ -74,7 +75,7 @@ class Equilibrium(NewtonEuler):
 
     @property
     def idle(self) -> int:
-        """Number of freedoms that nothing drives."""
+        """Number of degrees of freedom without a drive."""
         return free_motions(self.motion.assembly.loops)
 
     def units_of(self, joint: str) -> Array:
@@ -82,9 +83,9 @@ class Equilibrium(NewtonEuler):
         return np.where(np.array([name[0] == "r" for name in self.names[joint]], dtype=bool), self.size[..., None], 1.0)
 
     def _transmitted(self, joint: Pair) -> Transmitted:
-        """What does no work on the motion that the joint lets go, and, if it is driven, what works on that motion.
+        """Unit forces and moments of a joint: its constraint forces, which do no work, and those of its drives.
 
-        Forces and moments along the joint's axes; a screw pushes and turns at once, ``m_z = -f_z pitch / 2 pi``.
+        They act along the joint's axes; in a screw, force and moment are coupled by ``m_z = -f_z pitch / 2 pi``.
         """
         axes, names = self.motion.joint_axes(joint.name), self.names[joint.name]
         wrenches = np.zeros((*axes.shape[:-2], len(names), 6))
@@ -99,7 +100,7 @@ class Equilibrium(NewtonEuler):
 
 
 def _size(linkage: LinkageDescription) -> Array:
-    """Half of what the linkage spans, (...)."""
+    """Half of the linkage's largest extent along an axis, (...); 1 if its points coincide."""
     points = np.stack(np.broadcast_arrays(*linkage.points.values()))
     span = 0.5 * np.ptp(points, axis=0).max(axis=-1)
     return np.where(span > 0.0, span, 1.0)

@@ -1,4 +1,4 @@
-"""A linkage at every pose as a frame of beams, joints and springs, its drives locked."""
+"""The frame of beams, joints and springs of a linkage at every pose, with its drives locked."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ ABOUT = 5
 def frame(
     motion: FramedPoses, *, clearance: bool = True, loads: bool = True, inertia: bool = False, clamped: bool = False
 ) -> Frame:
-    """The linkage at every pose as a frame, held at its drives; see `Motion.frame`.
+    """Frame of the linkage at every pose, with its drives locked; see `Motion.frame`.
 
-    With `clamped` all drives hold, also those that have a stiffness of their own, and springs pull as they do in the
-    rigid motion, whatever deflects.
+    With `clamped`, drives that have a stiffness are rigid too, and springs keep the force they have in the rigid
+    motion.
     """
     whole_shape(motion)
     bare = motion.bare if clearance and not clamped else Builder(motion, clearance=clearance, clamped=clamped)
@@ -62,7 +62,7 @@ def frame(
 
 
 def release_springs(built: Frame, springs: list[str]) -> None:
-    """Take the force at rest from springs, without which the frame is to be loaded."""
+    """Remove the force at rest of springs, for a frame without the linkage's own loads."""
     for name in springs:
         member = built.members[name]
         assert isinstance(member.element, Line)
@@ -70,18 +70,18 @@ def release_springs(built: Frame, springs: list[str]) -> None:
 
 
 class Builder:
-    """Makes the frame of a motion, without loads.
+    """Builds the frame of a motion, without loads.
 
-    Poses that are not assembled are described in the reference configuration, and left out.
+    Poses that are not assembled get the reference configuration and are excluded from the solution.
 
     Parameters
     ----------
     motion
         The motion.
     clearance
-        Give the joints their clearance.
+        Whether joints have their clearance.
     clamped
-        Hold all drives, also those that have a stiffness of their own.
+        Whether drives with a stiffness of their own are rigid too.
     """
 
     def __init__(self, motion: ClassifiedPoses, *, clearance: bool, clamped: bool = False) -> None:
@@ -108,16 +108,16 @@ class Builder:
 
     @classmethod
     def of(cls, motion: ClassifiedPoses) -> Builder:
-        """That of all joints with their clearance; of a single pose from that of another, if both are alike.
+        """Builder with clearance; that of a single pose is copied from an earlier pose where only places differ.
 
-        It is the same, whichever it is made from.
+        Both ways give the same frame.
         """
         mechanism = motion.mechanism
         alike = differs_in_place_only(motion, _spins(motion.linkage))
         if not alike or mechanism.framed is None:
             built = cls(motion, clearance=True)
             if alike:
-                # What is kept must not hold the linkage that it is kept for.
+                # the cached copy must not keep the linkage alive that it is cached for
                 mechanism.framed = kept = copy(built)
                 kept.linkage, kept.frame = mechanism.linkage, built.frame.copy()
                 mechanism.framed.motion = kept.frame.made_from = None
@@ -131,7 +131,7 @@ class Builder:
         return clone
 
     def solve(self, loaded: Frame, *, clearance: bool = True) -> Solution:
-        """Solve a copy of the frame under its loads; the plan is made once for all of them."""
+        """Solve a loaded copy of the frame; all copies share one plan."""
         if not clearance:
             loaded = without_contacts(loaded, self.linkage.joints)
         share(self.frame, loaded)
@@ -140,7 +140,7 @@ class Builder:
         return solution
 
     def slacken(self) -> None:
-        """Let springs pull as they do at rest, whatever deflects."""
+        """Set the stiffness of springs to zero, so that they keep their force at rest."""
         for name in self.springs:
             member = self.frame.members[name]
             assert isinstance(member.element, Line)
@@ -148,7 +148,7 @@ class Builder:
             self.frame.members[name] = member._replace(element=still)
 
     def link(self, name: str, origin: Array, axes: Array) -> None:
-        """A link: its body, nodes, beams or rigid connections, and mass."""
+        """Add a link: its body, nodes, beams or rigid connections, and mass."""
         link = self.linkage.links[name]
         self.frame.body(name, self._there(origin, np.zeros(3)), self._there(axes, np.eye(3), 2))
         at = places(self.linkage, name)
@@ -166,13 +166,13 @@ class Builder:
             self._mass(name)
 
     def joint(self, pair: Pair, *, clearance: bool) -> None:
-        """A joint element; a drive is rigid where no stiffness was given."""
+        """Add a joint element; driven directions without a given stiffness are rigid."""
         stiffness = pair.full_stiffness
         drives = self.linkage.drives.get(pair.name, ())
         driven = np.array([name in drives for name in COMPONENTS])
         constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
         stiffness = np.where(driven & constrained, np.inf, stiffness)
-        # Where the contact is given, the clearance is an offset, which `frame` imposes.
+        # with a given contact angle the clearance is an offset, which `frame` imposes
         gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
         if np.any(gap):
             _check_contact(pair, stiffness)
@@ -192,9 +192,9 @@ class Builder:
             self.frame.add(pair.name, element, first, second)
 
     def _constrain_spin(self, pair: Pair, ball: Joint, first: str, second: str) -> None:
-        """A ball about which a rod spins freely, the spin constrained while nothing resists it and no load works on it.
+        """Add a spherical joint about which a rod can spin, with the spin constrained while no load works on it.
 
-        A ball that is as stiff in all directions constrains it itself, another one has a joint beside it.
+        If the joint is equally stiff in all directions, its own element constrains the spin, otherwise a second one.
         """
         link, *ends, joints = self.spins[pair.name]
         name, about, axes = pair.name, np.arange(6) == ABOUT, self._along(link, *ends)
@@ -208,7 +208,7 @@ class Builder:
         self.frame.idle[name] = IdleRotation(link, (*joints, name), constrained, free)
 
     def _axes(self, pair: Pair) -> Array:
-        """Axes of a joint, which move with its first link, those of a universal joint with both."""
+        """Axes of a joint, which move with its first link, in a universal joint with both links, (..., 3, 3)."""
         if pair.kind.name == "universal":
             axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
         elif pair.first == GROUND:
@@ -218,7 +218,7 @@ class Builder:
         return own(axes)
 
     def _guide(self, pair: Pair) -> str:
-        """Node of a joint on its first link; on the ground it is made where the joint slides to."""
+        """Node of a joint on its first link; a slider on the ground gets a node at its place."""
         name = self.nodes.guide(pair)
         if pair.kind.slides and pair.first == GROUND:
             there = self.motion.position(pair.point, pair.second)
@@ -226,9 +226,10 @@ class Builder:
         return name
 
     def _cross(self, pair: Pair, first: str, stiffness: Array, axes: Array) -> tuple[str, Array]:
-        """The cross of a universal joint, which turns about z of the first link and carries x of the second.
+        """Add the cross of a universal joint, which turns about z of the first link and carries x of the second.
 
-        However far both turn, each angle then stays one about its own axis. Its node, and the springs from there on.
+        Each angle is then about its own axis at any pose. Returns the node of the cross, and the stiffness between the
+        cross and the second link.
         """
         about, name = np.arange(6) == ABOUT, about_first(pair)
         if pair.first == GROUND:
@@ -244,12 +245,12 @@ class Builder:
         return self.frame.bodies[link].axes @ joint_axes(link, chord)
 
     def name_points(self) -> None:
-        """Let the bare name of a point mean its node on the first link that has it."""
+        """Let the plain name of a point shared by several links stand for its node on the first of them."""
         for point, node in self.nodes.by_point.items():
             self.frame.alias(point, node)
 
     def _add_springs(self) -> Iterator[str]:
-        """Springs as members that turn the force they have at rest, which is among the loads; yields their names."""
+        """Add springs as members, whose force at rest is among the applied loads; yields their names."""
         for index, spring in enumerate(self.linkage.springs, start=1):
             if np.any(spring.stiffness):
                 _, force = tension(self.motion, replace(spring, damping=np.zeros(())))
@@ -259,8 +260,7 @@ class Builder:
                 yield f"spring.{index}"
 
     def _there(self, values: Array, reference: Array, trailing: int = 1) -> Array:
-        """Values, with as many `trailing` axes as they have components; reference ones where a pose is not
-        assembled."""
+        """The values, replaced by `reference` at poses that are not assembled; `trailing` axes hold the components."""
         if not self.lost.any():
             return values
         return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), reference, values)
@@ -270,7 +270,7 @@ class Builder:
         self.frame.fix(name)
 
     def _sliders(self, link: str) -> Iterator[Slider]:
-        """The sliders that run on a link, with their places in its axes."""
+        """The sliders that run on a link, with their positions in its axes."""
         for pair in self.linkage.joints.values():
             if pair.first == link and pair.kind.slides:
                 arm = self.motion.position(pair.point, pair.second) - self.motion.origin(link)
@@ -279,7 +279,7 @@ class Builder:
                 yield Slider(self.nodes.guide(pair), pair, local)
 
     def _bear(self, link: str, slider: Slider, layout: Layout) -> None:
-        """Put the node under a slider, rigid with the seat on which it stands at each pose."""
+        """Add the node under a slider, rigid with the point or cut node of the link on which it stands at each pose."""
         guide, point, nodes = slider.guide, slider.pair.point, self.nodes.on[link]
         bearing_points = layout.bearing_points[guide] or {point: np.ones((), dtype=bool)}
         if guide in layout.fractions:
@@ -308,7 +308,10 @@ class Builder:
             self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
 
     def _rigid(self, name: str, link: LinkageLink, at: dict[str, Array]) -> None:
-        """What no beam joins to the first beam is rigid with the nearest point that one does; all is without beams."""
+        """Connect rigidly what no beam joins to the link's first beam, each to the nearest point joined to that beam.
+
+        A link without beams becomes rigid as a whole.
+        """
         main = _reached(link, next(iter(link.beams), link.points)[0])
         joined = set(main)
         for point in link.points:
@@ -320,7 +323,7 @@ class Builder:
                 joined |= part
 
     def _mass(self, name: str) -> None:
-        """A given mass, rigid with the link's nearest point."""
+        """Add a given mass, rigidly attached to the link's point nearest to it."""
         own = inertia(self.linkage, name)
         point = self.nodes.centre_node(self.linkage, name, own.centre)
         axes = self.frame.bodies[name].axes
@@ -332,7 +335,7 @@ class Builder:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FramedPoses(ClassifiedPoses):
-    """Poses with the frame that stands for the linkage at them; see `Motion`."""
+    """Poses of a linkage with their frame; see `Motion`."""
 
     @cached_property
     def bare(self) -> Builder:
@@ -341,7 +344,7 @@ class FramedPoses(ClassifiedPoses):
 
 
 def _check_contact(pair: Pair, stiffness: Array) -> None:
-    """Refuse a clearance in which the contact stiffness would depend on the direction of contact."""
+    """Refuse a clearance if the joint's stiffness is not the same in all clearance directions."""
     own = stiffness[..., [COMPONENTS.index(name) for name in pair.kind.clearance]]
     wrong = np.any((own != own[..., :1]) | (own == 0.0), axis=-1)
     if np.any(wrong):
@@ -353,9 +356,10 @@ def _check_contact(pair: Pair, stiffness: Array) -> None:
 
 
 def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str, tuple[str, str]]]:
-    """By joint: links that two balls alone hold, which can spin about the line between them, both points and joints.
+    """By joint: the link held by two spherical joints alone, which can spin about their line, both points and joints.
 
-    Of both balls the one is named that comes first in the alphabet, however they were described.
+    The key is the first free one of the two joints in alphabetical order, so that the order of description does not
+    matter.
     """
     found = {}
     for link in sorted(linkage.links):
@@ -373,7 +377,7 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str, tuple[
 
 
 def is_even(stiffness: Array) -> bool:
-    """Whether a ball is as stiff in all directions, so that its axes do not matter."""
+    """Whether a spherical joint is equally stiff in all directions, so that its axes do not matter."""
     return bool(np.all(stiffness[..., :3] == stiffness[..., :1]))
 
 

@@ -1,4 +1,4 @@
-"""Accelerations of a linkage whose drives push with given forces."""
+"""Accelerations of the drives of a linkage under given drive forces: forward dynamics."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def free_accelerations(motion: FramedPoses, forces: Mapping[str, ArrayLike]) -> 
     for joint, given in zip(driven, each, strict=True):
         joined(f"force on joint {joint!r}", given.shape[:-1], known)
         known[f"force on joint {joint!r}"] = given.shape[:-1]
-    # The motion counts lengths in units of the linkage's size.
+    # drive accelerations count lengths in units of the linkage's size
     size = motion.mechanism.size
     unit = np.array([size if name.startswith("u") else 1.0 for names in driven.values() for name in names])
     rest, *pushed = _forces(motion, np.vstack([np.zeros(len(unit)), np.eye(len(unit))]))
@@ -50,8 +50,8 @@ def free_accelerations(motion: FramedPoses, forces: Mapping[str, ArrayLike]) -> 
 
 
 def _forces(motion: FramedPoses, accelerations: Array) -> Array:
-    """Drive forces at other accelerations of the drives (k, drives), (k, ..., drives)."""
-    # The leading axis stands before all axes of masses and loads, too.
+    """Drive forces (k, ..., drives) at k sets of drive accelerations (k, drives)."""
+    # the axis of the sets comes before all axes of masses and loads as well
     count, axes = len(accelerations), (1,) * len(whole_shape(motion))
     columns = [column.reshape(count, *axes) for column in accelerations.T]
     shape = count, *axes[len(motion.shape) :], *motion.shape

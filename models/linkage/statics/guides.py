@@ -1,9 +1,9 @@
-"""Sliders on the beams of a link: where along the link's elastic axis each of them stands, at every pose.
+"""Sliders on the beams of a link: where along the link's elastic axis each of them stands at every pose.
 
-A slider may pass points of the link and its ends. The frame has one topology for all poses, so each slider cuts every
-beam within which it comes to stand at a node of its own. Where it is elsewhere at a pose, the node cuts the beam
-somewhere else, which changes nothing. A slider's seats are these nodes and the points of the link that it reaches: at
-each pose it stands on one of them.
+A slider may pass points of the link and its ends. The frame has one topology for all poses, so each slider divides
+every beam that it runs on by a cut node of its own. At poses where the slider is elsewhere, the node divides the beam
+at some other place, which does not change its stiffness. At each pose the slider stands on one of its cut nodes or on a
+point of the link.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from ..description.parts import Pair
 Mask = NDArray[np.bool_]
 Ends = tuple[str, str]
 
-# A slot runs along a beam where it lies no further off its line, and leans from it by no more (radians), as a share of
-# the beam's length.
+# Largest distance of a slot from the line of a beam, as a share of the beam's length, and largest angle between them
+# (radians), with which the slider runs along the beam.
 ALONG = 1e-2
-# Where the slot lies in a plane: how far a slider may be off the line of a beam.
+# Largest distance from the line of a beam, as a share of its length, of a joint that slides in a plane.
 OFF_LINE = 1e-9
-# A slider nearer to a node, as a share of the beam's length, stands on the node, its arm to it rigid: that the beam
-# bends over this distance counts by its square.
+# A slider nearer to a node than this share of the beam's length stands on the node, with a rigid arm: neglecting the
+# bending over so short an arm is an error of second order in it.
 AT_NODE = 1e-7
-# Stiffness of a slider's hold on its seat by that of the link.
+# Ratio of a slider's contact stiffness to the largest stiffness of the link's beams.
 RIGID = 1e16
 
 
@@ -49,7 +49,7 @@ class Slider:
     pair
         The joint.
     place
-        Where it is in the link's axes, (..., 3).
+        Position in the link's axes, (..., 3).
     """
 
     guide: str
@@ -59,7 +59,7 @@ class Slider:
 
 @dataclass(frozen=True, eq=False)
 class Visit:
-    """A slider on a beam: the share of the beam's length before it (...), and at which poses it is there (...)."""
+    """A slider on a beam: its position as a fraction of the beam's length (...), and the poses where it is there."""
 
     slider: Slider
     fraction: Array
@@ -73,13 +73,14 @@ class Layout:
     Attributes
     ----------
     at
-        Place in the link's axes by point and cut node, (..., 3).
+        By point and cut node: position in the link's axes, (..., 3).
     chains
         By beam: its ends with the cut nodes between them, in order.
     fractions
-        By cut node: share of the beam's length before it, (...).
+        By cut node: position as a fraction of the beam's length, (...).
     bearing_points
-        By guide: the nodes on which the slider stands, and at which poses (...); none where it never runs on a beam.
+        By guide: the nodes on which the slider stands, each with the poses where it does (...); empty if the slider
+        never runs on a beam.
     """
 
     at: dict[str, Array]
@@ -116,12 +117,12 @@ class Layout:
         return out
 
     def parts(self, ends: Ends, beam: LineElement) -> list[LineElement]:
-        """A beam, cut at its nodes.
+        """Pieces of a beam between its cut nodes.
 
         Raises
         ------
         FrameError
-            If it is an element that cannot be cut anywhere.
+            If the element cannot be cut.
         """
         chain = self.chains[ends]
         if len(chain) == 2:
@@ -146,7 +147,7 @@ class Layout:
         return out
 
     def _cut(self, ends: Ends, visits: Sequence[Visit]) -> None:
-        """Cut a beam under the sliders that come to stand within it, and seat them there."""
+        """Cut a beam under the sliders that come to stand within it, and let them stand on the cut nodes."""
         ordered = _in_order(visits)
         start, chord = self.at[ends[0]], self.at[ends[1]] - self.at[ends[0]]
         for visit, fraction in zip(ordered, _nodes(ordered), strict=True):
@@ -159,9 +160,9 @@ class Layout:
 
 
 def contact_stiffness(beams: Mapping[Ends, LineElement], places: Mapping[str, Array]) -> Array:
-    """Stiffness (6,) of a slider's hold on a seat, so far above that of the link that it is rigid to rounding.
+    """Stiffness (6,) between a slider and the node that it stands on, rigid to rounding compared with the link.
 
-    It stands alone on the diagonal of its own coordinate, and costs no digits.
+    As the joint's own coordinate it stands alone on the diagonal, so that its size costs no digits.
     """
     most = np.zeros(6)
     for ends, beam in beams.items():
@@ -171,8 +172,11 @@ def contact_stiffness(beams: Mapping[Ends, LineElement], places: Mapping[str, Ar
 
 
 def _at_points(slider: Slider, runs: Mapping[Ends, Mask], places: Mapping[str, Array], where: Mask) -> dict[str, Mask]:
-    """Poses at which a slider stands on each point: the nearest end of a beam that it runs along there, as it is at one
-    of them or beyond; where it runs along none, the point of its joint."""
+    """Poses, of those in `where`, at which a slider stands on each point.
+
+    A slider at or beyond the end of a beam that it runs along stands on the nearest such end; one that runs along no
+    beam stands on its joint's point.
+    """
     reached: dict[str, Mask] = {}
     for ends, along in runs.items():
         for end in ends:
@@ -186,7 +190,7 @@ def _at_points(slider: Slider, runs: Mapping[Ends, Mask], places: Mapping[str, A
 
 
 def _in_order(visits: Sequence[Visit]) -> list[Visit]:
-    """Sliders on a beam in the order in which they stand on it where they do so at one time."""
+    """Sliders on a beam in the order in which they stand on it at common poses."""
     out: list[Visit] = []
     for visit in visits:
         before = [k for k, other in enumerate(out) if _ahead(other, visit)]
@@ -201,17 +205,17 @@ def _in_order(visits: Sequence[Visit]) -> list[Visit]:
 
 
 def _ahead(one: Visit, other: Visit, by: float = 0.0) -> bool:
-    """Whether the one slider stands further along than the other at some pose at which both stand on the beam."""
+    """Whether the first slider is further along the beam than the second, by more than `by`, at a common pose."""
     return bool(np.any(one.within & other.within & (one.fraction > other.fraction + by)))
 
 
 def _nodes(visits: Sequence[Visit]) -> list[Array]:
-    """Fractions at which a beam is cut: under its sliders, and evenly between these for those that are elsewhere."""
+    """Fractions at which a beam is cut: under its sliders, and evenly between these for sliders that are elsewhere."""
     shape = np.broadcast_shapes(*(visit.fraction.shape for visit in visits), *(visit.within.shape for visit in visits))
     within = np.stack([np.broadcast_to(visit.within, shape) for visit in visits])
     known = np.stack([np.broadcast_to(np.where(visit.within, visit.fraction, 0.0), shape) for visit in visits])
     count = np.arange(1, len(visits) + 1).reshape(-1, *(1,) * len(shape))
-    # The nearest slider before and behind each node, by number and place; the ends of the beam where there is none.
+    # number and place of the nearest slider before and after each node, or else of the beam's end
     first = np.maximum.accumulate(np.where(within, count, 0), axis=0)
     start = np.maximum.accumulate(known, axis=0)
     last = np.minimum.accumulate(np.where(within, count, len(visits) + 1)[::-1], axis=0)[::-1]
@@ -221,9 +225,9 @@ def _nodes(visits: Sequence[Visit]) -> list[Array]:
 
 
 def _check_points(bearing_points: Mapping[str, set[str]]) -> None:
-    """See that what holds sliders on the points that they reach forms no loop, in which its stiffness would cancel.
+    """Check that sliders and the points they stand on form no loop, in which the contact stiffnesses would cancel.
 
-    A loop closes with a slider that reaches two points which others, by way of what they reach, join already.
+    A slider closes a loop if two of its points are already connected through other sliders.
     """
     joined: list[tuple[set[str], set[str]]] = []
     for name, points in bearing_points.items():
@@ -240,7 +244,7 @@ def _check_points(bearing_points: Mapping[str, set[str]]) -> None:
 
 
 def _runs_along(slider: Slider, ends: Ends, places: Mapping[str, Array]) -> Mask:
-    """At which poses the slot of a slider runs along the line of a beam, (...)."""
+    """Poses at which the slot of a slider runs along the line of a beam, (...)."""
     start, chord = places[ends[0]], places[ends[1]] - places[ends[0]]
     length = np.linalg.norm(chord, axis=-1)
     ways = [COMPONENTS.index(name) for name in slider.pair.kind.moving if name[0] == "u"]
@@ -257,7 +261,7 @@ def _off(place: Array, start: Array, chord: Array) -> Array:
 
 
 def _fraction(place: Array, ends: Ends, places: Mapping[str, Array]) -> Array:
-    """Foot of the perpendicular on a beam, as a share of its length from the start, (...)."""
+    """Foot of the perpendicular on a beam, as a fraction of its length from the start, (...)."""
     start, chord = places[ends[0]], places[ends[1]] - places[ends[0]]
     return np.asarray(np.sum((place - start) * chord, axis=-1) / np.sum(chord * chord, axis=-1))
 

@@ -1,4 +1,4 @@
-"""Mass, centre of mass and inertia of links: as given, or of their beams."""
+"""Mass, centre of mass and inertia of links, as given or computed from their beams."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import LinkageLink
 from ..description.sketch import places
 
-# Consistent mass of an even line of unit mass and length.
+# Consistent mass matrix of a uniform line of unit mass and length.
 _LINE = np.kron([[2.0, 1.0], [1.0, 2.0]], np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])) / 6.0
 
 
@@ -33,7 +33,7 @@ class Inertia:
     centre
         Centre of mass in the reference configuration, (..., 3).
     tensor
-        Inertia about the centre of mass, in global axes then, (..., 3, 3).
+        Inertia about the centre of mass in the reference configuration, in global axes, (..., 3, 3).
     """
 
     mass: Array
@@ -42,21 +42,22 @@ class Inertia:
 
 
 def is_given(link: LinkageLink) -> bool:
-    """Whether the link was given where its mass is, so that its beams have none of their own.
+    """Whether the link's mass is a point mass in the frame, so that its beams have none.
 
-    A mass alone is spread as that of the beams is; see `beams_with_mass`.
+    That is so if its centre of mass or inertia is given, or its mass without beams to carry it. A mass given alone is
+    distributed over the beams; see `beams_with_mass`.
     """
     placed = link.centre is not None or link.inertia is not None
     return placed or (link.mass is not None and not _is_spread(link))
 
 
 def _is_spread(link: LinkageLink) -> bool:
-    """Whether the beams carry a mass that was given alone."""
+    """Whether a mass given alone can be distributed over the link's beams."""
     return bool(link.beams) and all(isinstance(beam, Beam) for beam in link.beams.values())
 
 
 def beams_with_mass(linkage: LinkageDescription, link: LinkageLink) -> Mapping[tuple[str, str], LineElement]:
-    """The beams of a link in the frame: without mass where that was placed, with all of it where it was given alone."""
+    """The beams of a link in the frame: massless if `is_given`, scaled to the link's mass if that was given alone."""
     if is_given(link):
         return {pair: without_mass(beam) for pair, beam in link.beams.items()}
     if link.mass is None:
@@ -67,7 +68,7 @@ def beams_with_mass(linkage: LinkageDescription, link: LinkageLink) -> Mapping[t
 
 
 def _spread_over(link: LinkageLink) -> Iterator[tuple[tuple[str, str], Beam, Array]]:
-    """Beams over which a mass is spread, and their densities; where none has one, alike."""
+    """Beams over which a mass is distributed, with their densities, or all with density 1 if none has mass."""
     massive = _massive(link)
     for pair, beam in link.beams.items():
         assert isinstance(beam, Beam)
@@ -79,15 +80,15 @@ class Massless(Composed):
     """An element without its mass."""
 
     def mass_matrix(self, length: Array) -> Array:
-        """None, (..., 12, 12)."""
+        """Zeros, (..., 12, 12)."""
         return np.zeros((*np.shape(length), 12, 12))
 
     def section_inertia(self, fraction: Array) -> Array:
-        """None, (..., 6)."""
+        """Zeros, (..., 6)."""
         return np.zeros((*np.shape(fraction), 6))
 
     def mass_per_length(self, fraction: Array) -> Array:
-        """None, (...)."""
+        """Zeros, (...)."""
         return np.zeros(np.shape(fraction))
 
 
@@ -109,16 +110,16 @@ def _of_density(beam: Beam, density: Array | float) -> Beam:
 
 
 def _of_density_one(link: LinkageLink) -> Mapping[tuple[str, str], LineElement | None]:
-    """What tells where a link's mass would be: its beams of a density of one; without any, even lines, None."""
+    """A massless link's beams with density 1, to place its centre of mass; without any `Beam`, None for each line."""
     beams = {pair: _of_density(each, 1.0) for pair, each in link.beams.items() if isinstance(each, Beam)}
     return beams or dict.fromkeys(link.beams)
 
 
 def inertia(linkage: LinkageDescription, name: str) -> Inertia:
-    """Inertia of a link: what was given, and for the rest that of its beams.
+    """Inertia of a link: as far as given, otherwise that of its beams.
 
-    Where a mass was given alone, the beams tell where it is and how it is spread; where there are no beams it is a
-    point mass in the middle of the link's points. It is found once, as long as the link and its points stay.
+    A mass given alone is distributed as the beams are; without beams it is a point mass at the mean of the link's
+    points. The result is cached until the link or its points change.
     """
     link = linkage.links[name]
     made_of = link, *(linkage.points[point] for point in link.points)
@@ -140,9 +141,9 @@ def _inertia(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
 
 
 def _of_beams(linkage: LinkageDescription, link: LinkageLink) -> Inertia:
-    """Inertia of the beams moving as one body: their consistent mass on rigid motions, ``R^T M R``.
+    """Inertia of the beams as one rigid body: their consistent mass matrices in rigid motions, ``R^T M R``.
 
-    Where they have no mass they are taken with a density of one, to tell where it would be.
+    Beams without mass are taken with density 1, which places the centre of mass.
     """
     at = places(linkage, link.name)
     if not link.beams:
@@ -165,7 +166,7 @@ def _massive(link: LinkageLink) -> bool:
 
 
 def _rigid_mass(beam: LineElement | None, start: Array, end: Array, about: Array) -> Array:
-    """Mass matrix (..., 6, 6) of a beam, or of an even line of unit mass, that moves with the point `about`."""
+    """Mass matrix (..., 6, 6) about the point `about` of a rigid beam, or of a uniform line of unit mass per length."""
     chord = end - start
     turn = default_axes(chord) if beam is None else beam.axes(chord)
     shape = np.broadcast_shapes(start.shape, end.shape, about.shape)[:-1]

@@ -1,4 +1,4 @@
-"""What acts on a moving linkage, as loads on its frame."""
+"""Loads, weights and inertia forces of a moving linkage as loads on its frame."""
 
 from __future__ import annotations
 
@@ -25,9 +25,16 @@ Pieces = dict[str, list[tuple[str, LineElement, Array, Array]]]
 
 
 class Rule(NamedTuple):
-    """Shares of a member's length at which its inertia force is taken, and what follows from its values there.
+    """Integration rule along a member, for its inertia force per length.
 
-    The weights of the values in the mean along the member, and in that of their product with the share.
+    Attributes
+    ----------
+    shares
+        Stations, as fractions ξ of the member's length.
+    mean
+        Weights of the values there in the integral over ξ.
+    first
+        Weights in the integral of the value times ξ.
     """
 
     shares: tuple[float, ...]
@@ -35,7 +42,7 @@ class Rule(NamedTuple):
     first: tuple[float, ...]
 
 
-# Exact for a force that is linear along the member, and for a cubic.
+# exact for forces that are linear and cubic along the member
 LINEAR = Rule((0.0, 1.0), (1.0 / 2.0, 1.0 / 2.0), (1.0 / 6.0, 1.0 / 3.0))
 CUBIC = Rule(
     (0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0),
@@ -45,7 +52,7 @@ CUBIC = Rule(
 
 
 def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
-    """Loads, torques, forces of springs and dampers, and gravity."""
+    """Add loads, torques, forces of springs and dampers, and gravity."""
     for point, action in applied(motion):
         _put(frame, nodes.of(action.body, point), _there(motion, action.wrench))
     if np.any(motion.linkage.weight):
@@ -53,12 +60,11 @@ def add_loads(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
 
 
 def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pieces) -> None:
-    """Inertia forces of the rigid motion (d'Alembert).
+    """Add the inertia forces of the rigid motion (d'Alembert).
 
-    Beams with a mass of their own carry ``-rho A a`` along their length: the acceleration varies linearly there, and
-    with the area of a taper the product is a cubic. What this leaves of the link's inertia force and torque acts at the
-    link's point nearest to its centre of mass: the rotary inertia of the sections, or the whole of a mass that was
-    given.
+    Beams with mass carry ``-rho A a`` along their length: the acceleration varies linearly, so that with the area of a
+    taper the product is cubic. The remainder of the link's inertia force and torque acts at the link's point nearest to
+    its centre of mass: that of the rotary inertia of the sections, or of all of a given mass.
     """
     for link in motion.linkage.links:
         whole = inertia_force(motion, link, centre_of(motion, link))
@@ -76,7 +82,7 @@ def add_inertia_loads(frame: Frame, motion: Kinematics, nodes: Nodes, pieces: Pi
 
 
 def accelerate_idle(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
-    """Let rods that can spin between two balls accelerate as all that they are loaded with makes them."""
+    """Add the inertia forces of rods that spin between two spherical joints, accelerated by the loads on them."""
     if not frame.idle:
         return
     topology = Topology.of(frame.copy(), cut=False)
@@ -95,20 +101,20 @@ def accelerate_idle(frame: Frame, motion: Kinematics, nodes: Nodes) -> None:
 
 
 def _put(frame: Frame, node: str, wrench: Array) -> None:
-    """Load a node with a force and moment (..., 6), but for components that are zero throughout."""
+    """Load a node with a force and moment (..., 6), without the components that are zero everywhere."""
     given = {name: wrench[..., k] for k, name in enumerate(FORCES) if np.any(wrench[..., k])}
     if given:
         frame.load(node, **given)
 
 
 def _rule(beam: LineElement) -> Rule:
-    """Where the inertia force of a beam is to be taken; it is linear where the mass per length is even."""
+    """Integration rule for the inertia force of a beam, which is linear if the mass per length is uniform."""
     start, *others = (beam.mass_per_length(np.asarray(share)) for share in CUBIC.shares)
     return LINEAR if all(np.array_equal(start, other) for other in others) else CUBIC
 
 
 def _along(frame: Frame, member: str, forces: Sequence[Array]) -> None:
-    """Load a member with a force per length by its values at two stations or at four."""
+    """Load a member with a force per length, given by its values at two or four stations, (..., 3) each."""
     names = [k for k in range(3) if any(np.any(force[..., k]) for force in forces)]
     if names and len(forces) == len(LINEAR.shares):
         start, end = forces
@@ -119,19 +125,22 @@ def _along(frame: Frame, member: str, forces: Sequence[Array]) -> None:
 
 
 def _force(motion: Kinematics, link: str, beam: LineElement, start: Array, end: Array, share: float) -> Array:
-    """Inertia force per length at a share of a beam's length, (..., 3)."""
+    """Inertia force per length at a fraction of a beam's length, (..., 3)."""
     place = start * (1.0 - share) + end * share
     per_length = beam.mass_per_length(np.asarray(share))[..., None]
     return _there(motion, -per_length * motion.acceleration_on(link, place))
 
 
 def _there(motion: Kinematics, vectors: Array) -> Array:
-    """Vectors (..., n), zero where the pose is not assembled and has no results."""
+    """Vectors (..., n), set to zero at poses that are not assembled, which have no results."""
     return vectors if motion.is_assembled.all() else np.where(motion.is_assembled[..., None], vectors, 0.0)
 
 
 def _resultant(rule: Rule, places: tuple[Array, Array], forces: Sequence[Array], about: Array) -> Array:
-    """Force and moment of a force per length between two places, by its values at the stations of a rule, (..., 6)."""
+    """Resultant force, and moment about `about`, of a force per length between two places, (..., 6).
+
+    `forces` are its values (..., 3) at the stations of `rule`.
+    """
     start, end = places
     chord = end - start
     length = np.linalg.norm(chord, axis=-1)[..., None]
@@ -147,7 +156,7 @@ def _weighted(weights: Sequence[float], forces: Sequence[Array]) -> Array:
 
 
 def loads_of(frame: Frame) -> tuple[object, ...]:
-    """How many loads a frame has at nodes and on members, and which weight."""
+    """Number of loads of a frame at nodes and on members, and its weight, to tell whether its loads have changed."""
     given = (frame.loads, frame.member_loads)
     weight = None if frame.weight is None else (frame.weight.shape, frame.weight.tobytes())
     return *(sum(map(len, loads.values())) for loads in given), weight

@@ -9,7 +9,7 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.sketch import places
 
-# Distances that differ by that share of the greatest are equal.
+# Distances that differ by less than this share of the largest count as equal.
 ALIKE = 1e-9
 
 
@@ -24,7 +24,7 @@ class Nodes:
     Attributes
     ----------
     on_ground
-        Points at which the ground takes part.
+        Points at which joints or springs meet the ground.
     on
         By link, the ground last: the node of each of its points.
     """
@@ -44,20 +44,20 @@ class Nodes:
 
     @property
     def by_point(self) -> dict[str, str]:
-        """Nodes of points of several links, each on the first of these; the ground comes last."""
+        """By point shared by several links: its node on the first of them; the ground counts as the last link."""
         return {point: self.of(links[0], point) for point, links in self._carriers.items() if len(links) > 1}
 
     def guide(self, pair: Pair) -> str:
-        """Node of a joint on its first link: under the slider where the joint slides."""
+        """Node of a joint on its first link; a joint that slides has one of its own under the slider."""
         if pair.kind.slides:
             return f"{pair.name}.slider" if f"{pair.name}.{pair.first}" in self._names else f"{pair.name}.{pair.first}"
         return self.of(pair.first, pair.point)
 
     def centre_node(self, linkage: LinkageDescription, link: str, centre: Array) -> str:
-        """The point of a link nearest to its centre of mass; of those that are equally far, the first."""
+        """The point of a link nearest to its centre of mass; the first of several that are equally near."""
         points = linkage.links[link].points
         away = [float(np.max(np.linalg.norm(centre - at, axis=-1))) for at in places(linkage, link).values()]
-        # which of the ends of a bar is nearer to its middle would be rounding
+        # both ends of a bar are equally near to its middle, but for rounding
         return next(point for point, far in zip(points, away, strict=True) if far <= min(away) + ALIKE * max(away))
 
     @property
@@ -66,7 +66,7 @@ class Nodes:
 
 
 def _ground_points(linkage: LinkageDescription) -> list[str]:
-    """Points at which the ground takes part."""
+    """Points at which joints or springs meet the ground; without sliders on it, whose nodes move."""
     found = []
     for pair in linkage.joints.values():
         if pair.second == GROUND or (pair.first == GROUND and not pair.kind.slides):

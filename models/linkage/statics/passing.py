@@ -1,4 +1,4 @@
-"""Whether large displacement takes a linkage past a singular configuration, to the side of another assembly mode."""
+"""Whether large displacement takes a linkage through a singular configuration, towards another assembly mode."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ from .frame import FramedPoses
 from .past import past
 
 Bools = NDArray[np.bool_]
-# Entries of a joint's rotation whose ratio is the tangent of an angle: about its axis, and then about the other one.
+# Entries of a joint's rotation matrix whose ratio is the tangent of its angle about z, and of that about x.
 ANGLES = {"rz": ((1, 0), (0, 0)), "rx": ((2, 1), (2, 2))}
 
 
 def passes(motion: FramedPoses, found: LargeSolution) -> Bools:
-    """Where the linkage has passed a singular configuration between a pose and its large displacement, (...).
+    """Poses where the linkage passes a singular configuration on the way to its large displacement, (...).
 
-    There the closing equations' determinant by the coordinates that are not driven, of one set of loops that close
-    together, has another sign than at the pose. What deflects counts by the angles and shifts in the joints.
+    There the Jacobian determinant of the closing equations by the coordinates that are not driven, for one set of loops
+    that close together, changes its sign. The deflected linkage enters through the angles and displacements in its
+    joints.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ def passes(motion: FramedPoses, found: LargeSolution) -> Bools:
     Returns
     -------
     ndarray
-        False at poses that are singular themselves, not assembled, or without an equilibrium.
+        (...), False at poses that are singular themselves, not assembled, or without an equilibrium.
     """
     linear = motion.assembly.loops.linear
     there = np.asarray((motion.conditioning >= SINGULAR) & found.converged)
@@ -82,6 +83,6 @@ def _displaced(motion: FramedPoses, found: LargeSolution) -> list[Value]:
 
 
 def _turn(found: LargeSolution, node: str) -> Array:
-    """By what a node has turned, (..., 3, 3)."""
+    """Rotation matrix of a node's large rotation, (..., 3, 3)."""
     vector = np.moveaxis(found.displacement(node)[..., 3:], -1, 0)
     return np.moveaxis(rotation.matrix(rotation.exponential(vector)), (0, 1), (-2, -1))

@@ -1,4 +1,4 @@
-"""When a determinant tells that a singular configuration was passed, of any linkage and of a four-bar's closed form."""
+"""Sign changes of determinants, which tell that a singular configuration was passed; for linkages and four-bars."""
 
 from __future__ import annotations
 
@@ -13,6 +13,6 @@ Bools = NDArray[np.bool_]
 
 
 def past(before: Sequence[Array], after: Sequence[Array], there: Bools) -> Bools:
-    """Where, of `there`, a determinant has changed its sign, (...)."""
+    """Entries of `there` at which one of the determinants changes its sign from `before` to `after`, (...)."""
     changed = [one * other < 0.0 for one, other in zip(before, after, strict=True)]
     return np.asarray(there & np.any(np.broadcast_arrays(*changed), axis=0)) if changed else np.zeros_like(there)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 DETERMINATE, COMPLIANCE, LEAST, NONE = "determinate", "compliance", "minimum norm", "none"
-# Forces so many times the loads are not believed where the motion calls the pose singular.
+# At singular poses, ratio of forces to loads above which no finite forces exist: the closure holds to rounding only.
 HUGE = 1e6
 
 
@@ -31,21 +31,21 @@ HUGE = 1e6
 class Reactions:
     """Joint reactions and drive forces; made by `Motion.reactions`.
 
-    NaN where no finite forces keep the linkage in equilibrium.
+    They are NaN where no finite forces keep the linkage in equilibrium.
 
     Attributes
     ----------
     motion
-        The motion that they belong to.
+        The motion of the linkage.
     wrenches
         By joint: force and moment on its second link, about the joint's point on that link, global, (..., 6).
     drives
         By driven joint: force or moment on each driven coordinate, (..., f).
     method
-        ``"determinate"`` where equilibrium alone tells all reactions that differ from zero; ``"compliance"`` where
-        links and joints share a load by their stiffness; ``"minimum norm"`` where they are rigid and, of all reactions
-        in equilibrium, those with the least sum of squares are given; ``"none"`` where no finite forces hold the
-        linkage, or it is not assembled, (...).
+        How they were found at each pose, (...): ``"determinate"`` where equilibrium alone determines all reactions that
+        differ from zero; ``"compliance"`` where links and joints share a load by their stiffness; ``"minimum norm"``
+        where these are rigid, and the reactions are those in equilibrium with the least sum of squares; ``"none"``
+        where no finite forces hold the linkage, or it is not assembled.
     """
 
     motion: FramedPoses
@@ -61,28 +61,28 @@ class Reactions:
         return f"<Reactions in joints {', '.join(self.wrenches)} of {self.motion!r}>"
 
     def plot(self, what: str = "joints", ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
-        """Draw the size of the force in every joint, or the forces and moments of the drives, over the first drive.
+        """Plot the magnitude of the force in every joint, or the force or moment of every drive, over the first drive.
 
-        Curves that coincide are one, with all their names.
+        Curves that coincide are drawn as one, labelled with all their names.
 
         Parameters
         ----------
         what
             ``joints`` or ``drives``.
         ax
-            Axes of matplotlib to draw on; new ones where None.
+            Axes of matplotlib to draw on; new ones if None.
         units
             Units of length and force, for the labels.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on; over degrees where the drive turns, over poses where it goes to and fro.
+            The axes; over degrees if the drive is an angle, over the number of the pose if the drive moves to and fro.
 
         Raises
         ------
         FrameError
-            If there is nothing of that name, or no pose is assembled.
+            If `what` is unknown, or no pose is assembled.
         """
         return plot_reactions(self.motion, self.wrenches, self.drives, what, ax, units)
 
@@ -99,7 +99,7 @@ class Reactions:
         joint
             Name of the joint.
         link
-            One of the two links; the second where None.
+            One of the two links; the second if None.
 
         Returns
         -------
@@ -128,14 +128,14 @@ class Reactions:
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz``, (..., 6): what the frame's `joint_force` shows, where the axes of the first ball of
-            a rod between two balls may lie along the rod instead.
+            ``fx fy fz mx my mz``, (..., 6), as `joint_force` of the frame's solution; but for a rod between two
+            spherical joints, whose first joint may have its axes along the rod there.
         """
         axes = self.motion.joint_axes(joint)
         return rotated(np.swapaxes(axes, -1, -2), self.force(joint, self.motion.linkage.joint(joint).first))
 
     def drive(self, joint: str) -> Array:
-        """Force and moment of a drive, which work on the rates of the driven coordinates.
+        """Force or moment of a drive on each driven coordinate.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Reactions:
         Returns
         -------
         ndarray
-            One for each driven coordinate, (..., f), force or moment.
+            A force or moment for each driven coordinate, (..., f); times the rate of the coordinate it is the power.
 
         Raises
         ------
@@ -173,9 +173,9 @@ class Reactions:
 
 
 def reactions(motion: FramedPoses) -> Reactions:
-    """Solve the Newton-Euler equations of all links for joint reactions and drive forces, see `Motion.reactions`.
+    """Solve the Newton-Euler equations of all links for joint reactions and drive forces; see `Motion.reactions`.
 
-    Freedoms that nothing drives, such as the spin of a rod between two balls, accelerate as they please.
+    Idle degrees of freedom, such as the spin of a rod between two spherical joints, accelerate freely.
     """
     equations = Equilibrium(motion)
     side = equations.side
@@ -206,7 +206,7 @@ def reactions(motion: FramedPoses) -> Reactions:
 
 
 def _boundless(motion: FramedPoses, values: Array, side: Array) -> NDArray[np.bool_]:
-    """Singular poses whose forces are large only because the closure holds to rounding and no better, (...)."""
+    """Singular poses whose forces are finite only through the rounding errors of the closure, (...)."""
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
     huge = np.asarray(np.max(np.abs(values), axis=-1, initial=0.0) > HUGE * loads)
     if not huge.any():
@@ -215,19 +215,19 @@ def _boundless(motion: FramedPoses, values: Array, side: Array) -> NDArray[np.bo
 
 
 def _flat(matrix: Array, shape: tuple[int, ...]) -> Array:
-    """Matrices over the whole batch, one after the other."""
+    """Matrices broadcast to the batch `shape`, with one batch axis, (n, ., .)."""
     return np.broadcast_to(matrix, (*shape, *matrix.shape[-2:])).reshape(-1, *matrix.shape[-2:])
 
 
 def _compliant(motion: FramedPoses) -> bool:
-    """Whether links or joints everywhere have a stiffness by which they may share a load."""
+    """Whether all links, or else all joints, have a finite stiffness by which loads are shared."""
     linkage = motion.linkage
     links = all(link.beams or len(link.points) == 1 for link in linkage.links.values())
     return links or all(np.isfinite(pair.full_stiffness).all() for pair in linkage.joints.values())
 
 
 def _elastic(equations: Equilibrium) -> NDArray[np.bool_]:
-    """Unknowns that strain a spring of a joint, whatever the links are, (k,); drives are held."""
+    """Unknowns that strain the stiffness of a joint, (k,); locked drives do not."""
     linkage, out = equations.motion.linkage, np.zeros(equations.unknowns, dtype=bool)
     for joint, columns in zip(equations.names, equations.columns, strict=True):
         springs = np.asarray(np.isfinite(linkage.joints[joint].full_stiffness).reshape(-1, 6).all(axis=0))
@@ -237,7 +237,7 @@ def _elastic(equations: Equilibrium) -> NDArray[np.bool_]:
 
 
 def _by_compliance(motion: FramedPoses) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Wrenches and drive forces by joint, from the frame under all loads, its drives locked."""
+    """Wrenches and drive forces by joint, from the frame under all loads with locked drives."""
     linkage = motion.linkage
     solution = frame(motion, clearance=False, inertia=True, clamped=True).solve()
     wrenches, drives = {}, {}

@@ -1,10 +1,9 @@
-"""Stiffness of a linkage about its loaded pose: that of links and joints, and what turning does to the forces in them.
+"""Tangent stiffness of a linkage at a loaded pose: elastic stiffness of links and joints plus geometric stiffness.
 
-At rest a pose is held by its drives, under the forces of springs, loads and weights. The second derivative of the
-potential along any small motion is then that of the strain energy plus, for each member, joint and rigid link, the
-force in it times the second derivative of what it works on, kinematics of second order included (see
-`linkframe.framework.results.geometric`): springs pull along their line. Loads keep their direction; of those
-that turn with a link the turning is left out.
+At rest, locked drives hold a pose under the forces of springs, loads and weights. The second derivative of the
+potential in any small motion is then that of the strain energy plus, for each member, joint and rigid link, the force
+in it times the second derivative of the displacement on which it does work, with kinematics of second order (see
+`linkframe.framework.results.geometric`). Springs act along their line. Loads keep their direction, even follower loads.
 """
 
 from __future__ import annotations
@@ -28,21 +27,22 @@ from ..poses.classified import ClassifiedPoses
 from .frame import Builder
 from .loading import add_loads
 
-# Share of a point's motion by unit forces that is none.
+# Share of the largest motion of a point below which it counts as at rest.
 _STILL = 1e-10
-# An unstable stiffness is raised by a share of the mass, which is narrowed down to its softest mode in so many steps;
-# squared frequencies below this share of it are zero.
+# A multiple of the mass matrix is added to an unstable stiffness until it is positive definite, in so many steps at
+# most; this shift is then reduced to the size of the softest mode, in so many steps. Squared frequencies below the last
+# share of the shift count as zero.
 _RAISES, _NARROWINGS, _NOISE = 12, 3, 1e-6
 
 
 def is_loaded(motion: ClassifiedPoses) -> bool:
-    """Whether anything acts on the linkage at rest."""
+    """Whether loads, springs or gravity act on the linkage at rest."""
     linkage = motion.linkage
     return bool(linkage.loads or linkage.springs or np.any(linkage.weight))
 
 
 class Tangent:
-    """The stiffness at every pose under what acts on the linkage, in the frame's unknowns.
+    """Tangent stiffness at every pose under the linkage's loads, springs and weights, in the frame's unknowns.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ class Tangent:
     plan
         The compiled frame.
     idle
-        Number of rods that can spin between two balls.
+        Number of rods that can spin between two spherical joints.
     stiffness
-        (..., n, n).
+        Tangent stiffness matrix, (..., n, n).
     spins
-        The unknowns while each of these rods turns about itself by a unit, (..., n, idle).
+        Values of the unknowns in a unit spin of each of these rods, (..., n, idle).
     stable
         Poses that are assembled, and at which finite forces keep the linkage in equilibrium, (...).
     """
@@ -88,7 +88,7 @@ class Tangent:
     def compliance_matrix(self, node: str) -> Array:
         """Displacement and rotation of a node by unit forces and moments, global, (..., 6, 6).
 
-        NaN where the linkage is not locked, and in what is kinematically unstable.
+        NaN at poses that are not `stable`, and in directions in which the node is kinematically unstable.
         """
         at = self.plan.topology.number[self.plan.frame.aliases.get(node, node)]
         change = dense.global_substitution(self.plan, [at])
@@ -98,7 +98,7 @@ class Tangent:
         moved = np.where(held[..., None, :], 0.0, change) @ (root[..., :, None] * vectors)
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
-        # what a free motion moves has no compliance
+        # components that a free motion moves have no finite compliance
         size = np.abs(moved).max(axis=-1, keepdims=True, initial=0.0)
         lost = (free[..., None, :] & (np.abs(moved) > _STILL * size)).any(axis=-1)
         reach = np.repeat([self.plan.frame.size, 1.0], 3)[:, None]
@@ -107,18 +107,18 @@ class Tangent:
         return np.where(lost, np.nan, out)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies, Hz, (..., count); NaN where the linkage is not held or is unstable.
+        """The lowest natural frequencies, Hz, (..., count); NaN at poses that are not `stable`, and for unstable modes.
 
         Raises
         ------
         FrameError
-            Where the linkage has no mass, or fewer modes than asked for.
+            If the linkage has no mass, or fewer modes than asked for.
         """
         check_count("frequencies", count, len(self.plan.unknowns) - self.idle)
         return elastic(self._with_idle(count + self.idle), self.idle)
 
     def _with_idle(self, count: int) -> Array:
-        """The lowest frequencies, those of idle rotations among them."""
+        """The lowest frequencies, Hz, (..., count), zeros of idle rotations included."""
         mass = dense.mass(self.plan)
         if not np.any(mass):
             raise FrameError("frequencies: the linkage has no mass: give its materials a density, or its links a mass")
@@ -138,7 +138,7 @@ class Tangent:
         return np.where(self.stable[..., None], found, np.nan)
 
     def _raised(self, mass: Array, shift: Array) -> Array:
-        """The shift, or a larger one, at which no motion with mass has a ``stiffness + shift mass`` of zero or less."""
+        """The shift, raised until ``stiffness + shift mass`` is positive in all motions with mass, (...)."""
         sizes = (np.abs(np.diagonal(each, axis1=-2, axis2=-1)).sum(axis=-1) for each in (self.stiffness, mass))
         ratio = np.divide(*sizes)
         for _ in range(_RAISES):
@@ -155,11 +155,11 @@ class Tangent:
         return shift
 
     def _squared(self, mass: Array, shift: Array, count: int) -> tuple[Array, Array]:
-        """The lowest squared circular frequencies, (..., count), the most negative first, and their modes."""
+        """The lowest squared angular frequencies, (..., count), the most negative first, and their modes."""
         matrix, root = dense.scaled(self.stiffness + shift[..., None, None] * mass)
         loose = (np.linalg.eigvalsh(matrix)[..., 0] <= zero_eigenvalue(matrix.shape[-1]))[..., None, None]
         half = np.linalg.cholesky(np.where(loose, np.eye(matrix.shape[-1]), matrix))
-        if loose.any():  # motions without stiffness and mass, which are no modes
+        if loose.any():  # some motions have neither stiffness nor mass, and are no modes
             half = np.where(loose, shifted(self.stiffness, mass, shift)[0], half)
         values, vectors = inverse_pencil(half, root, mass, count)
         values = above_rounding(values)
@@ -167,9 +167,9 @@ class Tangent:
 
 
 def _spins(plan: Plan, freed: list[IdleRotation]) -> tuple[Array, Array]:
-    """What the unknowns are in a unit of each idle rotation, and what they turn its rod by, (..., n, idle) each.
+    """Unknowns in a unit spin of each rod, and weights of the unknowns in its rotation, (..., n, idle) each.
 
-    The rotation of a rod is the sum of that of its nodes about its axis.
+    The rotation of a rod is the sum of its nodes' rotations about its axis.
     """
     if not freed:
         none = np.zeros((len(plan.unknowns), 0))
@@ -187,10 +187,10 @@ def _spins(plan: Plan, freed: list[IdleRotation]) -> tuple[Array, Array]:
 
 
 def _without_spin(loaded: Array, spins: Array, mean: Array) -> Array:
-    """What loads add to the stiffness, (..., n, n), while rods that they do not spin rest, on the mean of their nodes.
+    """Geometric stiffness, (..., n, n), without the spin of rods, as the mean of their nodes.
 
-    That a rod which its load bends stays bent in the same direction while it spins is beyond what is linear, and would
-    otherwise pass for a stiffness against the spin.
+    A rod that its load bends stays bent in the same direction while it spins. That is not linear, and would otherwise
+    appear as a stiffness against the spin.
     """
     if not spins.shape[-1]:
         return loaded
@@ -201,10 +201,10 @@ def _without_spin(loaded: Array, spins: Array, mean: Array) -> Array:
 
 
 def _unknown_of_each(spins: Array) -> NDArray[np.bool_]:
-    """As many unknowns as there are spins, which do not all rest in any of them, (..., n).
+    """One unknown for each spin, such that locking them prevents all spins, (..., n).
 
-    Without these, nothing spins, and what is stiff stays as it is. The stiffness of an unknown that is nothing but a
-    spin is rounding, which must not be brought to the size of that of others.
+    Locking them does not change the stiffness otherwise. The stiffness of an unknown that is a spin alone is rounding,
+    which must not be scaled to the size of the others.
     """
     left, out = spins, np.zeros(spins.shape[:-1], dtype=bool)
     for k in range(spins.shape[-1]):
@@ -216,7 +216,7 @@ def _unknown_of_each(spins: Array) -> NDArray[np.bool_]:
 
 
 def _nodes_of(plan: Plan, body: str) -> list[int]:
-    """Numbers of the nodes of a body, those within its members among them."""
+    """Numbers of the nodes of a body, interior nodes of its members included."""
     frame, number = plan.frame, plan.topology.number
     own = {number[name] for name, node in frame.nodes.items() if node.body == body}
     inside = (
@@ -226,14 +226,14 @@ def _nodes_of(plan: Plan, body: str) -> list[int]:
 
 
 def elastic(frequencies: Array, idle: int) -> Array:
-    """The lowest of some frequencies (..., n) without the zeros of idle rotations, (..., n - idle)."""
+    """The frequencies (..., n) without the zeros of idle rotations, (..., n - idle)."""
     zero = (frequencies == 0.0).sum(axis=-1, keepdims=True)
     first = np.minimum(zero, idle) + np.arange(frequencies.shape[-1] - idle)
     return np.take_along_axis(frequencies, first, axis=-1)
 
 
 def _softest(squared: Array, noise: Array) -> Array:
-    """Size of the most negative squared frequency, (...), or where none is, of the least one that is no noise."""
+    """Magnitude of the most negative squared frequency, (...), or else of the smallest one above `noise`."""
     least = np.where(squared > noise[..., None], squared, np.inf).min(axis=-1)
     size = np.where(squared[..., 0] < -noise, -squared[..., 0], least)
     return np.asarray(np.where(np.isfinite(size), size, noise))

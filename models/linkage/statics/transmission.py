@@ -1,4 +1,4 @@
-"""How well a joint passes motion on: the angle between what it can push and what must move."""
+"""Transmission angle of a joint: the angle between the motion of its second link and the forces that can drive it."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from ..description.parts import GROUND
 from ..poses.kinematics import Kinematics
 from .equilibrium import Equilibrium
 
-# Share of the greatest singular value below which one counts as zero.
+# Ratio to the largest singular value below which one counts as zero.
 ZERO = 1e-9
 
 
 def transmission_angle(motion: Kinematics, joint: str) -> Array:
     """Angle of transmission at a joint, (...); see `Motion.transmission_angle`.
 
-    With the drives held and the joint taken apart, its second link can move by itself, which shifts the joint's half
-    on it in the directions V; and the links on the other side can take forces Y from the joint without moving. The
-    angle µ is the complement of the least angle between V and Y,
+    With the drives locked and the joint taken apart, its second link can move, which displaces its half of the joint in
+    the directions V; and the links on the other side can take forces in the directions Y from the joint without moving.
+    The angle µ is the complement of the smallest angle between V and Y,
 
         sin µ = max |v · y|   over unit v in V and y in Y
 
-    For a coupler with pins at both ends Y is the line of the coupler, and for a rocker V is square to it.
+    For a coupler with pins at both ends Y is the line of the coupler; for a rocker V is perpendicular to the rocker.
     """
     pair = motion.linkage.joint(joint)
     if pair.second == GROUND:
@@ -38,13 +38,13 @@ def transmission_angle(motion: Kinematics, joint: str) -> Array:
     rest = np.swapaxes(np.delete(matrix, own_columns, axis=-1), -1, -2)
     free = projector(rest)
     moving = np.swapaxes(joints[..., driven, :], -1, -2) @ free[..., driven, :]
-    # Motions of the other links, the second link at rest, do no work against what the joint can take.
+    # forces of the joint that the other links can take do no work on their motions with the second link at rest
     stop = np.zeros((6, matrix.shape[-2]))
     stop[:, driven] = np.eye(6)
     others = projector(np.concatenate([rest, np.broadcast_to(stop, (*rest.shape[:-2], *stop.shape))], axis=-2))
     pushing = projector(others @ joints)
-    # The direction of V that is nearest to Y, and what of it lies in Y and square to it: exact at 90 degrees as well
-    # (Björck & Golub, Mathematics of Computation 27, 1973).
+    # the direction of V nearest to Y, and its components in Y and perpendicular to it: accurate at 90 degrees as well
+    # (Björck & Golub, Mathematics of Computation 27, 1973)
     nearest = np.linalg.svd(pushing @ column_space(moving))[2][..., 0, :, None]
     along = pushing @ nearest
     sine, cosine = (np.linalg.norm(each[..., 0], axis=-1) for each in (along, nearest - along))
@@ -52,10 +52,10 @@ def transmission_angle(motion: Kinematics, joint: str) -> Array:
 
 
 def projector(matrix: Array) -> Array:
-    """Projector (..., n, n) on what the matrices (..., m, n) take to zero."""
+    """Projector (..., n, n) on the null space of matrices (..., m, n)."""
     return np.eye(matrix.shape[-1]) - np.linalg.pinv(matrix, rcond=ZERO) @ matrix
 
 
 def column_space(matrix: Array) -> Array:
-    """Projector (..., m, m) on the columns of matrices (..., m, n)."""
+    """Projector (..., m, m) on the column space of matrices (..., m, n)."""
     return matrix @ np.linalg.pinv(matrix, rcond=ZERO)

@@ -1,1 +1,1 @@
-"""A linkage with tolerances on its numbers: which numbers, their samples, and what becomes of its points."""
+"""Tolerances of a linkage's numbers: which numbers they concern, samples, and the displacements of points."""

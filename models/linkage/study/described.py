@@ -1,4 +1,4 @@
-"""A linkage in Python as the tables of its file, whose numbers have names."""
+"""A linkage in Python as the tables of its file, which give its numbers names."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DescribedLinkage(Source):
     Raises
     ------
     FrameError
-        If the linkage has parts for which a file has no words.
+        If the linkage has parts that a file cannot describe.
     """
 
     def __init__(self, linkage: LinkageDescription, given: Mapping[str, object]) -> None:
@@ -43,14 +43,16 @@ class DescribedLinkage(Source):
         self.written, self.samples, self.by, self.set_by = {}, {}, {}, {}
 
     def place(self, path: Path) -> str:
-        """Where a key stands, in words."""
+        """Name of a key, in words."""
         return f"{self.file}, {'.'.join(map(str, path))}"
 
 
 def described(
     linkage: LinkageDescription, given: Mapping[str, Any], *, some: bool = True
 ) -> tuple[Source, dict[str, Tolerance]]:
-    """The linkage as a source, and its tolerances checked: tables as in a file, or anything else by a number's name.
+    """The linkage as a source, and its checked tolerances.
+
+    Each tolerance is a table as in a file, or another value under the name of a number.
 
     Parameters
     ----------
@@ -59,12 +61,12 @@ def described(
     given
         The tolerances.
     some
-        Whether there must be one.
+        Whether at least one tolerance is required.
 
     Raises
     ------
     FrameError
-        If there is no such number, it is in two tolerances, or what is given is no tolerance.
+        If there is no such number, a number is in two tolerances, or a value is not a tolerance.
     """
     if not isinstance(given, Mapping) or (some and not given):
         raise FrameError(

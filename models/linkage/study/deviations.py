@@ -1,4 +1,4 @@
-"""Limits of the worst case of a study, and the share of each contributor in it and in the variance."""
+"""Limits of deviations in a study, for the worst case, and each contributor's shares in it and in the variance."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from .tolerances import Tolerance
 
 # Step of the central differences, as a share of the half width of a tolerance.
 STEP = 3e-3
-# Numbers of a joint of which the worst case of clearances speaks already: how far, and in whatever direction.
+# Numbers of a joint that the worst case of clearances covers already, in all directions of contact.
 OF_CLEARANCE = ("clearance", "contact")
-# Probabilities at which a distribution without a standard deviation of its own is taken.
+# Probabilities at which quantiles are taken of a distribution that does not give its standard deviation.
 MIDDLES = (np.arange(4096) + 0.5) / 4096
 
 
 def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: bool = True) -> dict[str, WorstCase]:
-    """By point the worst case of clearances, at their upper limits, where they count, and of all other tolerances."""
+    """By point: the worst case of all tolerances and, if `clearances`, of clearances at their upper limits."""
     upper_limits = dict(_clearances(sampled.tolerances))
-    # Where clearances may lie in any direction, that in which they lie at nominal numbers is among them.
+    # with contact in any direction, that at nominal numbers is among them and is not added
     slopes = _slopes(sampled, _others(sampled.tolerances), clearance=not clearances) | dict(sampled.heat)
     found = {}
     for index, point in enumerate(sampled.points):
@@ -39,7 +39,7 @@ def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: boo
         for name, slope in slopes.items():
             columns = np.zeros((*motion.shape, full.rows, 1))
             columns[..., :3, 0] = slope[index].reshape(*motion.shape, 3)
-            columns[..., 3:6, 0] = np.nan  # how the link turns is not among the samples
+            columns[..., 3:6, 0] = np.nan  # rotations of the link are not computed
             lower, upper = reach(sampled.tolerances[name])
             own.append(Limit(name, columns, np.array(0.5 * (upper - lower)), np.array(0.5 * (upper + lower))))
         found[point] = WorstCase(by, tuple(own))
@@ -47,7 +47,7 @@ def worst_cases(motion: Motion, sampled: SampledDisplacement, *, clearances: boo
 
 
 def contributors(worst: WorstCase, tolerances: Mapping[str, Tolerance]) -> Contributors:
-    """Shares in the largest displacement: those of clearances spread evenly, those of tolerances by their variance."""
+    """Shares in the largest displacement; variances of clearances are uniform, those of tolerances by distribution."""
     found, n = worst.contributors(), np.nan_to_num(worst.direction, nan=1.0)
     variance = found.variance.copy()
     for limit in worst.limits:
@@ -65,12 +65,12 @@ def reach(tolerance: Tolerance) -> tuple[float, float]:
 
 
 def nominal_draw(tolerance: Tolerance) -> float:
-    """The draw that leaves the numbers at their nominal values."""
+    """The draw at which the numbers have their nominal values."""
     return 0.0 if tolerance.relative else next(iter(tolerance.nominal.values()))
 
 
 def deviation(distribution: Distribution) -> float:
-    """Standard deviation of a distribution, by its quantiles where it does not tell it."""
+    """Standard deviation of a distribution, by its quantiles if it has no method `std`."""
     own: Any = getattr(distribution, "std", None)
     return float(own()) if callable(own) else float(np.std(distribution.ppf(MIDDLES)))
 
@@ -87,7 +87,7 @@ def _clearances(tolerances: Mapping[str, Tolerance]) -> list[tuple[str, float]]:
 
 
 def _others(tolerances: Mapping[str, Tolerance]) -> dict[str, Tolerance]:
-    """The tolerances of all else, each rid of clearances and contact angles."""
+    """The tolerances without clearances and contact angles."""
     found = {}
     for name, each in tolerances.items():
         rest = {k: v for k, v in each.nominal.items() if not (k[0] == "joints" and k[2] in OF_CLEARANCE)}
@@ -97,9 +97,9 @@ def _others(tolerances: Mapping[str, Tolerance]) -> dict[str, Tolerance]:
 
 
 def _slopes(sampled: SampledDisplacement, tolerances: Mapping[str, Tolerance], *, clearance: bool) -> dict[str, Array]:
-    """By tolerance the derivative of the displacement by its draw, (points, poses, 3), all of them in one batch.
+    """By tolerance: derivative of the displacement by its draw, (points, poses, 3), all computed in one batch.
 
-    With `clearance`, that of the contact in the clearances, which the tolerance may move, is in it.
+    With `clearance` it includes the displacement by clearances, whose contact may depend on the tolerance.
     """
     if not tolerances:
         return {}

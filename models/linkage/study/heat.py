@@ -18,7 +18,7 @@ NAME = "temperature"
 
 
 def temperature_tolerances(given: Mapping[str, Uncertain]) -> dict[str, Tolerance]:
-    """Rises of temperature by link, as tolerances of no number of the file; nominally there is none."""
+    """Rises of temperature by link as tolerances, nominally zero, which belong to no number of the file."""
     found = {}
     for link, each in given.items():
         name = f"{NAME}.{link}"
@@ -29,7 +29,7 @@ def temperature_tolerances(given: Mapping[str, Uncertain]) -> dict[str, Toleranc
 def displacements_by_heat(
     motion: Motion, points: tuple[str, ...], given: Mapping[str, Uncertain], expansion: Expansion | None
 ) -> dict[str, Array]:
-    """By name of the tolerance, displacement of the points by a rise of 1, (points, poses, 3)."""
+    """By name of the tolerance: displacement of the points per degree, (points, poses, 3)."""
     if not given:
         if expansion is not None:
             raise FrameError("expansion= has no effect without temperatures=: name the links that become warmer")

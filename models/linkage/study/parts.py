@@ -1,4 +1,4 @@
-"""What geometry, clearance, compliance, load and heat do, apart and together."""
+"""Tolerances of geometry, clearance, compliance, load and temperature, separately and together."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .tolerances import Tolerance
 KINDS = ("geometry", "clearance", "compliance", "load", "thermal")
 TOGETHER = "together"
 OF_CLEARANCE = ("clearance", "contact")
-# Of links, springs and materials: what decides with which forces they act, and not how they resist.
+# Numbers of links, springs and materials that determine forces on the linkage, and not its compliance.
 OF_LOAD = {"links": ("mass", "inertia", "centre"), "springs": ("length", "damping"), "materials": ("density",)}
 
 
 def kind_of_tolerance(name: str, tolerance: Tolerance) -> str:
-    """Which part of the displacement a tolerance belongs to, by the first of its numbers."""
+    """Kind of a tolerance, one of `KINDS`, by the first of its numbers."""
     if name.startswith(f"{NAME}.") and not tolerance.nominal:
         return "thermal"
     place = next(iter(tolerance.nominal))
@@ -35,7 +35,7 @@ def kind_of_tolerance(name: str, tolerance: Tolerance) -> str:
 
 
 class StudyPart(Protocol):
-    """What the table reads of a study."""
+    """The part of a study that the table needs."""
 
     @property
     def points(self) -> tuple[str, ...]:
@@ -51,17 +51,17 @@ class StudyPart(Protocol):
 
     @property
     def greatest(self) -> Array:
-        """Worst case, (points, poses)."""
+        """Largest displacement in the worst case, (points, poses)."""
 
     def probability(self, limit: float) -> Array:
-        """Share of the samples outside, (points, poses)."""
+        """Share of the samples farther than `limit` from the nominal position, (points, poses)."""
 
 
 P = TypeVar("P", bound=StudyPart)
 
 
 class AccuracyParts(Mapping[str, P]):
-    """Studies of one kind of tolerance each, and the one of all ``"together"``; by `AccuracyStudy.parts`.
+    """Studies of each kind of tolerance, and that of all ``"together"``; made by `AccuracyStudy.parts`.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class AccuracyParts(Mapping[str, P]):
         return len(self._parts)
 
     def probability(self, limit: float) -> dict[str, Array]:
-        """Share of the samples in which a point leaves its zone, (points, poses), by kind.
+        """Share of the samples in which a point is outside its zone, by kind.
 
         Parameters
         ----------
@@ -94,12 +94,12 @@ class AccuracyParts(Mapping[str, P]):
         Returns
         -------
         dict
-            As `AccuracyStudy.probability` has it.
+            By kind: probability, (points, poses); see `AccuracyStudy.probability`.
         """
         return {kind: part.probability(limit) for kind, part in self.items()}
 
     def __repr__(self) -> str:
-        """A line for each at the pose with the largest worst case of the first point."""
+        """Table with a line for each kind, at the pose with the largest worst case of the first point."""
         whole = self[TOGETHER]
         pose = int(np.argmax(np.nan_to_num(whole.greatest[0], nan=-1.0)))
         heads = ["part", *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst"]

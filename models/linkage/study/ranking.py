@@ -1,4 +1,4 @@
-"""The contributors in one table: shares to first order beside Sobol' indices with their intervals."""
+"""The contributors in one table: shares to first order, and Sobol' indices with confidence intervals."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .tolerances import Tolerance
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RankedContributors:
-    """What each tolerance does to a point along its largest displacement; made by `AccuracyStudy.ranked`.
+    """Effect of each tolerance on a point's displacement in its worst direction; made by `AccuracyStudy.ranked`.
 
     Attributes
     ----------
     names
-        Names of the k contributors: tolerances, and joints whose clearance none of them varies.
+        Names of the k contributors: tolerances, and joints whose clearance has no tolerance.
     worst, of_variance
         Share of each in the worst case and in the variance, to first order, per cent, (poses, k).
     first, total
-        Sobol' indices, (poses, k); NaN of what does not vary.
+        Sobol' indices of first order and total, (poses, k); NaN for contributors that do not vary.
     first_interval, total_interval
         Their confidence intervals, (poses, k) each.
     """
@@ -40,7 +40,7 @@ class RankedContributors:
     total_interval: ConfidenceInterval
 
     def order(self, pose: int) -> list[int]:
-        """Numbers of the contributors by their share in the worst case at a pose, then by their total index."""
+        """Indices of the contributors, sorted by their share in the worst case at a pose, then by total index."""
         shares = np.nan_to_num(np.stack([self.worst[pose], self.total[pose]]))
         return sorted(range(len(self.names)), key=lambda k: (-round(shares[0, k], 6), -shares[1, k], self.names[k]))
 
@@ -79,7 +79,7 @@ def _shown(value: float, digits: int) -> str:
 def ranked_contributors(
     shares: Contributors, indices: SobolIndices, tolerances: Mapping[str, Tolerance], level: float
 ) -> RankedContributors:
-    """Shares (poses, k) and indices (poses, t) by common names: a joint goes with the tolerance of its clearance."""
+    """Shares (poses, k) and indices (poses, t) combined: a joint counts with the tolerance of its clearance."""
     owners = {
         f"joint {place[1]}": name
         for name, each in tolerances.items()

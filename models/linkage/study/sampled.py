@@ -1,4 +1,4 @@
-"""Samples of where the points of a linkage go: a function of its uncertain numbers that another process can call."""
+"""Displacements of the points of a linkage as a function of its uncertain numbers, which other processes can call."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from .tolerances import Tolerance, varied
 
 @dataclass(frozen=True, eq=False)
 class DrivenPoses:
-    """The poses of a study: what `Linkage.move` takes, with one axis of poses.
+    """The poses of a study: arguments of `Linkage.move`, with one axis of poses.
 
     Attributes
     ----------
     values, rates, accelerations
-        By joint, () or (poses,), or () or (poses, f) with a last axis where f coordinates of it are driven.
+        By joint: () or (poses,), or (f,) or (poses, f) if f coordinates of it are driven.
     branch, tolerance
-        As `Linkage.move` takes them.
+        As for `Linkage.move`.
     """
 
     values: Mapping[str, Array]
@@ -39,7 +39,7 @@ class DrivenPoses:
     tolerance: float = 0.0
 
     def move(self, linkage: LinkageDescription, *, column: bool = False) -> Motion:
-        """Motion of a linkage over the poses; as a column, (poses, 1), beside samples."""
+        """Motion of a linkage over the poses, (poses,); with `column` (poses, 1), to broadcast with samples."""
         numbers = [self.values, self.rates, self.accelerations]
         if column:
             several = {name: len(driven) > 1 for name, driven in linkage.drives.items()}
@@ -49,37 +49,37 @@ class DrivenPoses:
 
 
 def nominal_positions(motion: Motion, accuracy: Mapping[str, PointAccuracy]) -> Array:
-    """Nominal rigid positions of points, (points, poses, 1, 3); NaN where there is no displacement."""
+    """Nominal rigid positions of points, (points, poses, 1, 3); NaN where the displacement is not known."""
     shape = (int(np.prod(motion.shape)), 3)
     each = []
     with expected_mechanisms():
         for found in accuracy.values():
             known = np.isfinite(np.broadcast_to(found.total[..., :3], shape))
             each.append(np.where(known, np.broadcast_to(found.rigid, shape), np.nan))
-            _ = found.compliance  # computed here, where nobody need be warned
+            _ = found.compliance  # computed now, as warnings are expected here
     return np.stack(each)[:, :, None]
 
 
 @dataclass(frozen=True, eq=False)
 class SampledDisplacement:
-    """Displacement of points with samples of uncertain numbers; called by their names, and free of side effects.
+    """Displacement of points as a function of samples of the uncertain numbers by name, without side effects.
 
     Attributes
     ----------
     source
         The linkage.
     tolerances
-        Which of its numbers vary, by name.
+        Tolerances of its numbers, by name.
     poses
-        Where its drives go.
+        Values of its drives.
     points
-        Which points are asked for.
+        Names of the points.
     nominal
-        Where they are with rigid links, no clearance and nominal numbers, (points, poses, 1, 3).
+        Their positions with rigid links, no clearance and nominal numbers, (points, poses, 1, 3).
     inertia
         Whether the inertia forces of the rigid motion act as well.
     heat
-        By name of a temperature, displacement by a rise of 1, (points, poses, 3).
+        By name of a temperature: displacement per degree, (points, poses, 3).
     """
 
     source: Source
@@ -95,7 +95,7 @@ class SampledDisplacement:
         return self.moved(draws)
 
     def moved(self, draws: Mapping[str, Array], *, clearance: bool = True) -> tuple[Array, NDArray[np.str_]]:
-        """The same of draws by name, (n,) each; without `clearance`, by compliance and dimensions alone."""
+        """Displacement and status for draws by name, (n,) each; without `clearance`, by compliance and dimensions."""
         n = len(next(iter(draws.values())))
         shape = (len(self.points), self.nominal.shape[1], n)
         moved, status = np.empty((*shape, 3)), []
@@ -110,7 +110,7 @@ class SampledDisplacement:
         return moved, np.broadcast_to(np.concatenate(status, axis=-1), shape)
 
     def motion(self, draws: Mapping[str, Array]) -> Motion:
-        """Motion with samples of the uncertain numbers, (n,) each: (poses, n)."""
+        """Motion (poses, n) with samples of the uncertain numbers, (n,) each."""
         return self.poses.move(varied(self.source, self.tolerances, draws, LinkageDescription), column=True)
 
     def _places(self, draws: Mapping[str, Array], clearance: bool) -> tuple[Array, NDArray[np.str_]]:
@@ -120,14 +120,14 @@ class SampledDisplacement:
 
 @dataclass(frozen=True, eq=False)
 class SomePlaces:
-    """Where some samples of the points are, computed when read.
+    """Positions of the points for some samples, computed when they are read.
 
     Attributes
     ----------
     sampled
-        What displaces them.
+        The function of the samples.
     draws
-        Samples of the numbers by tolerance, (n,) each; none for the linkage as the file has it.
+        Samples of the numbers by tolerance, (n,) each; empty for the nominal linkage.
     """
 
     sampled: SampledDisplacement
@@ -135,12 +135,12 @@ class SomePlaces:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Number of poses, and of samples."""
+        """Number of poses and of samples."""
         return self.sampled.nominal.shape[1], len(next(iter(self.draws.values()), [0]))
 
     @cached_property
     def motion(self) -> Motion:
-        """Their motion, (poses, n)."""
+        """Motion of the samples, (poses, n)."""
         with self.refused():
             return self.sampled.motion(self.draws)
 
@@ -151,7 +151,7 @@ class SomePlaces:
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """That of the motion, or where it is regular that of the frame, (poses, n)."""
+        """Status of the motion, or of the frame where that of the motion is regular, (poses, n)."""
         with self.refused():
             status = np.where(self.motion.status == "regular", self.accuracy[0].status, self.motion.status)
         return np.broadcast_to(status, self.shape)
@@ -165,6 +165,6 @@ class SomePlaces:
 
     @contextmanager
     def refused(self) -> Iterator[None]:
-        """Refusals of samples as errors of the tolerances that drew them."""
+        """Let errors of samples name the tolerances that drew them."""
         with expected_mechanisms(), self.sampled.source.at("tolerances"):
             yield

@@ -1,4 +1,4 @@
-"""A linkage whose numbers are single ones."""
+"""Check that a linkage has no batch."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..files.toml import Path
 
 
 def check_single(source: Source, linkage: LinkageDescription, path: Path) -> None:
-    """Refuse a linkage that stands for a batch: a job or study has poses and samples of one.
+    """Refuse a linkage with a batch: the batch of a job or study is made of poses and samples of one linkage.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""All that tolerances do to the points of a linkage, in one call."""
+"""Study of a linkage under tolerances: samples, worst case and contributors of its points' displacements."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ from .sampled import DrivenPoses, SampledDisplacement, nominal_positions
 from .tabulated import to_dataframe, to_xarray
 from .tolerances import Tolerance
 
-# Samples of one call: memory holds what is made of them.
+# Samples of one call, which limit the memory in use.
 CHUNK = 1024
-# Rows that the table of a study shows.
+# Rows of the table of a study.
 MOST_SHOWN = 12
 
 TOLD = "mean, σ: of the displacement by samples; worst: what clearances and tolerances add at most, to first order"
@@ -45,10 +45,10 @@ TOLD = "mean, σ: of the displacement by samples; worst: what clearances and tol
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AccuracyStudy:
-    """Where points of a linkage go under tolerances, at every pose; made by `Linkage.study`.
+    """Displacements of points of a linkage under tolerances, at every pose; made by `Linkage.study`.
 
     Arrays are (points, poses) or (points, poses, 3), in the order of `points`. Displacements are from the position with
-    rigid links, no clearance and nominal numbers. Poses without a result hold NaN.
+    rigid links, no clearance and nominal numbers. Poses without a result have NaN.
 
     Attributes
     ----------
@@ -57,15 +57,15 @@ class AccuracyStudy:
     points
         Names of the points.
     tolerances
-        What varies, by name.
+        Tolerances by name.
     accuracy
-        Displacement of the nominal linkage by compliance and by clearance, by point.
+        By point: displacement of the nominal linkage by compliance and by clearance.
     propagation
         Samples of the displacement, (samples, points, poses, 3), with statistics, failures and Sobol' indices.
     worst_case
-        How far tolerances and clearances can move each point from there, by point, exact to first order. A tolerance
-        without limits counts three standard deviations to either side, a clearance its upper limit in any direction:
-        that tolerances turn the contact within it adds nothing.
+        By point: worst case of tolerances and clearances, exact to first order. A distribution without limits counts
+        with three standard deviations to either side, a clearance with its upper limit in any direction, so that a
+        change of the contact by tolerances adds nothing.
     """
 
     motion: Motion
@@ -82,13 +82,13 @@ class AccuracyStudy:
         return int(np.prod(self.motion.shape))
 
     def _each(self, part: str) -> Array:
-        """A part of the nominal results of all points, (points, poses, 3)."""
+        """One attribute of the nominal results of all points, (points, poses, 3)."""
         parts = [getattr(found, part)[..., :3] for found in self.accuracy.values()]
         return np.stack([np.broadcast_to(each, (self._poses, 3)) for each in parts])
 
     @cached_property
     def drives(self) -> dict[str, Array]:
-        """Values of the drives by joint, where one coordinate of it is driven, (poses,)."""
+        """Values of the drives by joint, for joints with one driven coordinate, (poses,)."""
         found = {name: driven_values(self.motion, name) for name in self.motion.linkage.drives}
         single = {name: each for name, each in found.items() if each.ndim == len(self.motion.shape)}
         return {name: np.array(np.broadcast_to(each, (self._poses,))) for name, each in single.items()}
@@ -105,7 +105,7 @@ class AccuracyStudy:
 
     @cached_property
     def clearance(self) -> Array:
-        """What its clearances add, (points, poses, 3)."""
+        """Displacement of the nominal linkage added by its clearances, (points, poses, 3)."""
         return self._each("clearance")
 
     @property
@@ -130,9 +130,10 @@ class AccuracyStudy:
 
     @cached_property
     def sobol(self) -> SobolIndices:
-        """Sobol' indices of the displacement along the largest one of the worst case, (points, poses, k).
+        """Sobol' indices of the displacement in the direction of the worst case, (points, poses, k).
 
-        They take n (k + 2) further samples, n the power of two in the number of those that were drawn.
+        They take n (k + 2) further samples, where n is the largest power of two up to the number of samples, or with
+        replicates their number times such a power.
         """
         self.propagation.require_independent_inputs("Sobol indices")
         way = np.stack([np.broadcast_to(each.direction, (self._poses, 3)) for each in self.worst_case.values()])
@@ -156,14 +157,14 @@ class AccuracyStudy:
         Parameters
         ----------
         point
-            Name of the point; the first where None.
+            Name of the point; the first if None.
         level
             Confidence of the intervals.
 
         Returns
         -------
         RankedContributors
-            Shares at every pose; printed, a table of the first.
+            Shares and indices at every pose; printed as a table of the first pose.
 
         Raises
         ------
@@ -185,9 +186,9 @@ class AccuracyStudy:
 
     @cached_property
     def parts(self) -> AccuracyParts[AccuracyStudy]:
-        """The same study of the tolerances of ``geometry``, ``clearance``, ``compliance``, ``load``, ``thermal`` apart.
+        """Studies of the tolerances of ``geometry``, ``clearance``, ``compliance``, ``load`` and ``thermal`` apart.
 
-        All other numbers are nominal, and the samples of each tolerance the same; ``together`` is the whole study.
+        In each, all other numbers are nominal; ``together`` is the whole study.
         """
         kinds = {name: kind_of_tolerance(name, each) for name, each in self.tolerances.items()}
         found = {}
@@ -219,13 +220,12 @@ class AccuracyStudy:
         Returns
         -------
         ndarray
-            Probability, (points, poses); NaN where no sample has a result. Of rare failures `Motion.reliability` tells
-            more than samples do.
+            Probability, (points, poses); NaN where no sample has a result. For rare failures use `Motion.reliability`.
 
         Raises
         ------
         FrameError
-            If the limit is no length above zero.
+            If the limit is not a positive length.
         """
         outside, there = self._counts(limit)
         return np.asarray(np.where(there > 0, outside / np.maximum(there, 1), np.nan))
@@ -248,7 +248,7 @@ class AccuracyStudy:
         Raises
         ------
         FrameError
-            If the limit is no length above zero, or the level no probability.
+            If the limit is not a positive length, or the level not between 0 and 1.
         """
         from scipy.special import betaincinv
 
@@ -262,7 +262,7 @@ class AccuracyStudy:
         )
 
     def _counts(self, limit: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """How many samples lie outside, and how many have a result, (points, poses) each."""
+        """Number of samples outside the limit, and of those with a result, (points, poses) each."""
         radius = finite(limit, "limit")
         if radius.ndim or not radius > 0.0:
             raise FrameError(f"limit is {limit!r}: give the radius of the zone, a length above zero")
@@ -291,7 +291,7 @@ class AccuracyStudy:
         }
 
     def to_dataframe(self) -> Any:
-        """The table, one row a point and pose.
+        """The table, with a row for each point and pose.
 
         Returns
         -------
@@ -323,7 +323,7 @@ class AccuracyStudy:
         return to_xarray(self)
 
     def __repr__(self) -> str:
-        """A table of the first point and its contributors."""
+        """Tables of the first point's displacements and contributors."""
         heads = [*self.drives, *(f"{name}{axis}" for name in ("mean u_", "σ_") for axis in "xyz"), "worst", "status"]
         columns = [*self.drives.values(), *self.mean[0].T, *self.std[0].T, self.greatest[0]]
         rows = [
@@ -352,7 +352,7 @@ def study(
     expansion: Expansion | None = None,
     **options: Any,
 ) -> AccuracyStudy:
-    """All that tolerances do to points of a linkage; see `Linkage.study`."""
+    """Study of points of a linkage under tolerances; see `Linkage.study`."""
     names = (points,) if isinstance(points, str) else tuple(points)
     warm = dict(temperatures or {})
     source, found = described(linkage, tolerances, some=not warm)
@@ -375,11 +375,11 @@ def studied(
     *,
     clearances: bool = True,
 ) -> AccuracyStudy:
-    """Worst case, in which clearances may count, and samples of what varies."""
+    """Worst case, of clearances too if `clearances`, and samples; see `study`."""
     worst = worst_cases(motion, sampled, clearances=clearances)
     distributions = {name: each.distribution for name, each in sampled.tolerances.items()}
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SampleWarning)  # the study tells of them
+        warnings.simplefilter("ignore", SampleWarning)  # the study reports them
         propagation = propagate(sampled, distributions, axis=2, chunk=CHUNK, **options)
     return AccuracyStudy(motion, sampled.points, sampled.tolerances, accuracy, propagation, worst, sampled, options)
 
@@ -391,7 +391,7 @@ def driven(
     branch: str,
     tolerance: float,
 ) -> DrivenPoses:
-    """What `Linkage.move` takes, as arrays."""
+    """Arguments of `Linkage.move` as arrays, checked."""
     given = {"drives": drives, "rates": rates, "accelerations": accelerations}
     values, speeds, gains = (
         {name: finite(each, f"{what} of joint {name!r}") for name, each in found.items()}

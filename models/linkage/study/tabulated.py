@@ -1,4 +1,4 @@
-"""The numbers of a study as a table of pandas, or as a data set of xarray."""
+"""The numbers of a study as a pandas DataFrame or an xarray Dataset."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ DIMS = {1: ("pose",), 2: ("point", "pose"), 3: ("point", "pose", "axis")}
 
 
 class Tabulated(Protocol):
-    """What a table needs of a study."""
+    """The part of a study that a table needs."""
 
     @property
     def points(self) -> tuple[str, ...]:
@@ -35,18 +35,18 @@ class Tabulated(Protocol):
 
     @property
     def status(self) -> NDArray[np.str_]:
-        """Why a pose has no result, (poses,)."""
+        """Why a pose has no result, or ``"regular"``, (poses,)."""
 
     @property
     def contributors(self) -> Mapping[str, Contributors]:
-        """Shares by point."""
+        """Contributors by point."""
 
     def arrays(self) -> dict[str, Array]:
         """Numbers by name, (points, poses) or (points, poses, 3)."""
 
 
 def to_dataframe(study: Tabulated) -> Any:
-    """One row a point and pose: see `AccuracyStudy.to_dataframe`."""
+    """DataFrame with a row for each point and pose; see `AccuracyStudy.to_dataframe`."""
     pandas = imported("pandas", "to_dataframe")
     poses = len(study.status)
     columns: dict[str, Any] = {
@@ -64,7 +64,7 @@ def to_dataframe(study: Tabulated) -> Any:
 
 
 def to_xarray(study: Tabulated) -> Any:
-    """With dimensions named: see `AccuracyStudy.to_xarray`."""
+    """Dataset with named dimensions; see `AccuracyStudy.to_xarray`."""
     xarray = imported("xarray", "to_xarray")
     data: dict[str, Any] = {name: (DIMS[values.ndim], values) for name, values in study.arrays().items()}
     data["status"] = (("pose",), study.status)

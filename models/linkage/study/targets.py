@@ -1,4 +1,4 @@
-"""Which numbers of a file a tolerance names."""
+"""Find the numbers of a file that a tolerance names."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from ..files.toml import Path
 
 AXES = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
-# Tables of a file that describe no part of the linkage.
+# Tables of a file that are no part of the linkage.
 OF_THE_RUN = ("run", "tolerances", "choices", "measured", "title")
 DIRECTIONS = ("axis", "second", "up", "axes")
 
 
 def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tuple[Path, dict[Path, float]]:
-    """Where an entry stands, and the numbers in it that vary, by where they stand.
+    """Path of an entry, and by path the numbers in it that vary.
 
     Parameters
     ----------
     source
         The file.
     path
-        Where the tolerance names the entry, for errors.
+        Path at which the tolerance names the entry, for errors.
     text
         Its name, such as ``joints.B.clearance``, ``joints.B.stiffness.ux``, ``points.C.x`` or ``loads.0.fy``.
     relative
@@ -49,7 +49,7 @@ def numbers_at(source: Source, path: Path, text: str, *, relative: bool) -> tupl
     if isinstance(value, list) and place[-1] in DIRECTIONS:
         source.fail(path, f"{text!r} is a direction, which has no size: name one number of it, such as {text}.x")
     if isinstance(value, list):
-        # Free and ideal stay what they are, and so does a coordinate that is 0.
+        # 0 and inf, for free and ideal directions of a stiffness, do not vary, nor does a coordinate of 0
         varied = {where: float(number) for where, number in numbers.items() if number and math.isfinite(number)}
     else:
         varied = {place: float(value)}
@@ -70,7 +70,7 @@ def entry_name(source: Source, place: Path) -> str:
 
 
 def _missing(source: Source, place: Path, text: str) -> str:
-    """What to tell of an entry that the file has not: what there is beside it."""
+    """Message for an entry that is not in the file, which lists the entries beside it."""
     depth = next(k for k in reversed(range(len(place))) if k == 0 or source.get(place[:k]) is not None)
     beside = source.data if depth == 0 else source.get(place[:depth])
     where = "the file" if depth == 0 else ".".join(map(str, place[:depth]))
@@ -81,7 +81,7 @@ def _missing(source: Source, place: Path, text: str) -> str:
 
 
 def _place(source: Source, path: Path, text: str) -> Path:
-    """The keys and indices of an entry; components may go by their names."""
+    """Path of an entry, in which components of lists may be named or numbered."""
     try:
         here: Any = tomllib.loads(f"{text} = 0")
     except (tomllib.TOMLDecodeError, RecursionError):
@@ -96,7 +96,7 @@ def _place(source: Source, path: Path, text: str) -> Path:
 
 
 def _index(source: Source, path: Path, text: str, above: Path, key: str) -> str | int:
-    """A key, or where it leads into a list its index."""
+    """The key of a table, or the index in a list."""
     entries = source.get(above) if above else source.data
     if not isinstance(entries, list):
         return key
@@ -128,7 +128,7 @@ def _components(source: Source, place: Path) -> tuple[str, ...]:
 
 
 def _numbers(value: object, place: Path) -> Iterator[tuple[Path, Any]]:
-    """What stands in nested lists, by where it stands."""
+    """Entries of nested lists, each with its path."""
     if isinstance(value, list):
         for index, entry in enumerate(value):
             yield from _numbers(entry, (*place, index))

@@ -1,4 +1,4 @@
-"""Tolerances in a file: numbers of it that are drawn from a distribution."""
+"""Tolerances of a file's numbers, which are drawn from distributions."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Tolerance:
     Attributes
     ----------
     of
-        Where the entries stand that the file names.
+        Paths of the entries that the tolerance names.
     nominal
-        The numbers that vary, by where they stand.
+        By path: nominal values of the numbers that vary.
     distribution
-        Their distribution; where `relative`, that of the deviation as a share of the nominal value.
+        Their distribution; if `relative`, that of the deviation as a share of the nominal value.
     relative
         Whether the draw is a deviation that scales each number, rather than the number itself.
     description
@@ -51,7 +51,7 @@ class Tolerance:
     unit: str = ""
 
     def samples(self, place: Path, draws: Array) -> Array:
-        """Samples (n,) of the number at a place, from the draws (n,)."""
+        """Samples (n,) of the number at a path, from the draws (n,)."""
         return self.nominal[place] * (1.0 + draws) if self.relative else draws
 
 
@@ -68,7 +68,7 @@ def check_owners(source: Source, found: Mapping[str, Tolerance]) -> None:
     Raises
     ------
     FrameError
-        With the name of both.
+        If a number is in two tolerances; the message names both.
     """
     owners: dict[Path, str] = {}
     for name, each in found.items():
@@ -95,7 +95,7 @@ def varied(
 
 
 def tolerance(source: Source, name: str) -> Tolerance:
-    """Read and check one of the file's tolerances: a table, or of a single number by its name what it deviates by."""
+    """Read and check one of the file's tolerances: a table, or a deviation under the name of a single number."""
     path = ("tolerances", name)
     found = source.get(path)
     if isinstance(found, str | int | float):
@@ -116,17 +116,17 @@ def tolerance(source: Source, name: str) -> Tolerance:
 
 
 def toleranced(source: Source, name: str, given: Uncertain | float) -> Tolerance:
-    """A tolerance of one of the source's numbers that is given under the name of the number.
+    """Tolerance of one of the source's numbers, given under the name of the number.
 
     Parameters
     ----------
     source
-        Where the number stands.
+        The file with the number.
     name
-        Its name, as for `numbers_at`.
+        Name of the number, as for `numbers_at`.
     given
-        What `propagate` takes, a deviation from the nominal value in words such as ``"± 5 %"`` or ``"+0.2/-0.1"``, or
-        the half width of the interval about the nominal value.
+        A distribution as for `propagate`, a deviation from the nominal value in words such as ``"± 5 %"`` or
+        ``"+0.2/-0.1"``, or the half width of the interval about the nominal value.
     """
     path = ("tolerances", name)
     return _in_words(source, path, [(path, name)], given)
@@ -135,7 +135,7 @@ def toleranced(source: Source, name: str, given: Uncertain | float) -> Tolerance
 def _in_words(
     source: Source, path: tuple[str, str], of: Sequence[tuple[Path, str]], given: Uncertain | float
 ) -> Tolerance:
-    """A tolerance of numbers by where the file names them and their names."""
+    """Tolerance of numbers by a deviation in words; `of` are the paths at which they are named, and their names."""
     try:
         share = isinstance(given, str) and "%" in given and deviation(path[1], 1.0, given).relative
         places, nominal = _numbers_of(source, of, relative=share)
@@ -143,7 +143,7 @@ def _in_words(
     except FrameError as error:
         if str(error).startswith(f"{source.file}"):
             raise
-        # What refuses a distribution need not know of which number it was.
+        # errors of distributions do not name the number
         source.fail(path, f"{given!r} cannot be meant: {error}")
     return _checked(source, path, places, nominal, found)
 
@@ -151,7 +151,7 @@ def _in_words(
 def _numbers_of(
     source: Source, of: Sequence[tuple[Path, str]], *, relative: bool
 ) -> tuple[tuple[Path, ...], dict[Path, float]]:
-    """Where entries stand, and the numbers in them by where these stand."""
+    """Paths of entries, and by path the numbers in them."""
     places: list[Path] = []
     nominal: dict[Path, float] = {}
     for path, text in of:
@@ -166,7 +166,7 @@ def _numbers_of(
 def _checked(
     source: Source, path: tuple[str, str], places: tuple[Path, ...], nominal: dict[Path, float], found: Deviation
 ) -> Tolerance:
-    """A tolerance that can be meant."""
+    """The tolerance, refused if its distribution cannot be meant for these numbers."""
     if not found.relative:
         _check_equal(source, path, nominal, found.description)
     place, value = next(iter(nominal.items()))
@@ -181,7 +181,7 @@ def _checked(
 
 
 def _distribution(source: Source, path: tuple[str, str]) -> Deviation:
-    """The distribution of a table, its numbers by name."""
+    """The distribution given by a table, with its parameters by name."""
     name, numbers = source.text_at((*path, "distribution")), {}
     if not is_known(name):
         source.fail(
@@ -199,7 +199,7 @@ def _distribution(source: Source, path: tuple[str, str]) -> Deviation:
 
 
 def _check_equal(source: Source, path: tuple[str, str], nominal: Mapping[Path, float], description: str) -> None:
-    """Refuse one draw in place of different numbers: it would overwrite them by each other."""
+    """Refuse one absolute draw for numbers with different values, which would all become the same."""
     (first, value), *others = nominal.items()
     for place, other in others:
         if other != value:

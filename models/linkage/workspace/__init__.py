@@ -1,1 +1,1 @@
-"""Where a point can be placed, and how stiff and well conditioned the linkage is there."""
+"""The workspace of a point: which places it can reach, and stiffness, condition and drive effort there."""

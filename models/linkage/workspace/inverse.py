@@ -18,33 +18,34 @@ from ..poses.configuration import extent
 from ..poses.coordinates import some_coordinates
 
 Bools = NDArray[np.bool_]
-# A place is reached within this share of the linkage's size.
+# Largest distance from a place that counts as reached, as a share of the linkage's size.
 REACHED = 1e-11
-# Newton steps, by how much each has to come nearer, and how far drives go at most in one, in radians or sizes of the
-# linkage: from a singular pose, where the point cannot go, a step has no bound.
+# Number of Newton steps, largest ratio of the distances after and before each, and largest step of a drive, in radians
+# or sizes of the linkage: near a singular pose steps have no bound.
 STEPS, NEARER, LONGEST = 8, 0.7, np.pi
-# Singular values below this share of the greatest are none.
+# Ratio to the largest singular value below which one counts as zero.
 NONE = 1e-9
-# Damped steps where Newton's method does not find the way: how many, the sum of squares at which it does, the damping
-# at first, least and where a step is none any more, and by what it falls and grows.
+# Damped steps, where Newton's method does not converge: their number, the sum of squares from which it does, the first,
+# least and largest damping, and the factors by which damping decreases and increases.
 DAMPED, ARRIVED, DAMPING, LEAST, MOST, FALLS, GROWS = 40, 1e-4, 0.1, 1e-4, 10.0, 0.2, 5.0
-# Poses all over the range of the drives.
+# Number of poses distributed over the range of the drives.
 ALL_OVER = 1000
 
 
 @dataclass(frozen=True, eq=False)
 class InverseKinematics:
-    """The linkage with its point driven and its drives following, which then are driven to where they went.
+    """Inverse kinematics: drive values that bring a point to given places.
 
-    Where all drives are needed to place the point its link turns as it has to; where there are more, it keeps the
-    orientation of the reference configuration.
+    The point is driven along a path with the linkage's own drives passive, which gives the values of these. If all
+    drives are needed to place the point, its link rotates as it must; if there are more, the link keeps its orientation
+    in the reference configuration.
 
     Attributes
     ----------
     linkage
         The description, without a batch.
     point, given
-        The point, and the link on which it is taken; the first that has it where None.
+        The point, and the link on which it lies; the first that has it if None.
     """
 
     linkage: LinkageDescription
@@ -64,7 +65,7 @@ class InverseKinematics:
 
     @cached_property
     def link(self) -> str:
-        """The link on which the point is taken."""
+        """The link on which the point lies."""
         return self.home.sensitivity(self.point, self.given).link
 
     @cached_property
@@ -79,20 +80,20 @@ class InverseKinematics:
 
     @cached_property
     def slides(self) -> Bools:
-        """Which drives slide, (drives,)."""
+        """Whether each drive slides, (drives,)."""
         names = [component for components in self.linkage.drives.values() for component in components]
         return np.array([name.startswith("u") for name in names])
 
     @cached_property
     def units(self) -> Array:
-        """Length that counts as much as a radian, of drives that slide; 1 of those that turn, (drives,)."""
+        """Unit of each drive, (drives,): the linkage's size for drives that slide, 1 for those that turn."""
         return np.where(self.slides, self.size, 1.0)
 
     @cached_property
     def all_over(self) -> tuple[Array, Array]:
-        """Drive values (n, drives) and places (n, 3) of poses half a turn or a size about the reference configuration.
+        """Drive values (n, drives) and places (n, 3) of assembled poses over the range of the drives.
 
-        Those that cannot be assembled are left out.
+        That is half a turn, or the linkage's size, on both sides of the reference configuration.
         """
         from scipy.stats import qmc  # takes long to load, and few workspaces need it
 
@@ -110,32 +111,32 @@ class InverseKinematics:
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:
-        """The plane in which the linkage lies, its pins turn and the drives keep the point; None in space."""
+        """The plane of two global axes in which the linkage lies and the drives move the point; None in space."""
         flat = ReferencePlaces(self.linkage).flat
         across = self.jacobian(self.home)[3 - sum(flat)] if flat else np.ones(1)
         return None if np.abs(across).max() > NONE else flat
 
     @property
     def holds_orientation(self) -> bool:
-        """Whether there are more drives than the place takes, so that the orientation is kept as well."""
+        """Whether there are more drives than placing the point takes, so that its link's orientation is kept too."""
         return self.places < len(self.units)
 
     @property
     def rows(self) -> int:
-        """Rows of the Jacobian that count: place, and orientation where it is held."""
+        """Number of rows of the Jacobian that are used: position, and orientation if it is kept."""
         return 6 if self.holds_orientation else 3
 
     def jacobian(self, motion: Motion) -> Array:
-        """Displacement and rotation of the point by the drives, lengths in units of the size, (..., 6, drives)."""
+        """Displacement and rotation of the point by the drives, (..., 6, drives), lengths in units of the size."""
         by = motion.sensitivity(self.point, self.link).drives
         columns = np.concatenate([by[name] for name in self.linkage.drives], axis=-1)
         return np.asarray(columns / np.repeat([self.size, 1.0], 3)[:, None] * self.units)
 
     def solved(self, places: Array) -> tuple[Array, Bools, Bools]:
-        """Drive values (n, drives) that bring the point to places (n, 3), which do, and which places it can have, (n,).
+        """Drive values (n, drives) for places (n, 3), whether they reach these, and whether the point can be there.
 
-        The point is led there from its reference position on a straight line. It can have places as well to which its
-        drives do not bring it on a straight path of theirs: those in another assembly mode.
+        The point is moved from its reference position along a straight line. It can be at a place without being reached
+        there: the straight path of the drives may end in another assembly mode.
         """
         led = {f"{self.point} to {'xyz'[k]}": places[:, k] for k in self._ways}
         at = Motion.of(self._led(), led, {}, {}, "keep", 0.0)
@@ -145,7 +146,10 @@ class InverseKinematics:
         return drives, self._off(self.poses(drives), places) <= REACHED, at.is_assembled | at.assembly.other
 
     def refined(self, drives: Array, places: Array) -> tuple[Array, Bools]:
-        """Newton steps from drive values (n, drives) towards places (n, 3), as long as they come nearer."""
+        """Drive values (n, drives) after Newton steps towards places (n, 3), and whether these are reached, (n,).
+
+        Steps continue as long as they reduce the distance.
+        """
         drives, reached = drives.copy(), np.zeros(len(drives), dtype=bool)
         left, before = np.arange(len(drives)), np.full(len(drives), np.inf)
         for _ in range(STEPS):
@@ -162,10 +166,10 @@ class InverseKinematics:
         return drives, reached
 
     def approached(self, drives: Array, places: Array) -> Array:
-        """Drive values (n, drives) nearer to places (n, 3), far away or around a hole, by Levenberg's damped steps.
+        """Drive values (n, drives) nearer to places (n, 3) that are far away or behind a hole, by Levenberg's method.
 
-        The damping keeps to the edge of a hole where the straight way leads through it (Wampler, *IEEE Transactions on
-        Systems, Man, and Cybernetics* 16, 1986).
+        Damped steps follow the edge of a hole of the workspace where the straight line leads through it (Wampler, *IEEE
+        Transactions on Systems, Man, and Cybernetics* 16, 1986).
         """
         drives, damping = drives.copy(), np.full(len(drives), DAMPING)
         matrix, off, energy = self._equations(self.poses(drives), places)
@@ -178,7 +182,7 @@ class InverseKinematics:
             ahead = self._equations(self.poses(drives[on] + step), places[on])
             good = ahead[2] < energy[on]
             damping[on] = np.maximum(damping[on] * np.where(good, FALLS, GROWS), LEAST)
-            damping[on[np.isinf(ahead[2])]] = MOST  # a loop does not close there: the edge is no hole's
+            damping[on[np.isinf(ahead[2])]] = MOST  # a loop does not close there: this is not the edge of a hole
             drives[on[good]] += step[good]
             for here, there in zip((matrix, off, energy), ahead, strict=True):
                 here[on[good]] = there[good]
@@ -194,7 +198,7 @@ class InverseKinematics:
         return Motion.of(self.linkage, values, {}, {}, "keep", 0.0)
 
     def _off(self, motion: Motion, places: Array) -> Array:
-        """How far the point is from places (n, 3), and its link from its orientation where it is held, (n,)."""
+        """Distance from places (n, 3) in sizes, or if larger, deviation of the kept orientation, (n,)."""
         off = np.linalg.norm(motion.position(self.point, self.link) - places, axis=-1) / self.size
         if self.holds_orientation:
             off = np.maximum(off, np.abs(motion.axes(self.link) - np.eye(3)).max(axis=(-2, -1)))
@@ -207,9 +211,9 @@ class InverseKinematics:
         return np.where(np.isfinite(energy)[:, None], self.units * step, np.nan)
 
     def _equations(self, motion: Motion, places: Array) -> tuple[Array, Array, Array]:
-        """Jacobian (n, rows, drives), what is left to go (n, rows), and a sum of squares (n,) that falls along it.
+        """Jacobian (n, rows, drives), deviation from the places (n, rows), and the sum of squares to minimise (n,).
 
-        Zero, zero and infinite where the pose has no derivatives.
+        Zero, zero and infinite at poses without derivatives.
         """
         off = (places - motion.position(self.point, self.link)) / self.size
         energy = (off**2).sum(axis=-1)
@@ -228,7 +232,7 @@ class InverseKinematics:
 
     @property
     def _ways(self) -> tuple[int, ...]:
-        """Global axes along which the point is led."""
+        """Global axes along which the point is moved."""
         ways = self.plane or (0, 1, 2)
         if self.places < len(ways):
             raise FrameError(
@@ -238,7 +242,7 @@ class InverseKinematics:
         return ways
 
     def _led(self) -> LinkageDescription:
-        """The linkage with slides along the axes that lead the point, and with its own drives passive."""
+        """The linkage with driven sliders along the axes that move the point, and with its own drives passive."""
         led, before = self.linkage.alike(), GROUND
         led.drives.clear()
         ways = self._ways

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 KINDS = ("stiffness", "condition", "effort")
-# Values that differ by more than this factor are coloured by their logarithm.
+# Ratio of the largest to the smallest value above which the colours are logarithmic.
 WIDE = 10.0
-# Factor from the middle value beyond which colours stay the same.
+# Factor from the median beyond which colours stay the same.
 FAR = 100.0
 
 
 class MappedPlaces(Protocol):
-    """What a map needs of a workspace."""
+    """The part of a workspace that a map needs."""
 
     @property
     def axes(self) -> tuple[int, int]:
-        """The two global axes."""
+        """The two global axes of the grid."""
 
     @property
     def grid(self) -> tuple[Array, Array]:
@@ -38,7 +38,7 @@ class MappedPlaces(Protocol):
 
     @property
     def place(self) -> Array:
-        """Where the grid lies, (3,)."""
+        """Position of the grid along the third axis, and the reference position along the others, (3,)."""
 
     @property
     def point(self) -> str:
@@ -46,11 +46,11 @@ class MappedPlaces(Protocol):
 
     @property
     def reached(self) -> NDArray[np.bool_]:
-        """Which places are reached."""
+        """Which places are reached, (rows, columns)."""
 
     @property
     def elsewhere(self) -> NDArray[np.bool_]:
-        """Which of the others the point can have in another assembly mode."""
+        """Which of the others the point can have in another assembly mode, (rows, columns)."""
 
     def stiffness(self, direction: ArrayLike | None) -> Array:
         """Stiffness, (rows, columns)."""
@@ -59,7 +59,7 @@ class MappedPlaces(Protocol):
         """Condition number, (rows, columns)."""
 
     def effort(self, drive: str | None) -> Array:
-        """Greatest drive force or moment, (rows, columns)."""
+        """Largest drive force or moment, (rows, columns)."""
 
     def drives_turn(self, drive: str | None) -> bool:
         """Whether the effort is a moment."""
@@ -113,14 +113,14 @@ def _along(direction: ArrayLike) -> str:
 
 
 def _in_units(values: Array, unit: str) -> tuple[Array, str]:
-    """Values, of which the middle one is between 1 and 1000, and their unit."""
+    """Values with a prefix of the unit such that the median is between 1 and 1000, and that unit."""
     there = np.abs(values[np.isfinite(values)])
     times, prefixed = scaled(float(np.median(there)) if there.size else 0.0, unit)
     return times * values, prefixed
 
 
 def _told(space: MappedPlaces, values: Array, units: Units) -> list[str]:
-    """Where the map lies, and what is blank on it."""
+    """Lines of the title: where the grid lies, and how many places are blank and why."""
     across = 3 - sum(space.axes)
     lines = [] if space.flat() else [f"{'xyz'[across]} = {space.place[across]:.4g} {units[0]}".replace("-", "−")]
     count, there = space.reached.size, int(np.count_nonzero(space.reached))
@@ -133,14 +133,14 @@ def _told(space: MappedPlaces, values: Array, units: Units) -> list[str]:
 
 
 def _coloured(axes: Any, u: Array, v: Array, values: Array, label: str) -> None:
-    """Cells in colours, with a bar, and lines of equal value with their numbers, legible in grey."""
+    """Draw cells in colours with a colour bar, and labelled contour lines; legible in grey too."""
     from matplotlib.colors import LogNorm, Normalize
 
     shown = np.ma.masked_invalid(values)
     if shown.count() == 0:
         raise FrameError(f"no place of the map has a finite {label.partition(' [')[0]}: there is nothing to draw")
     least, middle, most = float(shown.min()), float(np.median(shown.compressed())), float(shown.max())
-    # Beside a singular pose values go to all lengths, and all others would have one colour.
+    # near a singular pose values grow without bound, and all others would have one colour
     low, high = (max(least, middle / FAR), min(most, middle * FAR)) if least >= 0.0 else (least, most)
     norm = LogNorm(low, high) if low > 0.0 and high > WIDE * low else Normalize(low, high)
     cells = axes.pcolormesh(u, v, shown, shading="nearest", cmap="viridis", norm=norm, rasterized=True, gid="map")

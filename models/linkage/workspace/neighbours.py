@@ -1,4 +1,4 @@
-"""Places of a grid that no straight line reaches, tried from those beside them and from poses all over the drives."""
+"""Places of a grid that no straight line reaches, tried from their neighbours and from poses all over the drives."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from .inverse import Bools, InverseKinematics
 Numbers = NDArray[np.int64]
 
 BESIDE = ((0, 1), (0, -1), (1, 0), (-1, 0))
-# From how many poses, of those all over the range of the drives the nearest, a place is tried.
+# Number of the nearest poses, out of those all over the range of the drives, from which a place is tried.
 TRIED = 6
 
 
 def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, Bools]:
-    """Drive values (rows, columns, drives) for a grid of places (rows, columns, 3), and which are and could be reached.
+    """Drive values (rows, columns, drives) for a grid of places, and which are reached and could be reached.
 
-    What lies beyond a hole or beside a corner is tried from the places beside it, what is then left from the nearest
-    that is reached, as long as that reaches more. What is still left may be reached by a leg that folds the other way
-    (an inverse-kinematic singularity, which stops the point and not the drives): it is tried from poses all over the
-    range of the drives.
+    Places beyond a hole or behind a corner are tried from their neighbours, the remaining ones from the nearest place
+    that is reached, as long as more are reached. What still remains may need a leg that folds the other way (beyond an
+    inverse-kinematic singularity, which stops the point and not the drives), and is tried from poses all over the range
+    of the drives.
 
     Parameters
     ----------
     solver
         The inverse kinematics.
     places
-        Wanted positions.
+        Wanted positions, (rows, columns, 3).
     """
     shape = places.shape[:2]
     flat, there, possible = solver.solved(places.reshape(-1, 3))
@@ -41,7 +41,7 @@ def everywhere(solver: InverseKinematics, places: Array) -> tuple[Array, Bools, 
 
 
 def _spread(solver: InverseKinematics, places: Array, drives: Array, reached: Bools, could: Bools) -> None:
-    """Go on from what is reached as long as that reaches more; writes `drives` and `reached`."""
+    """Continue from reached places to others as long as more are reached; changes `drives` and `reached`."""
     fresh = reached.copy()
     while True:
         target, source = _beside(fresh, reached)
@@ -58,7 +58,7 @@ def _spread(solver: InverseKinematics, places: Array, drives: Array, reached: Bo
 
 
 def _from_anywhere(solver: InverseKinematics, places: Array, drives: Array, reached: Bools, could: Bools) -> bool:
-    """Try what is left from the nearest of poses all over the range of the drives; whether that reached more."""
+    """Try the remaining places from poses all over the range of the drives; whether more are reached."""
     from scipy.spatial import KDTree  # as in `_nearest`
 
     start, at = solver.all_over
@@ -75,7 +75,7 @@ def _from_anywhere(solver: InverseKinematics, places: Array, drives: Array, reac
 
 
 def _write(target: Numbers, found: Array, drives: Array, reached: Bools) -> Bools:
-    """Note drive values (k, drives) of places (k, 2) that are reached now; which these are, (rows, columns)."""
+    """Store drive values (k, drives) of k newly reached places; returns where these are, (rows, columns)."""
     fresh = np.zeros(reached.shape, dtype=bool)
     fresh[*target.T] = True
     drives[*target.T] = found
@@ -84,7 +84,7 @@ def _write(target: Numbers, found: Array, drives: Array, reached: Bools) -> Bool
 
 
 def _nearest(left: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
-    """Places that are left, and the nearest to each that is reached, (k, 2) each; none where none is reached."""
+    """Row and column, (k, 2), of remaining places and of the nearest reached place to each; none if none is reached."""
     from scipy.ndimage import distance_transform_edt  # takes long to load, and few workspaces need it
 
     target = np.argwhere(left & reached.any())
@@ -93,7 +93,7 @@ def _nearest(left: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
 
 
 def _beside(fresh: Bools, reached: Bools) -> tuple[Numbers, Numbers]:
-    """Places not reached beside those that were reached last, each once, and the one beside it, (k, 2) each."""
+    """Row and column, (k, 2), of places beside those reached last, and of the reached neighbour of each."""
     by_target: dict[tuple[int, int], tuple[int, int]] = {}
     rows, columns = fresh.shape
     for row, column in np.argwhere(fresh).tolist():

@@ -1,4 +1,4 @@
-"""A grid of places of a point, the poses that reach them, and what the linkage is like there."""
+"""A grid of places of a point, the poses that reach them, and stiffness, condition and drive effort there."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ OUT_OF_REACH = "not assembled: the point cannot be there"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Workspace:
-    """Places of a point on a grid, and what the linkage is like there; made by `Linkage.workspace`.
+    """Places of a point on a grid, and the linkage's properties there; made by `Linkage.workspace`.
 
     Attributes
     ----------
     motion
         The poses that reach a place, in the order of the grid, row by row, (poses,).
     point
-        Name of the point that is placed.
+        Name of the point.
     axes
         The two global axes along which the grid lies: 0, 1, 2 for x, y, z.
     grid
         Coordinates along them, (columns,) and (rows,).
     place
-        Where the grid lies along the third, and the reference position along the others, (3,).
+        Position of the grid along the third axis, and the reference position along the others, (3,).
     reached
         Which places are reached, (rows, columns).
     elsewhere
-        Which of the others the point can have in another assembly mode only: beyond singular poses, or where a straight
-        path of the drives from the reference configuration ends elsewhere, as far as was found, (rows, columns).
+        Which of the others the point can reach in another assembly mode only, (rows, columns): beyond singular poses,
+        or where a straight path of the drives from the reference configuration ends elsewhere, as far as was found.
     """
 
     motion: Motion
@@ -66,7 +66,7 @@ class Workspace:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """The status of the pose at each place, see `Motion.status`, (rows, columns)."""
+        """Status of the pose at each place, (rows, columns); see `Motion.status`."""
         out = np.where(self.elsewhere, OTHER_MODE, OUT_OF_REACH).astype("<U200")
         out[self.reached] = self.motion.status
         return out
@@ -78,20 +78,20 @@ class Workspace:
         return {name: self._on_grid(each[..., 0] if each.shape[-1] == 1 else each) for name, each in found.items()}
 
     def stiffness(self, direction: ArrayLike | None = None) -> Array:
-        """Stiffness of the point against a force, drives locked, no moment on its link.
+        """Stiffness of the point against a force, with locked drives and no moment on its link.
 
         Parameters
         ----------
         direction
-            Direction of the force, (2,) or (3,); where None, that in which the point is softest, of a linkage that
-            moves in a plane within that plane.
+            Direction n of the force, (2,) or (3,); if None, that in which the point is softest, within the plane of a
+            linkage that moves in a plane.
 
         Returns
         -------
         ndarray
-            Force per length, ``1 / n . C n`` with the compliance C, (rows, columns); NaN where the place is not
-            reached, and infinite where nothing is compliant (Gosselin, *IEEE Transactions on Robotics and Automation*
-            6, 1990, has such maps).
+            Force per length, ``1 / (n . C n)`` with the compliance C, (rows, columns); NaN where the place is not
+            reached or the pose is singular, and infinite where the point is rigid (Gosselin, *IEEE Transactions on
+            Robotics and Automation* 6, 1990, has such maps).
         """
         compliance = self.motion.compliance_matrix(self.point, self._solver.link)[..., :3, :3]
         if direction is not None:
@@ -106,23 +106,23 @@ class Workspace:
             return self._on_grid(1.0 / np.maximum(soft, 0.0))
 
     def condition(self, length: float | None = None) -> Array:
-        """Condition number of the Jacobian of the point by the drives, 1 where it moves alike in all directions.
+        """Condition number of the Jacobian of the point by the drives, 1 if it moves equally easily in all directions.
 
-        Ratio of the greatest to the least singular value (Salisbury & Craig, *International Journal of Robotics
-        Research* 1, 1982). Where the drives turn the link of the point as well, or some drives turn and others slide,
-        rotations count by a characteristic length (Angeles, *Fundamentals of Robotic Mechanical Systems*, 2014,
-        section 5.8).
+        It is the ratio of the largest to the smallest singular value (Salisbury & Craig, *International Journal of
+        Robotics Research* 1, 1982). If the drives control the orientation of the point's link as well, or some drives
+        turn and others slide, rotations are multiplied by a characteristic length (Angeles, *Fundamentals of Robotic
+        Mechanical Systems*, 2014, section 5.8).
 
         Parameters
         ----------
         length
-            That length; where None `characteristic_length`. It does not count where the drives only place the point
+            Characteristic length; `characteristic_length` if None. It has no effect if the drives only place the point
             and are all of one kind.
 
         Returns
         -------
         ndarray
-            From 1 to infinity, (rows, columns); NaN where the place is not reached.
+            Condition number, from 1 to infinity, (rows, columns); NaN where the place is not reached.
 
         Raises
         ------
@@ -153,12 +153,12 @@ class Workspace:
         return float(np.sqrt(np.mean(far))) if far else self._solver.size
 
     def effort(self, drive: str | None = None) -> Array:
-        """Greatest force or moment of the drives under the loads, springs and weights of the linkage, without its sign.
+        """Largest magnitude of the drives' forces or moments under the loads, springs and weights of the linkage.
 
         Parameters
         ----------
         drive
-            One of the drives; all where None.
+            One of the drives; all of them if None.
 
         Returns
         -------
@@ -185,12 +185,12 @@ class Workspace:
         return self._on_grid(np.abs(each).max(axis=-1))
 
     def drives_turn(self, drive: str | None = None) -> bool:
-        """Whether a drive turns, or the first of them.
+        """Whether a drive turns.
 
         Parameters
         ----------
         drive
-            Name of the joint.
+            Name of the driven joint; the first drive if None.
 
         Returns
         -------
@@ -201,12 +201,12 @@ class Workspace:
         return drives[next(iter(drives)) if drive is None else drive][0].startswith("r")
 
     def flat(self) -> bool:
-        """Whether the linkage moves in the plane of the grid, so that there is one such map.
+        """Whether the linkage moves in the plane of the grid.
 
         Returns
         -------
         bool
-            False where the grid is a slice of a space.
+            False if the grid is a slice of a workspace in three dimensions.
         """
         return self._solver.plane == tuple(sorted(self.axes))
 
@@ -225,9 +225,9 @@ class Workspace:
         Parameters
         ----------
         what
-            ``stiffness``, ``condition`` or ``effort``, see there.
+            ``stiffness``, ``condition`` or ``effort``: the method of that name.
         ax
-            Axes of matplotlib to draw on; new ones where None.
+            Axes of matplotlib to draw on; new ones if None.
         direction
             As for `stiffness`.
         length
@@ -240,12 +240,12 @@ class Workspace:
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on.
+            The axes.
 
         Raises
         ------
         FrameError
-            If there is no such map, or no place is reached.
+            If there is no such map, or no place has a finite value.
         """
         return plot_map(self, what, ax, direction, length, drive, units)
 

@@ -1,1 +1,1 @@
-"""How far clearances and tolerances let a point go at most."""
+"""Worst case of clearances and tolerances: regions that a point can reach, and the fits that keep it in a zone."""

@@ -1,4 +1,4 @@
-"""The cheapest fits of the joints with which a point stays in its zone at every pose."""
+"""The cheapest fits of the joints that keep a point in its tolerance zone at every pose."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from .worst_case import WorstCase, worst_case_by
 
 # Running fits from precise to loose.
 FITS = ("H6/g5", "H7/h6", "H7/g6", "H8/f7", "H8/e8", "H9/d9")
-# Share of the limit by which integer programming may pass it.
+# Share of the limit by which integer programming may exceed it.
 PASSED = 1e-6
-# What deviates beside the clearances that are chosen, as one part of the sum.
+# Name of all deviations but the clearances that are chosen, which count as one contributor.
 OTHERS = "all other tolerances"
 
 Costs = Mapping[str, float] | Callable[[Fit], float]
@@ -39,17 +39,17 @@ class FitAllocation:
     fits
         Fit of each joint, by name.
     cost
-        Of all of them together.
+        Total cost of the fits.
     limit
-        Greatest displacement allowed, length.
+        Largest displacement allowed, length.
     combine
         How deviations add up, ``"worst case"`` or ``"statistical"``.
     greatest
-        Displacement that is reached with them, length, (...).
+        Largest displacement with these fits, length, (...).
     direction
-        Unit vector in which it is, (..., 3).
+        Unit vector of that displacement, (..., 3).
     worst
-        The worst case with them.
+        The worst case with these fits.
     """
 
     fits: Mapping[str, Fit]
@@ -67,17 +67,17 @@ class FitAllocation:
 
     @property
     def binding(self) -> tuple[tuple[int, ...], ...]:
-        """Poses that leave the least room: their places in the batch, within a thousandth of the greatest."""
+        """Critical poses: indices in the batch of those whose displacement is within a thousandth of the largest."""
         found = np.argwhere(self.greatest >= 0.999 * self.greatest.max())
         return tuple(tuple(int(k) for k in each) for each in found)
 
     def shares(self) -> dict[str, float]:
-        """Share of each contributor in what is reached at the pose that leaves the least room; they add up to 1.
+        """Share of each contributor in the displacement at the critical pose; they add up to 1.
 
         Returns
         -------
         dict
-            By name, the largest first; of the displacement, or of its square where deviations add up statistically.
+            By name, the largest first: shares of the displacement, or of its square if deviations add up statistically.
         """
         at = np.unravel_index(np.argmax(self.greatest), self.greatest.shape)
         table = self.worst.contributors(self.direction)
@@ -87,7 +87,7 @@ class FitAllocation:
         return {name: each / whole for name, each in sorted(reach.items(), key=lambda pair: -pair[1])}
 
     def __repr__(self) -> str:
-        """Fits, cost, and what binds: the pose and its contributors."""
+        """Fits, cost, and the critical pose with its largest contributors."""
         parts = ", ".join(f"{joint} {each.name}" for joint, each in self.fits.items())
         where = ", ".join(map(str, self.binding[0]))
         at = f" at pose {where}" if where else ""
@@ -107,11 +107,11 @@ def allocate_fits(
     combine: str,
     given: Given,
 ) -> FitAllocation:
-    """The cheapest fits with which a point stays in its zone at every pose; see `Motion.allocate`.
+    """The cheapest fits that keep a point in its zone at every pose; see `Motion.allocate`.
 
-    Rows of the integer programme are a pose and a direction each. There are infinitely many directions: only those are
-    added in which a choice goes too far, until one holds everywhere (cutting planes: J. E. Kelley, 1960). As rows only
-    ever exclude what goes too far, that one is the cheapest of all.
+    Each row of the integer program is the limit at one pose in one direction. Out of infinitely many directions, only
+    those are added in which a choice of fits exceeds the limit, until a choice keeps it everywhere (cutting planes:
+    J. E. Kelley, 1960). As the rows exclude no choice that keeps the limit, it is the cheapest of all.
     """
     if combine not in ("worst case", "statistical"):
         raise FrameError(f"combine is {combine!r}: choose 'worst case' or 'statistical'")
@@ -137,7 +137,7 @@ def allocate_fits(
 
 @dataclass(frozen=True, eq=False)
 class _Program:
-    """What clearances of the chosen joints do, beside all else that deviates."""
+    """Integer program for the clearances of the chosen joints, with all other deviations given."""
 
     by: PositionSensitivity
     given: Given
@@ -154,7 +154,7 @@ class _Program:
         return worst_case_by(self.by, self._rows, replace(self.given, clearances=clearances))
 
     def reached(self, offsets: Mapping[str, float]) -> tuple[Array, Array, WorstCase]:
-        """Greatest displacement (...), its direction (..., 3), and the worst case."""
+        """Largest displacement (...), its direction (..., 3), and the worst case, with these clearances."""
         worst = self.worst(offsets)
         if self.combine == "worst case":
             return worst.greatest, worst.direction, worst
@@ -163,7 +163,7 @@ class _Program:
         return np.sqrt(np.maximum(values[..., -1], 0.0)), vectors[..., -1], worst
 
     def check(self, tightest: Mapping[str, float], limit: float) -> None:
-        """Refuse what no choice can hold, or what is no sum of what the joints do."""
+        """Refuse limits that no choice keeps, and deviations whose effects do not add up."""
         worst = self.worst(dict.fromkeys(self.joints, 1.0))
         lost = np.argwhere(~np.isfinite(worst.position.columns).all(axis=(-1, -2)))
         if len(lost):
@@ -185,9 +185,9 @@ class _Program:
             )
 
     def rows(self, offsets: Mapping[str, float], limit: float | None) -> dict[str, Array]:
-        """What a unit of each clearance does in the directions in which a choice goes too far, (rows,) by joint.
+        """New rows: displacement by a unit of each clearance in the directions of the largest displacement, by joint.
 
-        Where the limit is None it is so at every pose.
+        There is one for each pose at which the choice exceeds the limit, or for every pose if `limit` is None.
         """
         greatest, direction, _ = self.reached(offsets)
         which = np.full(greatest.shape, True) if limit is None else greatest > limit
@@ -201,7 +201,7 @@ class _Program:
 
     @cached_property
     def _apart(self) -> tuple[WorstCase, WorstCase]:
-        """The worst case of unit clearances, and that of all else."""
+        """The worst case with unit clearances, and that of all other deviations."""
         alone = replace(self, given=replace(self.given, end_play={}))
         return alone.worst(dict.fromkeys(self.joints, 1.0)), self.worst(dict.fromkeys(self.joints, 0.0))
 
@@ -211,7 +211,7 @@ class _Program:
 
     @staticmethod
     def _lengths(region: ReachableRegion, n: Array) -> Array:
-        """How far each contributor reaches in directions (..., 3), (..., contributors)."""
+        """Displacement by each contributor in directions `n` (..., 3), (..., contributors)."""
         along = (n[..., None, :] @ region.columns)[..., 0, :]
         starts = [0, *accumulate(region.sizes)][:-1]
         return np.asarray(np.sqrt(np.add.reduceat(along * along, starts, axis=-1)))
@@ -220,7 +220,7 @@ class _Program:
 def _choices(
     motion: ClassifiedPoses, diameters: Mapping[str, float], fits: Sequence[str], costs: Costs | None, given: Given
 ) -> dict[str, list[tuple[Fit, float]]]:
-    """By joint its fits with their costs, checked."""
+    """By joint: its possible fits with their costs, checked."""
     if not diameters or not fits:
         raise FrameError("allocate was given no joints or no fits: give diameters={'B': 0.01, ...} and names of fits")
     for joint in diameters:

@@ -16,7 +16,7 @@ from ....framework.graphics.units import quantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Rows that the table shows.
+# Number of rows in the table.
 MOST = 12
 
 
@@ -29,10 +29,10 @@ class Contributors:
     names
         Names of the k contributors.
     reach
-        How far each lets the point go, (..., k), to the side to which it is sought; their sum is the worst case.
+        Displacement by each in the direction of the worst case, length, (..., k); their sum is the worst case.
     variance
-        Variance of each, spread evenly over its interval, disc or ball, (..., k); their sum is that of independent
-        deviations.
+        Variance by each, for a uniform distribution over its interval, disc or ball, (..., k); their sum is the
+        variance for independent deviations.
     """
 
     names: tuple[str, ...]
@@ -41,12 +41,12 @@ class Contributors:
 
     @property
     def worst(self) -> Array:
-        """Share of each in the worst case, per cent, (..., k)."""
+        """Share of each contributor in the worst case, per cent, (..., k)."""
         return _per_cent(self.reach)
 
     @property
     def of_variance(self) -> Array:
-        """Share of each in the variance, per cent, (..., k)."""
+        """Share of each contributor in the variance, per cent, (..., k)."""
         return _per_cent(self.variance)
 
     @property
@@ -56,7 +56,7 @@ class Contributors:
 
     @property
     def ranked(self) -> tuple[str, ...]:
-        """Names by their greatest share in the worst case, of the pose that `repr` shows."""
+        """Names by their share in the worst case, the largest first, at the pose with the largest worst case."""
         return tuple(self.names[k] for k in self._order())
 
     @styled
@@ -68,28 +68,28 @@ class Contributors:
         most: int = MOST,
         units: tuple[str, str] = ("m", "N"),
     ) -> Axes:
-        """Draw the shares of the contributors in the worst case and in the variance as bars, the greatest above.
+        """Draw the shares of the contributors in the worst case and in the variance as bars, the largest on top.
 
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on; new ones where None.
+            Axes of matplotlib to draw on; new ones if None.
         entry
-            Index of the pose; that with the largest worst case where None.
+            Index of the pose; that with the largest worst case if None.
         most
-            Number of contributors shown by name; the others together are one bar.
+            Number of contributors shown by name; the others are summed in one bar.
         units
             Units of length and force, for the title.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on.
+            The axes.
 
         Raises
         ------
         FrameError
-            If there is no such pose, or nothing is known there.
+            If there is no such pose, or it has no results to first order, as a dead point.
         """
         shape = self.reach.shape[:-1]
         pose = self._pose() if entry is None else one_entry(shape, entry, "the figure of the contributors")

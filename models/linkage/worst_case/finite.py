@@ -1,4 +1,4 @@
-"""Clearances that are not small: the farthest that contact lets a rigid linkage go, with finite rotations."""
+"""Worst case of clearances that are not small: contact in a rigid linkage, with finite rotations."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..statics.frame import Builder
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FiniteWorstCase:
-    """Where a point goes when it is pulled in a direction until all clearances are used up; by `WorstCase.finite`.
+    """Displacement of a point that a force pulls until all joints are in contact; made by `WorstCase.finite`.
 
     Attributes
     ----------
     direction
-        Direction of the pull, (..., 3).
+        Unit vector of the force, (..., 3).
     displacement
-        Displacement of the point, (..., 3), to finite rotations; NaN where no stable contact was found.
+        Displacement of the point, (..., 3), with finite rotations; NaN where no stable contact was found.
     first_order
-        What the worst case of first order says, (..., 3).
+        Displacement in the worst case to first order, (..., 3).
     """
 
     direction: Array
@@ -40,12 +40,12 @@ class FiniteWorstCase:
 
     @property
     def reach(self) -> Array:
-        """Displacement in the direction of the pull, (...)."""
+        """Displacement in the direction of the force, (...)."""
         return np.asarray(np.sum(self.displacement * self.direction, axis=-1))
 
     @property
     def difference(self) -> Array:
-        """How much further than in first order, as a share of that, (...); below zero where less far."""
+        """Relative difference of `reach` from its value to first order, (...); negative where it is less."""
         expected = np.sum(self.first_order * self.direction, axis=-1)
         return np.asarray(self.reach / np.where(expected > 0.0, expected, np.nan) - 1.0)
 
@@ -53,7 +53,7 @@ class FiniteWorstCase:
 def finite(
     by: PositionSensitivity, clearances: Mapping[str, Array], direction: Array, first_order: Array
 ) -> FiniteWorstCase:
-    """Pull at the point of a linkage of rigid links with some clearances alone; see `WorstCase.finite`."""
+    """Displacement of a point of the rigid linkage under a force, with the given clearances; see `WorstCase.finite`."""
     motion = replace(by.motion, linkage=rigid(by.linkage, clearances))
     built = Builder(motion, clearance=True)
     node = built.nodes.of(by.link, by.point)
@@ -64,7 +64,7 @@ def finite(
 
 
 def rigid(linkage: LinkageDescription, clearances: Mapping[str, Array]) -> LinkageDescription:
-    """The linkage with rigid links and ideal joints, given clearances, and neither springs nor loads."""
+    """The linkage with rigid links, ideal joints and the given clearances, without springs and loads."""
     out = linkage.alike()
     out.links = {name: replace(link, beams={}, mass=None, inertia=None) for name, link in linkage.links.items()}
     out.joints = {

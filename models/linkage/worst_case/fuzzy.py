@@ -18,11 +18,11 @@ from ..poses.classified import ClassifiedPoses
 from .limits import Given, given_of
 from .worst_case import WorstCase, worst_case
 
-# Limits that are an interval about the nominal value; of the others a cut is what its upper end allows, of bearings,
-# which tilt the more the shorter they are, what its lower end does.
+# Limits that are intervals about the nominal value. Of all others a cut is given by its upper end; of bearing lengths,
+# which allow more tilt the shorter they are, by its lower end.
 INTERVALS = ("lengths", "drives")
 BEARINGS = "journals"
-# Limits of which a joint with two pins may have a pair.
+# Limits of which a universal joint, which has two pins, may have a pair.
 OF_EACH_PIN = (BEARINGS, "end_play")
 
 
@@ -35,7 +35,7 @@ class FuzzyReach:
     levels
         Levels of membership, rising from 0 to 1, (a,).
     worst
-        The worst case at each level, of shape (a, ...): regions of higher levels lie within those of lower ones.
+        The worst case at each level, of batch shape (a, ...): regions of higher levels lie within those of lower ones.
     """
 
     levels: Array
@@ -59,7 +59,7 @@ class FuzzyReach:
         Returns
         -------
         FuzzyResult
-            Cuts (a, ...), lengths, with the membership of a displacement.
+            Cuts of the displacement, lengths, (a, ...).
         """
         n = unit_vector(direction, "direction")
         lower, upper = 0.0 - self.worst.support(-n), self.worst.support(n)
@@ -80,7 +80,7 @@ def fuzzy_reach(
 
 
 def _axes_of_entries(motion: ClassifiedPoses, given: Given) -> int:
-    """How many axes the poses have together with the limits that vary, behind the axis of the levels."""
+    """Number of batch axes of the poses and limits together, which follow the axis of the levels."""
     values = [value for some in vars(given).values() for value in some.values()]
     ends = [end for value in values for end in (value if isinstance(value, tuple) else (value,)) if not _is_fuzzy(end)]
     own = [pair.clearance for pair in motion.linkage.joints.values() if pair.clearance is not None]
@@ -92,11 +92,11 @@ def _is_fuzzy(value: Any) -> bool:
 
 
 def _cuts(kind: str, key: object, value: Any, levels: Array, axes: tuple[int, ...]) -> Any:
-    """A limit with the levels as its first axis where it is fuzzy; any other as it was given."""
+    """A limit at each level: cuts of a fuzzy one, and the same value at all levels for any other, (a, ...)."""
     if kind in OF_EACH_PIN and isinstance(value, tuple) and len(value) == 2:
         return tuple(_cuts(kind, key, each, levels, axes) for each in value)
     if not _is_fuzzy(value):
-        # The levels are an axis of the result all the same.
+        # the axis of the levels is there even if no limit is fuzzy
         one = np.ones(axes)
         return tuple(one * end for end in value) if isinstance(value, tuple) else one * np.asarray(value)
     number = fuzzy_of(f"{kind} {key}", value)

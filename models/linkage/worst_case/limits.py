@@ -1,4 +1,4 @@
-"""What may deviate, and how far: clearances of joints, lengths, places of points, drives."""
+"""Limits of deviations: clearances of joints, and tolerances of lengths, positions of points and drives."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ..derivatives.position_sensitivity import PositionSensitivity
 from ..description.joints import COMPONENTS
 from ..description.parts import Pair
 
-# Kinds of joint that a bearing of some length keeps from tilting, so that clearance lets them tilt.
+# Kinds of joint with a bearing, whose length limits how far clearance lets the joint tilt.
 TILTING = ("revolute", "prismatic", "cylindrical", "screw", "universal")
-# Kinds that are held along the axis of a pin, or of a thread, so that it can have end play there.
+# Kinds of joint that are constrained along the axis of a pin or thread, where they can have end play.
 WITH_END_PLAY = ("revolute", "universal", "screw")
 
 
 @dataclass(frozen=True, eq=False)
 class Limit:
-    """Deviations that a tolerance, or the clearance of a joint, allows: a vector in an interval, a disc or a ball.
+    """Deviation allowed by a tolerance or by the clearance of a joint: a vector in an interval, a disc or a ball.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class Limit:
     by
         Derivatives ``ux uy uz rx ry rz`` of the point by each component of the deviation, (..., 6, m).
     radius
-        Greatest length of the deviation, (...).
+        Largest length of the deviation, (...).
     middle
-        Where the interval has its middle, (...); 0 for discs and balls.
+        Middle of an interval, (...); 0 for discs and balls.
     joint
-        The joint of which it is the whole clearance; empty for anything else.
+        The joint, if this is its clearance without a bearing length; empty for other deviations.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Given:
 
 
 def given_of(deviations: Mapping[str, Any]) -> Given:
-    """Limits that were given by keyword; none of those that were left out.
+    """Limits given by keyword; those that are not given are empty.
 
     Raises
     ------
@@ -80,7 +80,7 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
     Raises
     ------
     FrameError
-        If a name is unknown, or a limit below zero.
+        If a name is unknown, a joint has no such limit, or a limit is negative.
     """
     yield from _clearances(by, given)
     for joint, value in given.end_play.items():
@@ -135,7 +135,7 @@ def _clearances(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
 
 
 def _each_pin(pair: Pair, value: ArrayLike, what: str) -> Iterator[tuple[int, ArrayLike]]:
-    """Axis of each pin of a joint, 2 for z, and what is given for it: a universal joint has a second one, x."""
+    """Axis of each pin of a joint and the limit given for it: 2, for z, and for a universal joint also 0, for x."""
     both = isinstance(value, tuple)
     if pair.kind.name != "universal":
         if both:
@@ -150,10 +150,10 @@ def _each_pin(pair: Pair, value: ArrayLike, what: str) -> Iterator[tuple[int, Ar
 
 
 def _ends(by: PositionSensitivity, pair: Pair, length: Array, axis: int) -> Iterator[Array]:
-    """Derivatives by the displacement across an axis of either end of a bearing, (..., 6, 2).
+    """Derivatives by the lateral displacement of each end of a bearing, (..., 6, 2).
 
-    The ends at ``z = L/2`` and ``-L/2`` displaced by d1 and d2 displace the middle by their mean, and tilt the joint by
-    ``e_z x (d1 - d2) / L``, by no more than 2 eps / L; likewise along x.
+    Displacements d1 and d2 of the ends at ``z = L/2`` and ``-L/2`` displace the middle by their mean and tilt the joint
+    by ``e_z x (d1 - d2) / L``, at most by 2 eps / L for a clearance eps; likewise along x.
     """
     names = "xyz"[(axis + 1) % 3], "xyz"[(axis + 2) % 3]
     across, tilt = (_components(by, pair, tuple(kind + name for name in names)) for kind in "ur")
@@ -176,7 +176,7 @@ def _of_kind(by: PositionSensitivity, joint: str, kinds: tuple[str, ...], what: 
 
 
 def _length(by: PositionSensitivity, where: str | tuple[str, str, str]) -> tuple[str, Array]:
-    """Name and derivative (..., 6) of a link of two points, or of the distance of two points on a link."""
+    """Name of, and derivative (..., 6) by, the length of a link of two points or the distance of two of its points."""
     if isinstance(where, tuple) and len(where) == 3:
         return f"{where[0]} {where[1]}-{where[2]}", by.length(*where)
     if where not in by.lengths:
@@ -186,7 +186,7 @@ def _length(by: PositionSensitivity, where: str | tuple[str, str, str]) -> tuple
 
 
 def _interval(name: str, column: Array, value: ArrayLike) -> Limit:
-    """Limits of a number: its half width, or a pair of a lower and an upper deviation."""
+    """Limit of a scalar, given by its half width, or by a pair of a lower and an upper deviation."""
     if isinstance(value, tuple) and len(value) == 2:
         lower, upper = (finite(end, f"tolerance of {name}") for end in value)
         if np.any(upper < lower):

@@ -1,4 +1,4 @@
-"""Area and volume of sums of convex bodies."""
+"""Area and volume of Minkowski sums of convex bodies, and of hulls of points."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import numpy as np
 from ....framework.batch import Array
 from .starts import sphere
 
-# How many segments stand for a disc, and for a ball, where volumes are measured.
+# Number of segments whose sum stands for a disc, and for a ball, in volumes.
 IN_DISC, IN_BALL = 16, 96
-# Points whose extents differ by more than this share lie in a plane.
+# Ratio of smallest to largest extent below which points lie in a plane.
 FLAT = 1e-12
 
 
 def area_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
-    """Area of the sum of segments, ellipses and projections of ellipsoids, (...).
+    """Area of the Minkowski sum of segments, ellipses and projected ellipsoids in a plane, (...).
 
     Parameters
     ----------
     columns
-        Images in the plane of the axes of each, one body after the other, (..., 2, n).
+        Semi-axes of all bodies one after the other, (..., 2, n): images of the axes of intervals, discs and balls.
     sizes
-        Number of axes of each.
+        Number of semi-axes of each body.
     """
     bodies = _in_two(columns, sizes)
     (a, b), (c, d) = np.moveaxis(bodies, (-2, -1), (0, 1))
@@ -47,7 +47,7 @@ def _in_two(columns: Array, sizes: tuple[int, ...]) -> Array:
 
 
 def _perimeter(image: Array) -> Array:
-    """Perimeter of images (..., 2, 2) of the unit disc, ``4 a E(1 - b^2 / a^2)``; of a segment twice its length."""
+    """Perimeter ``4 a E(1 - b^2 / a^2)`` of ellipses, images (..., 2, 2) of the unit disc; twice a segment's length."""
     from scipy.special import ellipe
 
     (p, q), (r, s) = np.moveaxis(image, (-2, -1), (0, 1))
@@ -58,19 +58,19 @@ def _perimeter(image: Array) -> Array:
 
 
 def volume_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
-    """Volume of the sum of segments, discs and balls under linear maps, (m,).
+    """Volume of the Minkowski sum of segments, ellipses and ellipsoids in space, (m,).
 
-    A disc and a ball are themselves sums of segments, infinitely many, and of segments x the volume is
+    Discs and balls are themselves sums of infinitely many segments. The volume of a sum of segments x is
     ``4/3 sum sum h(x_a x x_b)`` over all pairs, with the support function h of the whole (Schneider 2014, Eq. 5.82
-    and section 3.5). Sums over the segments of discs and balls stand for integrals; they are right to some four
-    digits, and to half a per cent where images of discs are slender.
+    and section 3.5). Discs and balls are approximated by a finite number of segments, with an error of some 1e-4 of the
+    volume, and of half a per cent if ellipses are slender.
 
     Parameters
     ----------
     columns
-        Images of the axes of each, one body after the other, (m, 3, n).
+        Semi-axes of all bodies one after the other, (m, 3, n): images of the axes of intervals, discs and balls.
     sizes
-        Number of axes of each.
+        Number of semi-axes of each body.
     """
     starts = [0, *accumulate(sizes)]
     segments, owners = [], []
@@ -87,13 +87,13 @@ def volume_of_sum(columns: Array, sizes: tuple[int, ...]) -> Array:
 
 
 def area_within(points: Array) -> Array:
-    """Area of convex polygons, whose corners (m, d, 2) are in their order, (m,)."""
+    """Area of convex polygons, (m,), whose corners (m, d, 2) are in counter-clockwise order."""
     x, y = np.moveaxis(points - points.mean(axis=-2, keepdims=True), -1, 0)
     return np.asarray(0.5 * np.sum(x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1), axis=-1))
 
 
 def volume_within(points: Array) -> Array:
-    """Volume of the convex hulls of points (m, d, 3), (m,); 0 of those that lie in a plane."""
+    """Volume of the convex hulls of points (m, d, 3), (m,); 0 if they lie in a plane."""
     from scipy.spatial import ConvexHull
 
     out = np.zeros(len(points))
@@ -105,7 +105,7 @@ def volume_within(points: Array) -> Array:
 
 
 def _generators() -> dict[int, Array]:
-    """Segments whose sum is an interval, about a disc, or about a ball: by their number of axes, (k, axes)."""
+    """By number of axes: segments, (k, axes), whose sum is an interval, or approximately a disc or a ball."""
     angles = np.pi * np.arange(IN_DISC) / IN_DISC
     disc = np.pi / (2.0 * IN_DISC) * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     ball = 2.0 / IN_BALL * sphere(2 * IN_BALL)[:IN_BALL]
@@ -113,16 +113,16 @@ def _generators() -> dict[int, Array]:
 
 
 def _same() -> Array:
-    """By number of axes: what makes the sum over the pairs of segments of one body exact where the rest is round."""
+    """By number of axes: factor on pairs of segments of one body, which makes their sum exact if h is isotropic."""
     out = np.ones(4)
     out[2] = np.pi / 2.0 / _crossed(GENERATORS[2])
-    # Of two random unit vectors, the product of their lengths times the sine of the angle is pi / 4 on average.
+    # the mean sine of the angle between two random directions in space is pi / 4
     out[3] = np.pi / _crossed(GENERATORS[3])
     return out
 
 
 def _crossed(segments: Array) -> float:
-    """Sum over all ordered pairs of the area between them."""
+    """Sum of the areas of the parallelograms of all ordered pairs."""
     flat = np.pad(segments, ((0, 0), (0, 3 - segments.shape[1])))
     return float(np.linalg.norm(np.cross(flat[:, None], flat[None, :]), axis=-1).sum())
 

@@ -1,7 +1,7 @@
-"""Sums of lengths made as small as multipliers can: how far what closes overconstrained loops lets a region reach.
+"""Support function of deviations that keep overconstrained loops closed, by minimising a sum of lengths.
 
-Deviations that open a redundant constraint cannot come about. Of all e_b in their limits that keep them closed,
-``sum S_b e_b = 0``, the farthest in a direction are as far as ``min over m of sum |a_b + S_b^T m|``, by duality
+Deviations that open a redundant constraint are not possible. Over all e_b within their limits that keep the constraints
+closed, ``sum S_b e_b = 0``, the largest ``sum a_b . e_b`` is ``min over m of sum |a_b + S_b^T m|``, by duality
 (Rockafellar, *Convex Analysis*, 1970, section 28).
 """
 
@@ -13,32 +13,33 @@ import numpy as np
 
 from ....framework.batch import Array
 
-# Lengths are rounded off by this share of the whole in the last steps, and the steps that lead there.
+# Smoothing of the lengths at the end, as a share of the whole: |v| is replaced by sqrt(v^2 + (share whole)^2); and
+# number of steps, in which the smoothing decreases to it.
 LEAST, STEPS = 1e-7, 30
-# Shares of a step with the curvature that are tried.
+# Shares of a Newton step that are tried.
 DAMPED = (1.0, 0.3, 0.1, 0.02)
-# Rows of redundant constraints are the same where they differ by less than this share.
+# Ratio to the largest singular value below which rows of redundant constraints count as dependent.
 SAME = 1e-10
 
 
 def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Sequence[int]) -> tuple[Array, Array]:
-    """Vectors ``a + S^T m`` one after the other, (..., n), with the least sum of lengths, and these lengths (..., b).
+    """Vectors ``a + S^T m``, (..., n), with the least sum of lengths, and their smoothed lengths, (..., b).
 
-    By weighted least squares (Weiszfeld), each step also tried with the curvature of the lengths (Newton), and lengths
-    rounded off less and less.
+    The multipliers m are found by weighted least squares (Weiszfeld) and by damped Newton steps, with a smoothing of
+    the lengths that decreases from step to step.
 
     Parameters
     ----------
     along
-        Vectors a one after the other, (..., n).
+        The b vectors a one after the other, (..., n).
     stress
-        Multiplied rows S, (..., s, n).
+        Rows S, (..., s, n).
     starts, sizes
-        Where each vector begins, and its number of components.
+        Index of the first component of each vector, and its number of components.
     """
     whole = np.sqrt(np.sum(along * along, axis=-1))[..., None]
     multipliers = np.zeros((*np.broadcast_shapes(along.shape[:-1], stress.shape[:-2]), stress.shape[-2]))
-    # Rows of one size in all, so that the equations for the multipliers are well scaled.
+    # rows of unit norm keep the equations for the multipliers well scaled
     unit = np.linalg.norm(stress, axis=(-1, -2), keepdims=True)
     rows = stress / np.where(unit > 0.0, unit, 1.0)
     for step in range(STEPS):
@@ -68,14 +69,14 @@ def least_lengths(along: Array, stress: Array, starts: Sequence[int], sizes: Seq
 
 
 def kept_closed(columns: Array, stress: Array) -> Array:
-    """What deviations bring about that open no redundant constraint: columns (..., 3, n) of those alone.
+    """Columns (..., 3, n) projected on the deviations that open no redundant constraint.
 
     Parameters
     ----------
     columns
-        What each deviation brings about, (..., 3, n).
+        Displacement or rotation by each deviation, (..., 3, n).
     stress
-        What the deviations must not do, (..., s, n).
+        Gap in each redundant constraint by each deviation, (..., s, n).
     """
     good = np.isfinite(np.sum(columns, axis=(-1, -2), keepdims=True) + np.sum(stress, axis=(-1, -2), keepdims=True))
     unit = np.linalg.norm(stress, axis=(-1, -2), keepdims=True)
@@ -100,9 +101,9 @@ def _total(vectors: Array, starts: Sequence[int], rounded: Array) -> Array:
 
 
 def _solved(matrix: Array, size: Array, right: Array) -> Array:
-    """Steps (..., s); rows that act on nothing, or on what others do, take none.
+    """Steps of the multipliers, (..., s), of a matrix that may be singular.
 
-    A matrix of which the curvature took all is raised by the `size` that it had.
+    It is shifted by rounding of its trace `size` before the Newton correction, or by 1 if that is zero.
     """
     shifted = matrix + (1e-13 * size + (size == 0.0)) * np.eye(matrix.shape[-1])
     return np.asarray(np.linalg.solve(shifted, right[..., None])[..., 0])

@@ -1,4 +1,4 @@
-"""The region that sums of segments, discs and balls fill: boundary, area, volume, farthest point."""
+"""Regions that are sums of segments, ellipses and ellipsoids: boundary, area, volume and farthest point."""
 
 from __future__ import annotations
 
@@ -15,40 +15,40 @@ from .redundant import LEAST, kept_closed
 from .starts import circle, sphere
 from .support_function import SupportFunction
 
-# What is thinner than this share of the largest extent is flat.
+# Ratio to the largest extent below which a region is flat.
 FLAT = 1e-9
-# Entries of the batch whose farthest points are sought together.
+# Number of entries of the batch that are treated together.
 TOGETHER = 256
-# Directions in which the farthest point is sought, the best of them that are followed, and for how many steps.
+# Number of directions from which the search for the farthest point continues, and of its steps.
 BEST, STEPS = 4, 200
-# The search ends where a step takes it farther by less than this share.
+# Relative growth in a step at which the search ends.
 GROWTH = 1e-14
-# Directions whose outermost points tell a volume, and an area, that is no sum.
+# Number of directions whose outermost points give the volume and the area with redundant constraints.
 IN_HULL, IN_POLYGON = 400, 360
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReachableRegion(SupportFunction):
-    """Where a point can be, or how its link can be turned, relative to the nominal pose; symmetric about its centre.
+    """All possible displacements of a point, or rotations of its link, from the nominal pose.
 
-    It is the sum of what each contributor lets happen by itself: a segment, an ellipse or an ellipsoid, the image of an
-    interval, a disc or a ball under the derivatives ``J_b``. Its support function, the distance of its outermost
-    point in a direction n, is a sum as well, ``h(n) = c . n + sum |J_b^T n|`` (Schneider, *Convex Bodies: The
-    Brunn-Minkowski Theory*, 2014, sections 1.7 and 3.5).
+    The region is the Minkowski sum of the contributions: segments, ellipses and ellipsoids, the images of intervals,
+    discs and balls under the derivatives ``J_b``. It is symmetric about its centre. Its support function, the distance
+    of its outermost point in a direction n, is a sum too, ``h(n) = c . n + sum |J_b^T n|`` (Schneider, *Convex Bodies:
+    The Brunn-Minkowski Theory*, 2014, sections 1.7 and 3.5).
 
     Attributes
     ----------
     centre
-        Its centre, (..., 3); zero where all limits are symmetric.
+        Centre c, (..., 3); zero if all limits are symmetric.
     columns
         All ``J_b``, each times its radius or half width, one after the other, (..., 3, n).
     sizes
-        Number of columns of each contributor: 1 for an interval, 2 for a disc, 3 for a ball.
+        Number of columns of each contribution: 1 for an interval, 2 for a disc, 3 for a ball.
     names
-        Names of the contributors; those of one name count as one.
+        Name of the contributor of each; several contributions of one name count as one contributor.
     stress
-        What the deviations must not do, (..., s, n): they open redundant constraints of overconstrained loops by
-        ``stress @ deviations``, which has to be zero; None where there are none.
+        Gaps in the redundant constraints of overconstrained loops by the deviations, (..., s, n):
+        ``stress @ deviations`` has to be zero; None if there are no such constraints.
 
     Examples
     --------
@@ -68,12 +68,12 @@ class ReachableRegion(SupportFunction):
 
     @property
     def greatest(self) -> Array:
-        """Distance of the farthest point from the nominal pose, (...); to some 2e-4 where constraints are redundant."""
+        """Distance of the farthest point from the nominal pose, (...); to some 2e-4 with redundant constraints."""
         return np.asarray(np.linalg.norm(self.farthest, axis=-1))
 
     @property
     def direction(self) -> Array:
-        """Unit vector to the farthest point, (..., 3); where the centre is nominal its opposite is as far."""
+        """Unit vector to the farthest point, (..., 3); if the centre is zero the opposite point is equally far."""
         length = self.greatest[..., None]
         found = np.where(length > 0.0, self.farthest / np.where(length > 0.0, length, 1.0), self._basis[0])
         return np.where(np.isnan(length), np.nan, found)
@@ -82,14 +82,14 @@ class ReachableRegion(SupportFunction):
     def farthest(self) -> Array:
         """The farthest point from the nominal pose, (..., 3).
 
-        From directions all around, the way to the outermost point in each direction is taken as the next direction;
-        the distance only grows. (On the sphere this is the power method for a convex function: Journee, Nesterov,
-        Richtarik & Sepulchre, Journal of Machine Learning Research 11, 2010.)
+        The search starts in directions all around. The vector to the outermost point in a direction is the next
+        direction, by which the distance never decreases: the power method for a convex function on the sphere (Journee,
+        Nesterov, Richtarik & Sepulchre, Journal of Machine Learning Research 11, 2010).
         """
         return self._one_by_one(lambda part: part._farthest(self._around), (3,))
 
     def _one_by_one(self, ask: Callable[[ReachableRegion], Array], trailing: Shape, most: int = TOGETHER) -> Array:
-        """What is asked of regions of shape (m, 1), of all entries of the batch, some thousand at a time."""
+        """Result of `ask` for all entries of the batch, called with regions of shape (m, 1), m being `most` or less."""
         columns = self.columns.reshape(-1, 1, *self.columns.shape[-2:])
         centre = np.broadcast_to(self.centre, (*self.shape, 3)).reshape(-1, 1, 3)
         stress = None if self.stress is None else self.stress.reshape(-1, 1, *self.stress.shape[-2:])
@@ -108,7 +108,7 @@ class ReachableRegion(SupportFunction):
         return out.reshape((*self.shape, *trailing))
 
     def _farthest(self, around: Array) -> Array:
-        """That of regions of shape (m, 1), from some directions (d, 3)."""
+        """Farthest points (m, 3) of regions of shape (m, 1), searched from directions (d, 3)."""
         found = self._extreme(around)
         best = np.argsort(-np.sum(found**2, axis=-1), axis=-1, kind="stable")[:, :BEST]
         found = np.take_along_axis(found, best[..., None], axis=1)
@@ -120,7 +120,7 @@ class ReachableRegion(SupportFunction):
             if np.all(length <= before * (1.0 + slowest)):
                 break
         if self.stress is not None:
-            # How far it reaches in a direction is known better than the point that lies there.
+            # the support in a direction is known more accurately than the outermost point
             n = found / np.where(length > 0.0, length, 1.0)[..., None]
             length = np.maximum(length, np.sum(n * self.centre, axis=-1) + np.sum(self._reach(n), axis=-1))
             found = length[..., None] * n
@@ -128,7 +128,7 @@ class ReachableRegion(SupportFunction):
         return np.asarray(np.take_along_axis(found, chosen[:, None, None], axis=1)[:, 0])
 
     def with_segments(self, along: Array) -> ReachableRegion:
-        """The region with a segment added at each pose, as long as the region is wide.
+        """The region plus a segment at each pose, of the size of the largest contribution to the region.
 
         Parameters
         ----------
@@ -138,7 +138,7 @@ class ReachableRegion(SupportFunction):
         Returns
         -------
         ReachableRegion
-            What lies in a plane with the region and the segments has a `normal`.
+            It has a `normal` if the region and all segments lie in one plane.
         """
         column = self._extents[0] * np.broadcast_to(along, (*self.shape, 3))[..., None]
         columns = np.concatenate([self.columns, column], axis=-1)
@@ -150,17 +150,17 @@ class ReachableRegion(SupportFunction):
 
     @cached_property
     def dimension(self) -> int:
-        """Of the directions in which it extends at any pose: 2 for a region in a plane, 3 for one in space."""
+        """Dimension of the region over all poses: 2 if it lies in a plane, 3 if it extends in space."""
         return int(np.count_nonzero(self._extents > FLAT * self._extents[0]))
 
     @property
     def normal(self) -> Array:
-        """Normal of the plane in which it lies at all poses, (3,).
+        """Normal of the plane in which the region lies at all poses, (3,).
 
         Raises
         ------
         FrameError
-            If it lies in none.
+            If the region does not lie in a plane.
         """
         if self.dimension > 2:
             raise FrameError("the region extends in all three directions: it lies in no plane")
@@ -168,15 +168,16 @@ class ReachableRegion(SupportFunction):
 
     @cached_property
     def area(self) -> Array:
-        """Area of the region in its plane, (...); to some four digits where constraints are redundant.
+        """Area of the region in its plane, (...); to some four digits with redundant constraints.
 
-        The area of a sum is the sum of the mixed areas of all pairs; that of two ellipses ``A`` and ``B``, images of
-        the unit disc, is half the perimeter of the ellipse ``adj(A) B``, an elliptic integral (Schneider 2014, 5.1).
+        The area of a sum is the sum of the mixed areas of all pairs. The mixed area of two ellipses ``A`` and ``B``,
+        images of the unit disc, is half the perimeter of the ellipse ``adj(A) B``, an elliptic integral (Schneider
+        2014, 5.1).
 
         Raises
         ------
         FrameError
-            If the region lies in no plane.
+            If the region does not lie in a plane.
         """
         if self.dimension > 2:
             raise FrameError("the region extends in all three directions: it has a volume, and no area")
@@ -187,9 +188,9 @@ class ReachableRegion(SupportFunction):
 
     @cached_property
     def volume(self) -> Array:
-        """Volume, (...), 0 where the region lies in a plane.
+        """Volume, (...); 0 if the region lies in a plane.
 
-        To within a per cent, mostly to some four digits; to some two where constraints are redundant.
+        It is accurate to one per cent, mostly to some four digits; with redundant constraints to some two digits.
         """
         if self.dimension < 3:
             return np.where(np.isfinite(self.columns).all(axis=(-1, -2)), 0.0, np.nan)
@@ -198,12 +199,12 @@ class ReachableRegion(SupportFunction):
         return self._one_by_one(lambda part: volume_of_sum(part.columns[:, 0], self.sizes), (), TOGETHER // 16)
 
     def boundary(self, count: int = 180) -> Array:
-        """Outermost points all around, in their order where the region lies in a plane.
+        """Outermost points in directions all around, in their order along the boundary if the region lies in a plane.
 
-        In the plane the ends of straight edges, which intervals and joints of rank 1 make, are among them, unless
-        redundant constraints bind them. In space what lies between the points falls short of the support by up to
-        7 % where the region is smooth, at 180 directions, and by up to some 10 % where it has straight edges, however
-        thin it is.
+        In the plane they include the ends of straight edges, which come from contributions that are segments, unless
+        there are redundant constraints. In space, the convex hull of the points for 180 directions falls short of the
+        support by up to 7 % if the region is smooth, and by up to some 10 % if it has straight edges, however thin it
+        is.
 
         Parameters
         ----------
@@ -213,12 +214,12 @@ class ReachableRegion(SupportFunction):
         Returns
         -------
         ndarray
-            Displacements from the nominal pose, (..., m, 3), with m = count in space, and count and two for each edge
-            in the plane.
+            Displacements from the nominal pose, (..., m, 3); m is `count` in space, and in the plane `count` plus 4 for
+            each contribution that is a segment.
         """
         whole = self._spread
         if self.dimension > 2:
-            # where the region is thin, as closely as if it were stretched to be as wide as it is long
+            # directions for the region scaled to equal extents, so that thin regions are resolved as well
             n = (sphere(count) / self._extents) @ self._basis
             return whole._extreme(n / np.linalg.norm(n, axis=-1, keepdims=True))
         n = circle(count) @ self._basis[:2]
@@ -227,7 +228,7 @@ class ReachableRegion(SupportFunction):
         )
 
     def _edge_ends(self, whole: ReachableRegion) -> Iterator[Array]:
-        """Ends of the edges (..., 2, 3) of each contributor of rank one, on either side."""
+        """Ends of both straight edges of each contribution that is a segment, (..., 2, 3) each."""
         if self.stress is not None:
             return
         across = np.cross(self._basis[2], np.swapaxes(self.columns, -1, -2))
@@ -250,7 +251,7 @@ class ReachableRegion(SupportFunction):
         columns = np.moveaxis(whole, -2, 0).reshape(3, -1)
         finite = columns[:, np.isfinite(columns).all(axis=0)]
         basis = np.linalg.eigh(finite @ finite.T)[1].T[::-1] if finite.size else np.eye(3)
-        # The eigenvalues are squares: how thin it is tell the columns themselves.
+        # extents from the columns, as the eigenvalues are their squares, with half the digits
         extents = np.abs(basis @ finite).max(axis=1, initial=0.0)
         return extents, _upright(basis, extents)
 
@@ -260,26 +261,26 @@ class ReachableRegion(SupportFunction):
 
     @property
     def _basis(self) -> Array:
-        """Axes (3, 3), row by row, of which the last is the normal of a region that lies in a plane."""
+        """Principal axes, one a row, (3, 3); the last is the normal of a region that lies in a plane."""
         return self._flat_basis[1]
 
     @cached_property
     def _around(self) -> Array:
         if self.dimension > 2:
             return np.concatenate([sphere(256 if self.stress is None else 48), np.eye(3), -np.eye(3)])
-        # What is symmetric about the nominal pose is as far on either side.
+        # a region symmetric about the nominal pose is equally far on both sides
         return circle(128)[: 128 if self.centre.any() else 64] @ self._basis[:2]
 
 
 def in_order(points: Array, axes: Array, centre: Array) -> Array:
-    """Points (..., m, 3) in a plane with these axes (2, 3), in their order around a centre (..., 3)."""
+    """Points (..., m, 3) in the plane of `axes` (2, 3), sorted by their angle around a centre (..., 3)."""
     flat = (points - centre[..., None, :]) @ axes.T
     order = np.argsort(np.arctan2(flat[..., 1], flat[..., 0]), axis=-1, kind="stable")
     return np.take_along_axis(points, order[..., None], axis=-2)
 
 
 def _upright(basis: Array, extents: Array) -> Array:
-    """Axes in whose plane a region lies, those of the global frame where that plane is one of its own."""
+    """Right-handed axes for a region; those of the global frame if the region lies in the plane of x and y."""
     if np.count_nonzero(extents > FLAT * extents[0]) == 2 and abs(basis[2, 2]) > 1.0 - FLAT:
         return np.eye(3)
     return np.asarray(np.stack([basis[0], basis[1], np.cross(basis[0], basis[1])]))

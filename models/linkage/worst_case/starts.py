@@ -1,4 +1,4 @@
-"""Directions all around, in a plane and in space."""
+"""Directions distributed all around, in a plane and in space."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def circle(count: int) -> Array:
 
 
 def sphere(count: int) -> Array:
-    """Directions in space as evenly spaced as the golden section makes them, (count, 3).
+    """Nearly evenly spaced directions in space, on a spiral with the golden angle, (count, 3).
 
     Raises
     ------

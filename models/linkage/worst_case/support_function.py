@@ -1,4 +1,4 @@
-"""The support function of sums of segments, discs and balls, and what each of them adds to it."""
+"""The support function of sums of segments, ellipses and ellipsoids, and the contribution of each."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .redundant import least_lengths
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SupportFunction:
-    """How far a sum of segments, discs and balls reaches in any direction; see `ReachableRegion`.
+    """Support function of a sum of segments, ellipses and ellipsoids; see `ReachableRegion`.
 
     Attributes
     ----------
     centre, columns, sizes, names, stress
-        As of `ReachableRegion`.
+        See `ReachableRegion`.
     """
 
     centre: Array
@@ -38,7 +38,7 @@ class SupportFunction:
 
     @property
     def contributors(self) -> tuple[str, ...]:
-        """Different names, in their order."""
+        """Names of the contributors, each once, in their order."""
         return tuple(dict.fromkeys(self.names))
 
     # -- by direction -----------------------------------------------------------------------------------------------
@@ -49,7 +49,7 @@ class SupportFunction:
         Parameters
         ----------
         direction
-            Directions, (..., 2 or 3), that broadcast with the batch; their length does not count.
+            Directions, (..., 2 or 3), of any length, that broadcast with the batch.
 
         Returns
         -------
@@ -60,7 +60,7 @@ class SupportFunction:
         return np.asarray(np.sum(n * self.centre, axis=-1) + np.sum(self._reach(n), axis=-1))
 
     def extreme(self, direction: ArrayLike) -> Array:
-        """The outermost point in a direction; where an edge or a face is outermost, its middle.
+        """The outermost point in a direction; the middle of an edge or face that is outermost.
 
         Parameters
         ----------
@@ -90,7 +90,7 @@ class SupportFunction:
         return self._spread._extreme(directions)
 
     def deviations(self, direction: ArrayLike) -> Array:
-        """What each contributor does where the region is outermost, in shares of its limit.
+        """The deviations at the outermost point in a direction, as shares of their limits.
 
         Parameters
         ----------
@@ -100,8 +100,8 @@ class SupportFunction:
         Returns
         -------
         ndarray
-            One for each of the `columns`, (..., n): a vector of length one for each contributor, zero where it does not
-            count.
+            One for each of the `columns`, (..., n): a unit vector for each contribution, or zeros if it has no effect
+            in this direction.
         """
         along, lengths = self._balanced(unit_vector(direction, "direction"))
         length = np.repeat(lengths, self.sizes, axis=-1)
@@ -123,9 +123,9 @@ class SupportFunction:
         return self._by_name(self._reach(unit_vector(direction, "direction")))
 
     def variances(self, direction: ArrayLike) -> Array:
-        """Variance that each contributor brings about in a direction, spread evenly over its interval, disc or ball.
+        """Variance by each contributor in a direction, for a uniform distribution over its interval, disc or ball.
 
-        The variance of a component of a vector that is spread evenly over a ball of radius r in d dimensions is
+        The variance of a component of a vector distributed uniformly over a ball of radius r in d dimensions is
         ``r^2 / (d + 2)``: 1/3 for an interval, 1/4 for a disc, 1/5 for a ball (Muller, *A note on a method for
         generating points uniformly on n-dimensional spheres*, 1959, has such points).
 
@@ -137,7 +137,7 @@ class SupportFunction:
         Returns
         -------
         ndarray
-            One for each of `contributors`, (..., k); all are independent.
+            One for each of `contributors`, (..., k), whose deviations are independent.
         """
         return self._by_name(self._reach(unit_vector(direction, "direction")) ** 2 / (np.array(self.sizes) + 2.0))
 
@@ -154,7 +154,7 @@ class SupportFunction:
         return np.asarray((n[..., None, :] @ self.columns)[..., 0, :])
 
     def _lengths(self, along: Array) -> Array:
-        """Length of the part of each contributor, (..., contributors)."""
+        """Length of the part of each contribution, (..., contributions), in vectors (..., n)."""
         if not self.sizes:
             return np.zeros((*along.shape[:-1], 0))
         return np.asarray(np.sqrt(np.add.reduceat(along * along, self._starts, axis=-1)))
@@ -163,9 +163,9 @@ class SupportFunction:
         return self._lengths(self._balanced(n)[0])
 
     def _balanced(self, n: Array) -> tuple[Array, Array]:
-        """What each deviation works on, (..., n), with the forces in redundant constraints, and its lengths.
+        """``J_b^T n``, with multipliers for the redundant constraints, (..., n), and its lengths, (..., contributions).
 
-        These are rounded off where constraints are redundant, so that they are never zero.
+        With redundant constraints the lengths are smoothed, so that they are never zero.
         """
         along = self._along(n)
         if self.stress is None:
@@ -180,7 +180,7 @@ class SupportFunction:
             along, lengths = along.copy(), lengths.copy()
             along[..., without] = 0.0
         length = np.repeat(lengths, self.sizes, axis=-1)
-        # A direction square to an edge, to rounding, is taken as square to it.
+        # a direction perpendicular to an edge, but for rounding, counts as perpendicular
         least = 1e-14 * np.repeat(self._lengths(self._norms), self.sizes, axis=-1)
         here = np.where(length > least, along / np.where(length > least, length, 1.0), 0.0)
         return np.asarray(self.centre + (self.columns @ here[..., None])[..., 0])
@@ -196,11 +196,11 @@ class SupportFunction:
 
     @property
     def _starts(self) -> list[int]:
-        """Where the columns of each contributor begin."""
+        """Index of the first column of each contribution."""
         return [0, *accumulate(self.sizes)][:-1]
 
     @property
     def _spread(self) -> Self:
-        """The same with a further axis, for directions at each pose."""
+        """The same region with a further batch axis, for several directions at each pose."""
         stress = None if self.stress is None else self.stress[..., None, :, :]
         return replace(self, centre=self.centre[..., None, :], columns=self.columns[..., None, :, :], stress=stress)

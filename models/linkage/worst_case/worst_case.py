@@ -1,4 +1,4 @@
-"""The worst that clearances and tolerances can do to a point, at every pose: regions, largest displacement, shares."""
+"""Worst case of clearances and tolerances at every pose: reachable regions, largest displacement, contributors."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ from .finite import FiniteWorstCase, finite
 from .limits import Given, Limit, limits
 from .region import ReachableRegion
 
-# A deviation opens a redundant constraint where it does so by more than this share of what one moves at that pose.
+# Gap in a redundant constraint, as a share of the largest displacement by a deviation, above which it counts as open.
 OPENED = 1e-10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class WorstCase:
-    """How far a point can be from its nominal position, and its link be turned; made by `Motion.worst_case`.
+    """Largest displacements of a point and rotations of its link; made by `Motion.worst_case`.
 
-    All of it is exact to first order in clearances and tolerances. At dead points, where nothing is known to first
-    order, all is NaN.
+    Results are exact to first order in clearances and tolerances. At dead points, which have no derivatives, they are
+    NaN.
 
     Attributes
     ----------
     sensitivity
-        Derivatives of the point, which tell its name, link and motion.
+        Derivatives of the point's position, with its name, link and motion.
     limits
-        What may deviate, and how far.
+        Limits of the deviations.
     """
 
     sensitivity: PositionSensitivity
@@ -57,14 +57,14 @@ class WorstCase:
 
     @cached_property
     def position(self) -> ReachableRegion:
-        """Where the point can be, relative to its nominal position; lengths."""
+        """Region of possible displacements of the point from its nominal position, lengths."""
         return self._region(slice(0, 3))
 
     @cached_property
     def rotation(self) -> ReachableRegion:
-        """How its link can be turned: rotation vectors, radians, of a plane linkage along its normal.
+        """Region of possible rotation vectors of its link, radians; those of a planar linkage are along its normal.
 
-        It is NaN where the link can spin with the drives locked, as a rod between two balls can.
+        It is NaN if the link can spin with locked drives, as a rod between two spherical joints can.
         """
         return self._region(slice(3, 6))
 
@@ -78,7 +78,7 @@ class WorstCase:
         centre = np.broadcast_to(np.sum(np.broadcast_arrays(np.zeros((*shape, 3)), *middles), axis=0), (*shape, 3))
         sizes = tuple(part.shape[-1] for part in parts)
         stress = columns[..., 3:, :]
-        # Redundant constraints that nothing opens, as those across the plane of a plane linkage, hold by themselves.
+        # redundant constraints that no deviation opens, as those out of the plane of a planar linkage, do not matter
         moved = np.abs(columns).max(axis=(-2, -1), initial=0.0)
         opened = np.abs(stress) > OPENED * moved[..., None, None]
         kept = np.where(opened, stress, 0.0) if opened.any() else None
@@ -87,12 +87,12 @@ class WorstCase:
         return ReachableRegion(centre, columns[..., :3, :], sizes, tuple(each.name for each in self.limits), kept)
 
     def _check_middles(self, moved: Array) -> None:
-        """Refuse intervals whose middles, all together, open a redundant constraint: nothing is symmetric about them.
+        """Refuse intervals whose middles together open a redundant constraint: the region has no centre there.
 
         Parameters
         ----------
         moved
-            The most that a deviation moves at each pose, (...).
+            Largest effect of a deviation at each pose, (...).
         """
         aside = [each for each in self.limits if each.middle.any()]
         open_by = [each.by[..., 6:, 0] * each.middle[..., None] for each in aside]
@@ -119,7 +119,7 @@ class WorstCase:
 
     @property
     def area(self) -> Array:
-        """Area of the region that a point of a plane linkage can reach, (...); see `ReachableRegion.area`."""
+        """Area of the region that a point of a planar linkage can reach, (...); see `ReachableRegion.area`."""
         return self.position.area
 
     @property
@@ -159,7 +159,7 @@ class WorstCase:
         return np.asarray(motion.position(point, link)[..., None, :] + self.position.boundary(count))
 
     def deviations(self, direction: ArrayLike) -> tuple[Array, ...]:
-        """What deviates how far where the point is outermost in a direction.
+        """The deviations at which the point is outermost in a direction.
 
         Parameters
         ----------
@@ -169,7 +169,8 @@ class WorstCase:
         Returns
         -------
         tuple of ndarray
-            For each of `limits` the deviation, (..., m): clearances in the joint's axes, along ``ux uy``.
+            For each of `limits` the deviation, (..., m); that of a clearance is along the joint's clearance directions,
+            such as ``ux uy``.
         """
         shares = self.position.deviations(direction)
         ends = np.cumsum(self.position.sizes)
@@ -184,12 +185,12 @@ class WorstCase:
         Parameters
         ----------
         direction
-            Direction of the displacement, (..., 2 or 3); that of the largest at each pose where None.
+            Direction of the displacement, (..., 2 or 3); that of the largest at each pose if None.
 
         Returns
         -------
         Contributors
-            A table that is ranked by the worst case.
+            The contributors, shown as a table that is ranked by the worst case.
 
         Examples
         --------
@@ -207,7 +208,7 @@ class WorstCase:
         region = self.position
         reach = region.contributions(n)
         for limit in self.limits:
-            if limit.middle.any():  # an interval that is wider to one side reaches as much farther there
+            if limit.middle.any():  # the middle of an asymmetric interval adds to the reach
                 along = np.sum(limit.by[..., :3, 0] * n, axis=-1) * limit.middle
                 own = [name == limit.name for name in region.contributors]
                 reach = reach + along[..., None] * np.array(own, dtype=np.float64)
@@ -215,29 +216,29 @@ class WorstCase:
         return Contributors(region.contributors, each, np.where(where, region.variances(n), np.nan))
 
     def finite(self, direction: ArrayLike | None = None) -> FiniteWorstCase:
-        """How far the point goes with finite rotations when it is pulled, clearances being the only deviations.
+        """How far the point goes with finite rotations under a force, with clearances as the only deviations.
 
-        A force in the direction pulls at the point of the rigid linkage until every joint is in contact: of all that
-        clearances allow this is the farthest that lies ahead.
+        A force in the direction pulls the point of the rigid linkage until every joint is in contact. That is the
+        largest displacement in the direction of the force near the nominal pose.
 
         Parameters
         ----------
         direction
-            Directions, (..., 2 or 3), that broadcast with the batch; that of the largest displacement where None.
+            Directions, (..., 2 or 3), that broadcast with the batch; that of the largest displacement if None.
 
         Returns
         -------
         FiniteWorstCase
-            Displacement, and by how much the worst case of first order is off.
+            Displacement, and its difference from the worst case to first order.
 
         Raises
         ------
         FrameError
-            If there are other limits than clearances without a length of the bearing.
+            If there are limits other than clearances without a bearing length.
 
         Examples
         --------
-        An arm that is driven does not turn, so that its end goes as far as its pin.
+        A driven arm does not rotate, so that its end is displaced by the clearance of its pin.
 
         >>> from linkframe.models import Linkage
         >>> arm = Linkage(A=(0, 0), B=(1, 0))
@@ -258,19 +259,19 @@ class WorstCase:
         return finite(self.sensitivity, clearances, n, self.position.extreme(np.nan_to_num(n, nan=1.0)))
 
     def envelope(self, count: int = 2) -> Array:
-        """Outermost positions across the path of the point: the band, or in space the tube, that it stays in.
+        """Outermost positions perpendicular to the path of the point: the band, or in space the tube, it stays in.
 
-        To first order the envelope of all regions touches each of them where it is outermost square to the path.
+        To first order the envelope of all regions touches each at its outermost point perpendicular to the path.
 
         Parameters
         ----------
         count
-            Number of directions around the path, even; two are in the plane of a plane linkage.
+            Number of directions around the path; two are in the plane of a planar linkage.
 
         Returns
         -------
         ndarray
-            Global coordinates, (..., count, 3); NaN where the point stands still.
+            Global coordinates, (..., count, 3); NaN where the point is at rest.
 
         Raises
         ------
@@ -291,7 +292,7 @@ class WorstCase:
         return np.asarray(motion.position(point, link)[..., None, :] + region.around(n))
 
     def _path(self) -> Array:
-        """A vector along the path of the point, (..., 3)."""
+        """A vector tangent to the path of the point, (..., 3)."""
         motion, drives = self.sensitivity.motion, self.sensitivity.drives
         if any(np.any(rate) for rate in motion.drives.rates):
             return motion.velocity(self.sensitivity.point, self.sensitivity.link)
@@ -308,13 +309,13 @@ def unit_or_nan(vectors: Array) -> Array:
 
 
 def worst_case(motion: ClassifiedPoses, point: str, link: str | None, given: Given) -> WorstCase:
-    """The worst that clearances and tolerances can do to a point; see `Motion.worst_case`."""
+    """Worst case of a point under clearances and tolerances; see `Motion.worst_case`."""
     by = position_sensitivity(motion, point, link)
     return worst_case_by(by, with_redundant_rows(by), given)
 
 
 def worst_case_by(by: PositionSensitivity, rows: PositionSensitivity, given: Given) -> WorstCase:
-    """The worst case of a point whose position has these derivatives, without and with those of redundant rows."""
+    """Worst case of a point from its derivatives, without (`by`) and with (`rows`) those of redundant constraints."""
     found = tuple(limits(rows, given))
     if not found:
         raise FrameError(
