@@ -18,6 +18,8 @@ Shape = tuple[int, ...]
 _FEW = 16
 # Matrices above which each entry of all of them is looked at together.
 _MANY = 64
+# Product of the numbers of matrices and vectors above which these are multiplied three components after three.
+_LONG = 150_000
 # The number zero as an array: one object, which is known by itself and nobody may change.
 ZERO: Array = np.zeros(())
 ZERO.setflags(write=False)
@@ -154,11 +156,35 @@ def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
 
 def rotated(axes: Array, vectors: Array) -> Array:
     """Each three components of `vectors` (..., 3 n) multiplied by the matrices `axes` (..., 3, 3)."""
+    fine = axes.dtype != np.float64 or vectors.dtype != np.float64
+    if axes.size > 9 and not fine and axes.size * vectors.size > _LONG:
+        return _rotated_one_by_one(axes, vectors)
     split = vectors.reshape(*vectors.shape[:-1], vectors.shape[-1] // 3, 3)
-    fine = axes.dtype != np.float64 or split.dtype != np.float64
     # of numbers in extended precision matmul is the quicker one
     out: Array = split @ np.swapaxes(axes, -1, -2) if fine else np.einsum("...ij,...kj->...ki", axes, split)
     return out.reshape(*out.shape[:-2], 3 * out.shape[-2])
+
+
+def _rotated_one_by_one(axes: Array, vectors: Array) -> Array:
+    """`rotated` for long batches: the same sums, three components after three.
+
+    NumPy goes through operands whose axes merge into one several times as fast, so that what it would have to repeat
+    along an axis is repeated first, unless that is the last one of the vectors.
+    """
+    shape = axes.shape[:-2]
+    if shape != vectors.shape[:-1]:
+        shape = np.broadcast_shapes(shape, vectors.shape[:-1])
+        if vectors.ndim > 1 and vectors.shape[-2] > 1 and vectors.strides[-1] == vectors.itemsize:
+            transposed = axes.strides[-2] < axes.strides[-1]  # and must stay so, as the order of the sums goes by it
+            rows = np.ascontiguousarray(np.broadcast_to(axes.mT if transposed else axes, (*shape, 3, 3)))
+            axes = rows.mT if transposed else rows
+            vectors = np.ascontiguousarray(np.broadcast_to(vectors, (*shape, vectors.shape[-1])))
+    if vectors.shape[-1] == 3:
+        return np.asarray(np.einsum("...ij,...j->...i", axes, vectors))
+    out = np.empty((*shape, vectors.shape[-1]))
+    for k in range(0, vectors.shape[-1], 3):
+        out[..., k : k + 3] = np.einsum("...ij,...j->...i", axes, vectors[..., k : k + 3])
+    return out
 
 
 def block_diagonal(parts: Sequence[Array]) -> Array:

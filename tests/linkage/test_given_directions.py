@@ -67,3 +67,10 @@ def test_a_cross_given_with_few_digits_keeps_links_rigid() -> None:
         assert_allclose(axes.T @ axes, np.eye(3), atol=1e-15)
     assert_array_equal(linkage.joint("A").axes[:, 2], axis)
     assert linkage.move(A=(0.7, -0.4)).frame().solve().status == "regular"
+
+
+def test_joint_axes_depend_on_the_direction_alone() -> None:
+    """Also along global z, which most joints have: their axes are the global ones to the last bit."""
+    for axis in ((0.0, 0.0, 1.0), (0.0, 0.0, 2.0), (0.0, -0.0, 1.0)):
+        assert_array_equal(arm(axis).joints["A"].axes, np.eye(3))
+    assert_array_equal(arm((0.0, 0.0, -1.0)).joints["A"].axes, np.diag([1.0, -1.0, -1.0]))

@@ -206,6 +206,8 @@ def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
 
     Where the axis is within some 25° of global x, x is as near to global y as it can be.
     """
+    if second is None and axis.ndim == 1 and axis.tolist() == [0.0, 0.0, 1.0]:  # as most often
+        return np.eye(3)
     z = _unit(axis, f"axis of joint {what!r}")
     if second is None:
         along_x = np.abs(z[..., :1]) > 0.9
