@@ -20,6 +20,7 @@ from ..cache import KERNELS
 from ..ldl import PivotStep, eliminated, sparse_steps
 from ..structure.parts import Extended, Row, Value, add_row
 from ..structure.topology import Index, Topology
+from .order import Pattern, in_turn, link
 
 Real = NDArray[np.floating[Any]]
 # Numbers of the nodes of a chain, in order, and of the pieces of members between them.
@@ -299,11 +300,10 @@ def _steps(coupled: NDArray[np.bool_]) -> tuple[PivotStep, ...]:
     """Steps that eliminate the node between two neighbours; `coupled` (6, 18) tells which entries are not zero."""
 
     def make() -> tuple[PivotStep, ...]:
-        filled, pivots = np.vstack([coupled, np.zeros((12, 18), dtype=bool)]), []
-        for k in range(6):
-            below = [i for i in np.flatnonzero(filled[k]).tolist() if i > k]
-            filled[np.ix_(below, below)] = True
-            pivots.append((k, below))
+        pattern: Pattern = {k: {k: 0} for k in range(18)}
+        for k, i in np.argwhere(coupled).tolist():
+            link(pattern, k, i, 0)
+        pivots = in_turn(pattern, range(6)).below.items()
         return sparse_steps(pivots, {(i, j): 18 * i + j for i in range(18) for j in range(i + 1)})
 
     found: tuple[PivotStep, ...] = KERNELS.found(("neighbours", coupled.tobytes()), make, 18)

@@ -152,6 +152,14 @@ def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
     return min(by_cost, _ordered(copied, waiting, grid, _shape), key=lambda found: found.operations(grid))
 
 
+def in_turn(pattern: Pattern, pivots: Iterable[int]) -> Order:
+    """The elimination of `pivots` one after the other; `pattern` is reduced as by `order`."""
+    result = Order([], {}, {})
+    for k in pivots:
+        _eliminate(pattern, k, result)
+    return result
+
+
 def _ordered(pattern: Pattern, candidates: set[int], grid: Grid, key: Key) -> Order:
     """Eliminate `candidates` from `pattern`, the one with the least `key` first."""
     waiting = set(candidates)
@@ -168,8 +176,7 @@ def _ordered(pattern: Pattern, candidates: set[int], grid: Grid, key: Key) -> Or
             heapq.heappush(heap, keys[k])
             continue
         waiting.remove(k)
-        result.pivots.append(k)
-        result.below[k], result.masks[k] = _eliminate(pattern, k)
+        _eliminate(pattern, k, result)
         for i in waiting.intersection(result.below[k]):
             keys[i] = key(pattern, i, grid)
             heapq.heappush(heap, keys[i])
@@ -195,8 +202,8 @@ def _cost(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
     return own + 2 * grid.sizes[-1] * fill, len(near), k
 
 
-def _eliminate(pattern: Pattern, k: int) -> tuple[list[int], int]:
-    """Remove k from the pattern and add its fill; return the unknowns in its column and the mask of the column."""
+def _eliminate(pattern: Pattern, k: int, order: Order) -> None:
+    """Add pivot k to an order: remove it from the pattern, to which its fill is added."""
     row = pattern.pop(k)
     mask = row.pop(k)
     below = sorted(row)
@@ -206,4 +213,5 @@ def _eliminate(pattern: Pattern, k: int) -> tuple[list[int], int]:
         filled, own = pattern[i], row[i] | mask
         for j in below[a:]:
             filled[j] = pattern[j][i] = filled.get(j, 0) | own | row[j]
-    return below, functools.reduce(operator.or_, row.values(), mask)
+    order.pivots.append(k)
+    order.below[k], order.masks[k] = below, functools.reduce(operator.or_, row.values(), mask)

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..program.direct import Arithmetic, double
 from ..structure.parts import Grid, Parts, Row, Value, entry, is_zero, total
-from .order import Order
+from .order import in_turn, pattern_of
 from .stage import Stage, backward
 
 # A coupling below this share of the geometric mean of its two diagonal entries is less than the rounding, in extended
@@ -34,8 +34,7 @@ class TrailingSchurComplement:
     pivots
         The remaining unknowns in order of elimination.
     matrix
-        For each row the parts of the diagonal entry and of the entries after it, by place in `pivots`, with empty
-        entries for the fill.
+        For each row the parts of the diagonal entry and of the entries after it, by place in `pivots`.
     scale
         Parts of the scale of each diagonal entry.
     pivot_ratio
@@ -66,7 +65,6 @@ class TrailingSchurComplement:
         left = set(pivots)
         coupled = sum(len(left & stage.matrix.get(k, {}).keys() - {k}) for k in pivots) // 2
         negligible = coupled - sum(len(row) - 1 for row in matrix)
-        _fill(matrix)
         forces = [stage.forces.get(k, {}) for k in pivots]
         loads = [{-1 - s: double(total(parts)[1]) for s, parts in by_source.items()} for by_source in forces]
         scale = [{mask: double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
@@ -85,8 +83,7 @@ class TrailingSchurComplement:
                 entry(stage.matrix, k, j).update(_whole(recording, every, parts))
             if not self.pivot_ratio:
                 stage.scale[k] = _whole(recording, every, self.scale[k])
-        below = {k: sorted(row.keys() - {k}) for k, row in enumerate(self.matrix)}
-        order = Order(list(range(size)), below, dict.fromkeys(range(size), every))
+        order = in_turn(pattern_of(stage.matrix, ()), range(size))
         wanted = [True] * (every + 1)
         stage.eliminate(order, wanted)
         stage.forward(order, wanted)
@@ -157,12 +154,3 @@ def _pivot_ratio(stage: Stage, pivots: list[int], done: set[int]) -> float:
             return 0.0
         worst = max(worst, (weight + rest * worst) / springs)
     return 1.0 / worst
-
-
-def _fill(matrix: list[dict[int, Parts]]) -> None:
-    """Add empty entries for the fill of the elimination."""
-    for k, row in enumerate(matrix):
-        after = sorted(row.keys() - {k})
-        for a, i in enumerate(after):
-            for j in after[a:]:
-                matrix[i].setdefault(j, {})

@@ -139,7 +139,8 @@ class ConsistentMechanisms:
         """Set to zero the unknowns that loads do not reach at these entries, given a mask (m, n) of those reached."""
         self._values = np.where(reached, self._values, 0.0)
         self._motions = np.where(reached, self._motions, 0.0)
-        self.moving[self.mask] = (np.abs(self._motions) > _STILL).any(axis=(0, -1))
+        weights = np.where(np.array(self.unknowns) % 6 < 3, 1.0, self.length_scale[:, None])
+        self.moving[self.mask] = (np.abs(self._motions) * weights > _STILL).any(axis=(0, -1))
         self._reached = reached[~self.moving[self.mask]]
 
     def apart(self, where: NDArray[np.bool_]) -> Iterator[tuple[At, list[int]]]:

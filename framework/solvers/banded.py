@@ -61,10 +61,10 @@ class BandedFactor(Factor):
         least = self.factor[0].min(keepdims=True, initial=1.0) ** 2
         return all_of(surely_positive(least, len(self.order)))
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         if self.instead is not None:
-            return self.instead.unscaled(load)
+            return self.instead.solve_scaled(load)
         out = np.empty_like(load)
         out[self.order], _ = scipy.linalg.lapack.dpbtrs(self.factor, load[self.order], lower=1)
         return out

@@ -50,13 +50,13 @@ class CholeskyFactor(Factor):
         """Whether all pivots are positive."""
         return self.factor is not None
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         from cvxopt import cholmod
         from cvxopt import matrix as dense
 
         if self.factor is None:
-            return self.instead.unscaled(load)
+            return self.instead.solve_scaled(load)
         right = dense(np.asfortranarray(load))
         cholmod.solve(self.factor, right)
         return np.array(right)

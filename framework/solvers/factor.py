@@ -46,7 +46,7 @@ class Factor(ABC):
         self.scaled = filled(matrix, data)
 
     @abstractmethod
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
 
     def soft(self, *, nearly: bool = False) -> tuple[Array, int]:
@@ -57,8 +57,8 @@ class Factor(ABC):
         return np.random.default_rng(0).standard_normal((len(self.root), 2)), _TO_THE_LEAST
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, but to a few digits if that is faster: enough to find the least eigenvalue."""
-        return self.unscaled(load)
+        """As `solve_scaled`, but to a few digits if that is faster: enough to find the least eigenvalue."""
+        return self.solve_scaled(load)
 
     @property
     @abstractmethod
@@ -72,7 +72,7 @@ class Factor(ABC):
 
     def solve(self, load: Array) -> Array:
         """Solution for loads (n, k), NaN where a pivot is zero."""
-        found = self.unscaled(self.root[:, None] * load)
+        found = self.solve_scaled(self.root[:, None] * load)
         return np.full_like(load, np.nan) if found is None else self.root[:, None] * found
 
     def solve_to(self, load: Array, share: Array) -> Array:
@@ -86,7 +86,7 @@ class Factor(ABC):
         vector = probe(len(self.root))[:, None]
         growth = 1.0
         for _ in range(ITERATIONS):
-            found = self.unscaled(vector / growth)
+            found = self.solve_scaled(vector / growth)
             if found is None or not np.isfinite(found).all():
                 return True
             vector, growth = found, float(np.linalg.norm(found))
@@ -129,7 +129,7 @@ def probe(size: int) -> Array:
 class NoFactor(Factor):
     """Factor of a matrix without unknowns."""
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """The load (0, k) itself."""
         return load
 

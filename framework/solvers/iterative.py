@@ -105,7 +105,7 @@ class Iterative(Factor):
         """Whether all pivots of a factor are positive."""
         return self._direct(self.matrix).definite
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         return self._found(load, np.zeros(load.shape[1]))
 
@@ -125,7 +125,7 @@ class Iterative(Factor):
             if self.instead is None:  # the matrix is regular, but the iteration does not converge
                 self._give_up()
         assert self.instead is not None
-        return self.instead.unscaled(load)
+        return self.instead.solve_scaled(load)
 
     def energies(self, load: Array, margin: float) -> Array:
         """Upper bounds (k,) on the energy norm of the solutions for loads (n, k).
@@ -167,10 +167,10 @@ class Iterative(Factor):
         return (np.array(vectors[:, :2]), 2) if np.isfinite(vectors).all() else super().soft()
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, but to a few digits."""
+        """As `solve_scaled`, but to a few digits."""
         found = [self._rough(column) for column in load.T] if self.instead is None else [None]
         columns = [column for column in found if column is not None]
-        return np.stack(columns, axis=1) if len(columns) == len(found) else self.unscaled(load)
+        return np.stack(columns, axis=1) if len(columns) == len(found) else self.solve_scaled(load)
 
     def _rough(self, load: Array) -> Array | None:
         least = _ROUGH * _norm(load)

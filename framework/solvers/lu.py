@@ -38,6 +38,6 @@ class LUFactor(Factor):
         """Whether all pivots are positive."""
         return self.factor is not None and bool((self.factor.U.diagonal() > 0.0).all())
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), None where a pivot is zero."""
         return None if self.factor is None else self.factor.solve(load)

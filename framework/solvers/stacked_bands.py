@@ -161,16 +161,10 @@ class StackedFactor:
     def solve(self, entries: Index, loads: Array) -> None:
         """Solve in place with the scaled matrices of m `entries` for loads (size, m, k); NaN where a pivot is zero."""
         others = np.flatnonzero(np.isin(entries, list(self.instead))).tolist() if self.instead else []
-        found = [(other, self._otherwise(int(entries[other]), loads[:, other])) for other in others]
+        found = [(other, self.instead[int(entries[other])].solve(loads[:, other])) for other in others]
         self._factors.solve(entries, loads)
         for other, values in found:
             loads[:, other] = values
-
-    def _otherwise(self, entry: int, load: Array) -> Array | float:
-        """Solution for loads (size, k) by the factor that replaces the band; NaN where a pivot is zero."""
-        factor = self.instead[entry]
-        found = factor.unscaled(factor.root[:, None] * load)
-        return np.nan if found is None else factor.root[:, None] * found
 
     @cached_property
     def growth(self) -> Array:

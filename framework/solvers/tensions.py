@@ -96,12 +96,12 @@ class TensionFactor(Factor):
             before = moved
         return found, tensions
 
-    def unscaled(self, load: Array) -> Array | None:
+    def solve_scaled(self, load: Array) -> Array | None:
         """Solution (n, k) of the scaled matrix for loads (n, k), to the last bits where it is not singular."""
         return self._solved(load, _STEPS)[0].astype(np.float64)
 
     def roughly(self, load: Array) -> Array | None:
-        """As `unscaled`, but to a few digits."""
+        """As `solve_scaled`, but to a few digits."""
         return self._step(np.zeros((self._deformed.shape[0], load.shape[1])), load)[1]
 
     @property

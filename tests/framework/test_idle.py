@@ -292,3 +292,27 @@ def test_rods_in_line_are_pulled_along_whatever_their_direction() -> None:
     solution = frame.solve()
     assert set(solution.status.tolist()) == {"statically consistent mechanism"}
     assert_allclose(solution.forces("A", [0.0])[:, 0, 0], 1e3, rtol=1e-12)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e3, 1e9, 1e12])
+@pytest.mark.parametrize("force", [1.0, np.array([1.0, 2.0])])
+def test_a_rod_that_spins_is_told_so_in_every_unit_of_length(unit: float, force: float | Array) -> None:
+    """A rod of 10 m on a ball and a guide along x, in gigametres to picometres: it is pulled by ``F / cos``, moves by
+    ``F L / (E A cos^2)`` at its guide, and spins about itself freely."""
+    steel, side = Material(E=200e9 / unit**2, nu=0.3), 0.02 * unit
+    along = np.array([2.0, 3.0, 6.0]) / 7.0
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", 10.0 * unit * along)
+    frame.add("AB", Beam(Rectangle(y=side, z=side), steel), "A", "B")
+    frame.fix("A", "ux", "uy", "uz")
+    frame.fix("B", "uy", "uz")
+    frame.load("B", fx=force)
+    solution = frame.solve()
+    with pytest.warns(MechanismWarning, match=r"B \(.rx .ry .rz\)"):
+        moved = solution.displacement("B")
+    assert np.isnan(moved[..., 3:]).all()
+    assert_allclose(moved[..., 0] / unit, force * 10.0 / (200e9 * 0.02**2 * along[0] ** 2), rtol=1e-12)
+    assert_allclose(solution.forces("AB", [0.0])[..., 0, 0], force / along[0], rtol=1e-12)
+    assert set(np.atleast_1d(solution.status)) == {"statically consistent mechanism"}
+    assert np.isinf(solution.error_bound("B")[..., 0]).all()

@@ -17,6 +17,6 @@ def test_a_load_that_does_not_converge(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not factor.singular
     monkeypatch.setattr(iterative, "ITERATIONS", 0)
     load = np.random.default_rng(0).standard_normal((len(factor.root), 2))
-    found = factor.unscaled(load)
+    found = factor.solve_scaled(load)
     assert found is not None
     assert_allclose(factor.scaled @ found, load, atol=1e-6 * np.abs(load).max())

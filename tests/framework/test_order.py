@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched.order import Masks, Order, Pattern, link, order, two_stages
+from linkframe.framework.batched.order import Masks, Order, Pattern, in_turn, link, order, two_stages
 from linkframe.framework.cache import ORDERS
 from linkframe.framework.structure.parts import Grid
 
@@ -118,3 +118,12 @@ def test_orders_are_kept_apart_by_all_that_they_depend_on() -> None:
     for name, expected in alone.items():
         assert found(name) == expected, name
     assert len({str(each) for each in alone.values()}) == len(given)
+
+
+def test_fill_varies_as_what_it_comes_from() -> None:
+    """The entry between the neighbours of an unknown that couples one of them constantly and one by the pose."""
+    pattern: Pattern = {}
+    for i, j, mask in ((0, 0, 0), (1, 1, 0), (2, 2, 0), (0, 1, 0), (0, 2, POSE)):
+        link(pattern, i, j, mask)
+    assert in_turn(pattern, range(3)) == Order([0, 1, 2], {0: [1, 2], 1: [2], 2: []}, dict.fromkeys(range(3), POSE))
+    assert not any(pattern.values())
