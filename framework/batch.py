@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
+import operator
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -16,8 +18,10 @@ Shape = tuple[int, ...]
 
 # Objects up to which each is held against all others, and numbers up to which Python looks at each.
 _FEW = 16
-# Matrices above which each entry of all of them is looked at together.
-_MANY = 64
+# Of up to so many numbers each is added, also where all of one component are zero.
+_MANY = 2**12
+# Axes examined at a time.
+_IN_CACHE = 2**13
 # Product of the numbers of matrices and vectors above which these are multiplied three components after three.
 _LONG = 150_000
 # The number zero as an array: one object, which is known by itself and nobody may change.
@@ -91,27 +95,81 @@ def rotation(value: ArrayLike, what: str) -> Array:
     array = finite(value, what)
     if array.ndim < 2 or array.shape[-2:] != (3, 3):
         raise FrameError(f"{what} have shape {array.shape}: give (..., 3, 3), the axes as columns")
-    # of one and of many the entries tell in a tenth of the time
-    if (array.ndim == 2 or array.size > 9 * _MANY) and array.size and _is_rotation(array):
+    if array.ndim == 2 and _is_rotation(array):
         return array
-    off = np.abs(np.swapaxes(array, -1, -2) @ array - np.eye(3)).max(initial=0.0)
+    if array.size <= _MANY:
+        off, left = _oriented_one_by_one(array)
+    else:
+        whole = merged(array, 0, -3)
+        each = [_oriented(whole[start : start + _IN_CACHE]) for start in range(0, len(whole), _IN_CACHE)]
+        off, left = max(off for off, _ in each), any(left for _, left in each)
     if off > 1e-9:
         raise FrameError(f"{what} are not orthonormal (off by {off:.2g}): give three unit vectors at right angles")
-    if np.any(np.linalg.det(array) < 0.0):
+    if left:
         raise FrameError(f"{what} are left-handed: turn one of the columns round")
     return array
 
 
 def _is_rotation(axes: Array) -> bool:
-    """Whether the third of some axes (..., 3, 3) is the product of the first two, and these are unit vectors at right
-    angles: by a tenth of what `rotation` allows.
+    """Whether the third column of a matrix (3, 3) is the product of the first two, and these are unit vectors at right
+    angles: by a tenth of what `rotation` allows, told of one matrix in a tenth of the time.
     """
-    rows = axes.tolist() if axes.ndim == 2 else np.moveaxis(axes, (-2, -1), (0, 1))
-    (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = rows
+    (x1, y1, z1), (x2, y2, z2), (x3, y3, z3) = axes.tolist()
     product = x2 * y3 - x3 * y2 - z1, x3 * y1 - x1 * y3 - z2, x1 * y2 - x2 * y1 - z3
     unit = x1 * x1 + x2 * x2 + x3 * x3 - 1.0, y1 * y1 + y2 * y2 + y3 * y3 - 1.0
-    off = [*product, *unit, x1 * y1 + x2 * y2 + x3 * y3]
-    return bool(max(map(abs, off)) < 1e-10 if axes.ndim == 2 else all(np.abs(each).max() < 1e-10 for each in off))
+    return bool(max(map(abs, (*product, *unit, x1 * y1 + x2 * y2 + x3 * y3))) < 1e-10)
+
+
+def _oriented_one_by_one(axes: Array) -> tuple[float, bool]:
+    """How far the columns of matrices (..., 3, 3) are from orthonormal, and whether some are left-handed."""
+    off = np.abs(np.swapaxes(axes, -1, -2) @ axes - np.eye(3)).max(initial=0.0)
+    return float(off), bool(np.any(np.linalg.det(axes) < 0.0))
+
+
+def _oriented(axes: Array) -> tuple[float, bool]:
+    """The same of many matrices, component by component, in a tenth of the time."""
+    x, y, z = (_components(axes[..., column]) for column in range(3))
+    pairs = ((x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0))
+    off = max(float(np.abs(_dot(one, other) - wanted).max(initial=0.0)) for one, other, wanted in pairs)
+    minus = [-part for part in z]
+    across = [_dot((y[k - 2], y[k - 1]), (z[k - 1], minus[k - 2])) for k in range(3)]
+    return off, bool(np.any(_dot(x, across) < 0.0))
+
+
+def norms(vectors: Array) -> Array:
+    """Lengths (...) of vectors (..., 3): equals `numpy.linalg.norm`, in a third of the time where there are many."""
+    parts = _components(vectors)
+    return np.broadcast_to(np.sqrt(_dot(parts, parts)), vectors.shape[:-1])
+
+
+def placed(origin: Array, axes: Array, local: Array) -> Array:
+    """Positions (..., 3) of points given by their components `local` (..., 3) along the columns of `axes` (..., 3, 3).
+
+    Of many points those components that are zero throughout, as in the plane, are left out.
+    """
+    parts = _components(local) if local.size > _MANY else ()
+    if not any(type(part) is float for part in parts):
+        return origin + rotated(axes, local)
+    shape = (*np.broadcast_shapes(origin.shape[:-1], axes.shape[:-2], local.shape[:-1]), 3)
+    if all(type(part) is float for part in parts):
+        return np.broadcast_to(origin, shape)
+    out = np.empty(shape)
+    for k in range(3):
+        out[..., k] = origin[..., k] + _dot([axes[..., k, j] for j in range(3)], parts)
+    return out
+
+
+def _components(vectors: Array) -> Sequence[Array | float]:
+    """The components of vectors (..., 3), each (...) and together in memory; 0.0 for one that is zero throughout."""
+    parts = [vectors[..., k] for k in range(3)]
+    return [part.copy() if np.count_nonzero(part) else 0.0 for part in parts]
+
+
+def _dot(one: Sequence[Array | float], other: Sequence[Array | float]) -> Array | float:
+    """Scalar products of vectors given by their components."""
+    pairs = zip(one, other, strict=True)
+    terms = [a * b for a, b in pairs if not (type(a) is float or type(b) is float)]
+    return functools.reduce(operator.add, terms) if terms else 0.0
 
 
 def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:

@@ -25,10 +25,12 @@ def cross(first: Complex, second: Complex) -> Array:
 
 def rotation(direction: Complex) -> Array:
     """Axes (..., 3, 3), as columns, of a body whose x axis is the unit vector `direction`; its z axis is global z."""
-    x = vector(direction)
-    y = vector(1j * np.asarray(direction))
-    z = np.broadcast_to(np.array([0.0, 0.0, 1.0]), x.shape)
-    return np.stack([x, y, z], axis=-1)
+    direction = np.asarray(direction, dtype=np.complex128)
+    axes = np.zeros((*direction.shape, 3, 3))
+    axes[..., 0, 0] = axes[..., 1, 1] = direction.real
+    axes[..., 1, 0], axes[..., 2, 2] = direction.imag, 1.0
+    np.negative(direction.imag, out=axes[..., 0, 1])
+    return axes
 
 
 def dyad(chord: Complex, first: Array, second: Array, side: Array) -> Complex:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import (
+    everything_random,
     harness,
     kinematics,
     one_frame,
@@ -79,6 +80,26 @@ def test_linkframe_alone_tells_of_the_singular_pose() -> None:
     answers = {row["contender"]: row["answer"] for row in paper_job.singular()}
     assert answers.pop(paper_job.OURS).startswith("mechanism: free motion 1: D.rocker")
     assert all(value.endswith(" m") for name, value in answers.items() if name.startswith("numpy"))
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_everybody_solves_the_same_random_linkages(space: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Numba's loop is run by Python, which takes less time than to compile it."""
+    if harness.importable("numba"):
+        monkeypatch.setattr("numba.config.DISABLE_JIT", True)
+    samples = everything_random.drawn(3, space=space)
+    exact = np.array([samples.truth(k) for k in range(3)])
+    errors = {name: float(error(way(samples), exact).max()) for name, way in everything_random.ways().items()}
+    assert all((value < 1e-13) == ("linkframe" in name) for name, value in errors.items())
+    assert max(errors.values()) < 1e-6
+
+
+def test_numba_solves_the_same_job(monkeypatch: pytest.MonkeyPatch) -> None:
+    if not harness.importable("numba"):
+        pytest.skip("numba, which is a peer, is not installed")
+    monkeypatch.setattr("numba.config.DISABLE_JIT", True)
+    work = job(2, SAMPLES, space=False)
+    assert_allclose(everything_random.dense_job(work), Stacked(work, plane=True).solve(), rtol=1e-6, atol=1e-15)
 
 
 def test_mean_of_the_monte_carlo_is_exact() -> None:

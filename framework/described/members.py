@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..added_forms import AddedForm, FormLoad
-from ..batch import Array, aligned, distinct, finite
+from ..batch import Array, aligned, distinct, finite, norms
 from ..errors import FrameError
 from ..examination import examine_mass, examine_member
 from ..formed import FormedElement
@@ -235,9 +235,9 @@ class DescribedMembers(DescribedNodes):
     def _check_length(self, name: str, start: str, end: str) -> Array:
         """Vector from the start of a member to its end, (..., 3); raises a `FrameError` where it has zero length."""
         chord = self._chord(start, end)
-        if chord.ndim == 1 and any(part * part > 0.0 for part in chord.tolist()):
+        if chord.size == 3 and any(part * part > 0.0 for part in chord.reshape(-1).tolist()):
             return chord
-        length = np.linalg.norm(chord, axis=-1)
+        length = norms(chord)
         if np.any(length <= 0.0):
             where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
             raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
@@ -245,9 +245,9 @@ class DescribedMembers(DescribedNodes):
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
         apart = self._chord(first, second)
-        if apart.ndim == 1 and not any(apart.tolist()):
+        if apart.size == 3 and not any(apart.reshape(-1).tolist()):
             return
-        gaps = np.linalg.norm(apart, axis=-1)
+        gaps = norms(apart)
         # Entries that are left out need no coincident nodes.
         gap = float(np.max(gaps if self.absent is None else np.where(self.absent, 0.0, gaps), initial=0.0))
         if gap > max(COINCIDENT * self.size, self.tolerance):

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..batch import Array, Shape, joined, rotated, rotation, vector
+from ..batch import Array, Shape, joined, norms, placed, rotation, vector
 from ..errors import FrameError
 from ..loads import MemberLoad
 from ..names import found, new
@@ -174,7 +174,8 @@ class DescribedNodes:
         if body is None and place.ndim == 1:
             self.size = max(self.size, *map(abs, place.tolist()))
         elif body is None or self.bodies[body].far + _farthest(place) > self.size:
-            self.size = max(self.size, float(np.abs(self._place(name)).max(initial=0.0)))
+            there = self._place(name)
+            self.size = max(self.size, float(there.max(initial=0.0)), -float(there.min(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
         """Give a node a second name, for loads, supports and results.
@@ -227,7 +228,7 @@ class DescribedNodes:
         if at.body is None:
             return at.coordinates
         body = self.bodies[at.body]
-        return body.origin + rotated(body.axes, at.coordinates)
+        return placed(body.origin, body.axes, at.coordinates)
 
     def chord(self, member: str) -> Array:
         """Vector from start to end of a member, in the axes of its body where both ends share one, else global.
@@ -268,8 +269,7 @@ class DescribedNodes:
         FrameError
             If the member is unknown.
         """
-        length: Array = np.linalg.norm(self.chord(member), axis=-1)
-        return length
+        return norms(self.chord(member))
 
     def _chord(self, start: str, end: str) -> Array:
         a, b = self.nodes[start], self.nodes[end]
@@ -314,7 +314,5 @@ class DescribedNodes:
 
 
 def _farthest(places: Array) -> float:
-    """Largest distance of places (..., 3) from their origin."""
-    if places.ndim == 1:
-        return math.hypot(*places.tolist())
-    return float(np.linalg.norm(places, axis=-1).max(initial=0.0))
+    """The greatest distance of positions (..., 3) from the origin."""
+    return math.hypot(*places.tolist()) if places.ndim == 1 else float(norms(places).max(initial=0.0))

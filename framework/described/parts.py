@@ -114,7 +114,7 @@ def check_ideal(what: str, stiffness: Array) -> None:
         Naming the component, an entry at which it is ideal, and one at which it is not.
     """
     infinite = np.isinf(stiffness)
-    if not stiffness.size or infinite.ndim == 1:
+    if infinite.ndim == 1 or not infinite.any():
         return
     mixed = infinite.reshape(-1, 6).any(axis=0) & ~infinite.reshape(-1, 6).all(axis=0)
     for k in np.flatnonzero(mixed)[:1].tolist():

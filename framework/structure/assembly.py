@@ -83,8 +83,9 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
             continue
         shares: Row = {6 * node + k: 1.0}
         if not global_axes:
-            components = grid.components(_in_node(topology, node, np.eye(6)[k]))
-            shares = {6 * node + c: share for c, share in enumerate(components)}
+            axes = aligned(topology.axes(node), len(grid.shape), 2)
+            block = 6 * node + 3 * (k // 3)
+            shares = {block + c: share for c, share in enumerate(grid.components(axes[..., k % 3, :]))}
         for key, factor in rhs_parameters.row(number).items():
             for dof, push in scaled(shares, factor).items():
                 put(dof, -1 - key, push)

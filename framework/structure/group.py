@@ -103,6 +103,11 @@ class Group:
         return length
 
     @cached_property
+    def along_x(self) -> bool:
+        """Whether all members lie along the x axis of the axes of the chord, as those of a body often do."""
+        return bool(np.all(self.chord[..., 0] > 0.0)) and not self.chord[..., 1:].any()
+
+    @cached_property
     def springs(self) -> tuple[Array, Array] | None:
         """Spring stiffnesses (n, ..., springs) and deformations (n, ..., springs, 12) per unit local end displacement.
 

@@ -71,11 +71,13 @@ class Grid:
         """The components of `array` (..., n) or (..., n, m), each as by `value`; 0.0 if zero everywhere."""
         batch = array.ndim - trailing
         flat = array.reshape(*array.shape[:batch], math.prod(array.shape[batch:]))
-        used = (flat != 0.0).reshape(-1, flat.shape[-1]).any(axis=0)
         if flat.size > flat.shape[-1]:
             flat = aligned(flat, len(self.shape), 1)
-            return [np.ascontiguousarray(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
-        return [self.value(flat[..., k]) if used[k] else 0.0 for k in range(flat.shape[-1])]
+            columns = [flat[..., k] for k in range(flat.shape[-1])]
+            # most are not zero at the first entry, and need no second look
+            used = [bool(each[(0,) * each.ndim] != 0.0 or np.count_nonzero(each)) for each in columns]
+            return [np.ascontiguousarray(each) if some else 0.0 for each, some in zip(columns, used, strict=True)]
+        return [self.value(flat[..., k]) if (flat[..., k] != 0.0).any() else 0.0 for k in range(flat.shape[-1])]
 
 
 def mask_of(value: object) -> int:

@@ -280,7 +280,8 @@ def _springs(grid: Grid, stiffness: Array) -> tuple[Value, ...]:
     """The six stiffnesses, 0.0 where they are infinite."""
     if stiffness.size == 6:
         return tuple(0.0 if k == np.inf else k for k in stiffness.reshape(-1).tolist())
-    return tuple(grid.components(np.where(np.isinf(stiffness), 0.0, stiffness)))
+    infinite = np.isinf(stiffness)
+    return tuple(grid.components(np.where(infinite, 0.0, stiffness) if infinite.any() else stiffness))
 
 
 def _tie(tie: Tie, number: dict[str, int]) -> Edge:

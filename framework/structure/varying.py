@@ -21,6 +21,8 @@ from .parts import Grid, Value, combine, mask_of, product
 
 # Batch entries examined at a time in the first pass.
 _CHUNK = 2**14
+# The chord, up to its length, of members along x.
+_X = (1.0, 0.0, 0.0)
 # A number of each of n pieces, (n, ...), or a float that is the same for all.
 Number = Array | float
 Pair = tuple[int, int]
@@ -140,7 +142,7 @@ class Varying:
         """
         found: list[Value] = []
         for group, pieces in self.groups:
-            given = _given(group.cut(axis, indices))
+            given = _given(group, axis, indices)
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
                     used = [array[k] for k, code in enumerate(codes) if code]
@@ -167,12 +169,17 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 
-def _given(group: Group) -> list[Sequence[Number]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end."""
+def _given(whole: Group, axis: int, indices: slice) -> list[Sequence[Number]]:
+    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end.
+
+    They are those at some indices of a batch axis; which of them vary is the same for all indices.
+    """
+    group = whole.cut(axis, indices)
     stiffness, deformed = group.element.spring_numbers(group.length)
     local = [deformed.get((spring, dof), 0.0) for spring in range(len(stiffness)) for dof in range(12)]
     if all(axes is None for axes in group.axes):
-        return [stiffness, local, group.element.axis_numbers(group.chord)]
+        chord = np.broadcast_to(_X, (len(group.pieces), *(1,) * (group.chord.ndim - 2), 3))
+        return [stiffness, local, group.element.axis_numbers(chord if whole.along_x else group.chord)]
     start, end = group.end_axes
     turns = [start] if end is start else [start, end]
     return [stiffness, local, *([turn[..., i, k] for i in range(3) for k in range(3)] for turn in turns)]
@@ -195,24 +202,23 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
 
 def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     """The patterns of the pieces, with the entries that are not zero in the whole batch."""
-    axis, slices = grid.slices(_CHUNK)
-    found: list[list[NDArray[np.int64]]] = []
-    for indices in slices:
-        given = _given(group.cut(axis, indices))
-        if not found:
-            found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
-            continue
-        # Numbers that do not vary, or are known not to be zero, are not examined again.
-        open_ones = [
-            (codes, k, number)
-            for numbers, codes in zip(given, found, strict=True)
-            for k, number in enumerate(numbers)
-            if isinstance(number, np.ndarray) and number[0].size > 1 and not codes[k].all()
-        ]
+    axis, (first, *others) = grid.slices(_CHUNK)
+    given = _given(group, axis, first)
+    found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
+    # Numbers that do not vary, or are known not to be zero, are not examined again.
+    open_ones = [
+        (at, k)
+        for at, (numbers, codes) in enumerate(zip(given, found, strict=True))
+        for k, number in enumerate(numbers)
+        if isinstance(number, np.ndarray) and number[0].size > 1 and not codes[k].all()
+    ]
+    for indices in others:
         if not open_ones:
             break
-        for codes, k, number in open_ones:
-            codes[k] |= _codes(number, len(group.pieces), grid)
+        given = _given(group, axis, indices)
+        for at, k in open_ones:
+            found[at][k] |= _codes(given[at][k], len(group.pieces), grid)
+        open_ones = [(at, k) for at, k in open_ones if not found[at][k].all()]
     each = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
     return [
         VaryingMember(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)

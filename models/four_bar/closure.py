@@ -139,6 +139,15 @@ class Closure:
         follows = passes[0] & passes[1] & (self.branch in FOLLOWING) & (self._square > self._resolution[1])
         return np.asarray(~self.singular | follows)
 
+    @cached_property
+    def _roots(self) -> tuple[Array, Array]:
+        """f₁ and f₂, signed as their half-angle terms, (...)."""
+        first, second = (
+            np.copysign(np.sqrt(np.maximum(square, 0.0)), term)
+            for square, term in zip(self._factors, self._half, strict=True)
+        )
+        return first, second
+
     def _root(self, index: int) -> Jet:
         """f and its first and second derivative by θ, signed as its half-angle term h.
 
@@ -147,7 +156,7 @@ class Closure:
         g, product = self._excesses[index], self._product
         cos, sin = self._half
         h, dh, ddh = (cos, -0.5 * sin, -0.25 * cos) if index == 0 else (sin, 0.5 * cos, -0.25 * sin)
-        f = np.copysign(np.sqrt(np.maximum(self._factors[index], 0.0)), h)
+        f = self._roots[index]
         with np.errstate(divide="ignore", invalid="ignore"):
             r = np.where(g == 0.0, 1.0 / np.sqrt(product), h / f)
             dr = np.where(g == 0.0, 0.0, g * dh / f**3)
@@ -165,7 +174,7 @@ class Closure:
     @cached_property
     def area(self) -> Array:
         """X, twice the area of the triangle B E D, positive where D is to the left of B → E, (...)."""
-        area: Array = self._side * 0.5 * self._root(0)[0] * self._root(1)[0]
+        area: Array = self._side * 0.5 * self._roots[0] * self._roots[1]
         return area
 
     @cached_property

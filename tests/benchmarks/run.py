@@ -22,6 +22,7 @@ from time import perf_counter
 BENCHMARKS = (
     "paper_job",
     "all_results",
+    "everything_random",
     "samples",
     "segments",
     "size",
@@ -46,6 +47,7 @@ PACKAGES = (
     "calfem-python",
     "cvxopt",
     "llvmlite",
+    "numba",
     "pypardiso",
     "pylinkage",
     "exudyn",

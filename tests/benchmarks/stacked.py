@@ -75,7 +75,7 @@ def _beams(job: Job) -> Array:
     return whole[:, 6:-6, 6:-6]
 
 
-def beam(chord: Array) -> Array:
+def beam(chord: Array, E: Array | float = E, G: Array | float = G) -> Array:
     """Stiffness of the bar along a chord in the plane, (..., 12, 12), global."""
     length = np.linalg.norm(chord, axis=-1)
     c, s = chord[..., 0] / length, chord[..., 1] / length
@@ -88,7 +88,7 @@ def beam(chord: Array) -> Array:
         a, b, near, far = 12 / length**2, 6 * sign / length, 4 + 0 * length, 2 + 0 * length
         rows = [[a, b, -a, b], [b, near, -b, far], [-a, -b, a, -b], [b, far, -b, near]]
         bending = np.moveaxis(np.array(rows), (0, 1), (-2, -1))
-        local[..., dofs[:, None], dofs] = E * inertia / length[..., None, None] * bending
+        local[..., dofs[:, None], dofs] = (E * inertia / length)[..., None, None] * bending
     turn = np.zeros_like(local)
     for at in range(0, 12, 3):
         turn[..., at, at], turn[..., at, at + 1] = c, s
