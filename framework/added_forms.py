@@ -295,6 +295,15 @@ class FormLoad:
         """What may vary over the batch, (..., 1) each."""
         return tuple(value[..., None] for value in self.added.values)
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """No distances: it acts on the whole member."""
+        return ()
+
+    def in_axes(self, local_axes: Array) -> FormLoad:
+        """Itself: it is written in the member's own axes."""
+        return self
+
     def points(
         self, lower: Array, upper: Array, length: Array, rule: Callable[[Array, Array], tuple[Array, Array]]
     ) -> list[tuple[Array, Array]]:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .added_forms import FormLoad
 from .batch import Array, Shape, vector
 from .described.parts import JointLink, MassPoint, Member, Node, check_ideal
 from .description import Description
@@ -19,7 +18,6 @@ from .examination import examine_mass
 from .formed import FormedElement
 from .joint_examination import examine_joint
 from .joint_protocol import JointElement
-from .loads import LineLoad
 from .names import plain
 from .protocol import LineElement, PointElement, is_proven
 
@@ -215,9 +213,7 @@ class Editable(Description):
                     self.members[name] = member._replace(element=replace(member.element, length=self.length(name)))
                 member.element.check(chord)
                 for load in self.member_loads.get(name, ()):
-                    if isinstance(load, FormLoad):  # it acts along the whole member
-                        continue
-                    end = (0.0 if load.span is None else load.span[1]) if isinstance(load, LineLoad) else load.at
+                    end = max(load.places, default=0.0)
                     if end > self._least_length(name):
                         text = f"a load on it reaches to {end:.6g}: move its ends less, or unload it first"
                         raise FrameError(f"member {name!r} would be {self._least_length(name):.6g} long, and {text}")

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .added_forms import FormLoad
-from .batch import Array
+from .batch import Array, aligned, rotated
 
 # Field metadata of arrays whose last axis is no batch axis.
 _VECTORS = {"trailing": 1}
@@ -50,6 +50,19 @@ class LineLoad:
         """What may vary over the batch, (..., 3) each."""
         return tuple(self.parts.values())
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Distances from the member's start at which it begins and ends; none where it acts on the whole member."""
+        return () if self.span is None else self.span
+
+    def in_axes(self, local_axes: Array) -> LineLoad:
+        """Its components in the local axes (..., 3, 3), given as rows."""
+        if self.local:
+            return self
+        ndim = local_axes.ndim - 2
+        own = {name: rotated(local_axes, aligned(vectors, ndim, 1)) for name, vectors in self.parts.items()}
+        return LineLoad(span=self.span, local=True, **own)
+
     def clipped(self, lower: Array, upper: Array, length: Array) -> tuple[Array, Array]:
         """Ends of the loaded stretch within `lower` ... `upper`, as distances from the member's start, (...)."""
         x1, x2 = (0.0 * length, length) if self.span is None else (np.asarray(self.span[0]), np.asarray(self.span[1]))
@@ -85,6 +98,17 @@ class PointLoad:
     def forces(self) -> tuple[Array, ...]:
         """What may vary over the batch, (..., 6)."""
         return (self.force,)
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Distance from the member's start at which it acts."""
+        return (self.at,)
+
+    def in_axes(self, local_axes: Array) -> PointLoad:
+        """Its components in the local axes (..., 3, 3), given as rows."""
+        if self.local:
+            return self
+        return replace(self, force=rotated(local_axes, aligned(self.force, local_axes.ndim - 2, 1)), local=True)
 
     def points(self, lower: Array, upper: Array, length: Array, rule: Rule) -> list[tuple[Array, Array]]:
         """The load itself where `at` lies between `lower` and `upper`, the member's end included; else nothing."""

@@ -218,8 +218,7 @@ def _breaks(topology: Topology, group: Group, at: Index) -> list[Array]:
     start = length * piece.index
     marks: list[float] = []
     for load in topology.frame.member_loads.get(piece.member, []):
-        span = getattr(load, "span", (getattr(load, "at", 0.0),))
-        marks += list(span) if span is not None else []
+        marks += load.places
     return [np.clip(mark - start, 0.0, length) for mark in sorted(set(marks))] + [length]
 
 

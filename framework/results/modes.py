@@ -20,6 +20,8 @@ from .shapes import Shapes, check_count_of
 from .sparse_spectrum import SparsePencil
 from .spectrum import (
     DENSE,
+    OF_FRAME,
+    AskedModes,
     above_rounding,
     found_anew,
     inverse_pencil,
@@ -73,18 +75,28 @@ class Modes(Shapes):
     frequencies: Array
 
 
-def modes(frame: Description, count: int) -> Modes:
+def modes(frame: Description, count: int, asked: AskedModes = OF_FRAME) -> Modes:
     """The `count` lowest modes of ``K x = omega^2 M x`` for every batch entry.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    count
+        How many.
+    asked
+        By what they were asked for, as messages say it.
 
     Raises
     ------
     FrameError
-        Where the frame has no mass, or fewer modes than asked for.
+        Where the frame has no mass at a batch entry, or fewer modes than asked for.
     """
     require_springs({name: joint.element for name, joint in frame.joints.items()})
     plan = Plan(released_masses(frame).copy(), cut=True)
-    check_count_of("modes", count, plan)
-    squared, vectors = _sparse(plan, count) if plan.large and len(plan.unknowns) > DENSE else _dense(plan, count)
+    check_count_of(asked.verb, count, plan)
+    way = _sparse if plan.large and len(plan.unknowns) > DENSE else _dense
+    squared, vectors = way(plan, count, asked)
     frequencies = np.sqrt(squared) / (2.0 * np.pi)
     shape = np.broadcast_shapes(frame.shape, frequencies.shape[:-1])
     out = np.array(np.broadcast_to(frequencies, (*shape, count)))
@@ -93,9 +105,9 @@ def modes(frame: Description, count: int) -> Modes:
     return Modes(out, _plan=plan, _vectors=vectors)
 
 
-def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
+def _dense(plan: Plan, count: int, asked: AskedModes) -> tuple[Array, Array]:
     stiffness, mass = dense.resisting(plan, pushed=True), dense.mass(plan)
-    _check(bool(np.any(mass)) or not mass.size)
+    asked.require_mass(np.any(mass, axis=(-2, -1)), plan.frame.absent)
     least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
     unstable = least < -_REGULAR
     eye = np.eye(stiffness.shape[-1])
@@ -116,7 +128,7 @@ def _dense(plan: Plan, count: int) -> tuple[Array, Array]:
         soft = (squared == 0.0) & (singular & own & surely_stiff(plan))[..., None]
         squared, vectors = _soft(plan, mass, soft, squared, vectors)
     squared, vectors = found_anew(
-        stiffness, mass, np.maximum(shift, squared[..., 0]), squared, vectors, f"modes({count}): the frame"
+        stiffness, mass, np.maximum(shift, squared[..., 0]), squared, vectors, asked.number(count)
     )
     squared[np.broadcast_to(unstable, squared.shape[:-1])] = np.nan
     return squared, vectors
@@ -145,9 +157,9 @@ def _unstable(where: NDArray[np.bool_]) -> str:
     )
 
 
-def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
+def _sparse(plan: Plan, count: int, asked: AskedModes) -> tuple[Array, Array]:
     solver = SparseSolver(plan)
-    _check(solver.mass.nnz > 0)
+    asked.require_mass(np.asarray(solver.mass.nnz > 0), None)
     shift = 0.0
     if solver.singular(excited=True).any() or solver.singular(excited=False).any():
         shift = float(solver.stiffness.diagonal().sum() / solver.mass.diagonal().sum())
@@ -157,7 +169,7 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
     values, vectors = SparsePencil(solver, shift).greatest(solver.mass, count)
     if np.any(values <= _LOST * np.finfo(float).eps * values[0]):
         raise FrameError(
-            f"modes({count}): the frame has fewer modes with mass, or modes so far apart that rounding hides the "
+            f"{asked.number(count)} has fewer modes with mass, or modes so far apart that rounding hides the "
             "highest: ask for fewer"
         )
     return _elastic(1.0 / values - shift, np.asarray(shift)), vectors / np.sqrt(values)
@@ -166,11 +178,6 @@ def _sparse(plan: Plan, count: int) -> tuple[Array, Array]:
 def _elastic(squared: Array, shift: Array) -> Array:
     """Squared frequencies that were found with a shift, with zero in place of the rounding left at free motions."""
     return np.where(squared > _NOISE * shift, np.maximum(squared, 0.0), 0.0)
-
-
-def _check(massive: bool) -> None:
-    if not massive:
-        raise FrameError("modes: the frame has no mass: give its materials a density, or add a PointMass")
 
 
 def _halves(plan: Plan, stiffness: Array, mass: Array, shift: Array) -> tuple[Array, Array]:

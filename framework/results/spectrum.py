@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -18,6 +20,28 @@ from . import dense
 DENSE = 400
 # If squared frequencies differ by more than this factor, the higher ones are computed again with a shift of their size.
 _APART = 1e4
+
+
+class AskedModes(NamedTuple):
+    """What asks for modes, as messages say it: the verb, of what, and what gives that a mass."""
+
+    verb: str
+    owner: str
+    remedy: str
+
+    def number(self, count: int) -> str:
+        """Beginning of a message on so many modes."""
+        return f"{self.verb}({count}): {self.owner}"
+
+    def require_mass(self, massive: NDArray[np.bool_], absent: NDArray[np.bool_] | None) -> None:
+        """Refuse what has no mass at a batch entry that is there; `massive` (...) tells where it has some."""
+        without = ~massive if absent is None else ~massive & ~absent
+        if without.any():
+            which = "" if without.all() else f" at batch entry {np.argwhere(without)[0].tolist()}"
+            raise FrameError(f"{self.verb}: {self.owner} has no mass{which}: {self.remedy}")
+
+
+OF_FRAME = AskedModes("modes", "the frame", "give its materials a density, or add a PointMass")
 
 
 def stiffness_halves(plan: Plan) -> tuple[Array, Array]:

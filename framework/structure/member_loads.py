@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
-from ..added_forms import FormLoad
 from ..batch import Array, aligned, rotated
-from ..loads import LineLoad, MemberLoad
 from ..shape_rules import strain_rows
 from .topology import Group, Index, Topology
 
@@ -74,7 +71,7 @@ def applied_forces(topology: Topology, group: Group, position: int, upto: Array 
         return points[:, 0], weights[:, 0]
 
     for load in topology.frame.member_loads.get(piece.member, []):
-        for x, force in _local(load, local_axes).points(start, end, length * piece.count, rule):
+        for x, force in load.in_axes(local_axes).points(start, end, length * piece.count, rule):
             yield (x - start)[None], force[None]
 
 
@@ -133,16 +130,3 @@ def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:
         rows, forces = (np.abs(rows), np.abs(forces)) if sizes else (rows, forces)
         out = out + np.sum((weights[lead] * length)[..., None] * np.einsum("...ij,...i->...j", rows, forces), axis=0)
     return out
-
-
-def _local(load: MemberLoad, local_axes: Array) -> MemberLoad:
-    """The load with its components in the local axes `local_axes` (..., 3, 3), given as rows."""
-    if load.local:
-        return load
-    ndim = local_axes.ndim - 2
-    if isinstance(load, FormLoad):
-        raise TypeError("a form acts in the member's own axes")
-    if isinstance(load, LineLoad):
-        own = {name: rotated(local_axes, aligned(vectors, ndim, 1)) for name, vectors in load.parts.items()}
-        return LineLoad(span=load.span, local=True, **own)
-    return replace(load, force=rotated(local_axes, aligned(load.force, ndim, 1)), local=True)

@@ -203,6 +203,30 @@ REFUSED = {
         "spatial 'p' is slack from 1 to 2",
     ),
     "drive": (with_joint(beside='<actuator><motor joint="c"/></actuator>'), "acts on joint 'c', which is not there"),
+    "unit": (with_joint(beside='<compiler angle="grad"/>'), "compiler: angle is 'grad': give degree or radian"),
+    "turns": (with_joint(beside='<compiler eulerseq="xyw"/>'), "compiler: eulerseq is 'xyw': give three of"),
+    "few turns": (with_joint(beside='<compiler eulerseq="xy"/>'), "compiler: eulerseq is 'xy': give three"),
+    "too many": (with_joint(joint='<joint name="a" pos="1 0 0 9"/>'), "joint 'a': pos is '1 0 0 9': give 3 numbers"),
+    "no class": (with_joint(beside="<default><default/></default>"), "a <default> within another has no class"),
+    "class twice": (
+        with_joint(beside='<default><default class="x"/><default class="x"/></default>'), "is of class 'x', as another",
+    ),
+    "no file": (with_joint(beside="<include/>"), "an <include> has no file: give one"),
+    "file": (with_joint(beside='<include file="x.xml"/>'), "<include file='x.xml'> cannot be read: No such file"),
+    "kind of geom": (with_joint(geom='<geom type="cone" size="1"/>'), "is of type 'cone': give one of sphere"),
+    "few sizes": (with_joint(geom='<geom type="box" size="1"/>'), "size of a box is '1': give 3 sizes above zero"),
+    "no size": (with_joint(geom='<geom type="box"/>'), "geom of body 'one' has no size: give numbers"),
+    "below zero": (with_joint(geom='<geom size="-1"/>'), "size of a sphere is '-1': give a size above zero"),
+    "no length": (
+        with_joint(geom='<geom type="capsule" size="1" fromto="1 0 0 1 0 0"/>'), "is '1 0 0 1 0 0': give two points",
+    ),
+    "mass": (with_joint(geom='<geom size="1" mass="heavy"/>'), "geom of body 'one': mass is 'heavy': give 1 number"),
+    "no mass": (
+        with_joint(geom='<inertial pos="0 0 0" diaginertia="1 1 1"/>'), "inertial of body 'one' has no mass: give 1 n",
+    ),
+    "deep": (
+        "<mujoco><worldbody>" + 2000 * "<body>" + 2000 * "</body>" + "</worldbody></mujoco>", "nest fewer bodies",
+    ),
 }  # fmt: skip
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import runpy
 from pathlib import Path
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
+from linkframe.elements import Beam, Circle, Material, Rectangle
+from linkframe.framework import Frame, FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
@@ -202,3 +204,28 @@ def test_a_delta_robot_under_load_on_rigid_rods_that_spin() -> None:
         wanted = np.linalg.inv(spring * slope.T @ slope + (4.0 * near - far) / 3.0)
         assert_allclose(matrix[:3, :3], wanted, rtol=1e-7, atol=1e-7 * np.abs(wanted).max())
         assert_allclose(matrix[3:], 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("load", [0.0, -1.0])
+@pytest.mark.parametrize(("density", "where"), [(0.0, ""), ([7850.0, 0.0], r" at batch entry \[1\]")])
+def test_a_linkage_without_mass_is_refused_alike_with_and_without_load(density: Any, where: str, load: float) -> None:
+    """Naming the batch entry that has none, where the frequency would be infinite."""
+    beam = Beam(Circle(diameter=0.01), Material(E=2e11, nu=0.3, density=np.array(density)))
+    linkage = Linkage(A=(0, 0), B=(0.3, 0))
+    linkage.link("arm", "A", "B", beam=beam)
+    linkage.revolute("A", "ground", "arm", drive=True)
+    if load:
+        linkage.load("B", fy=load)
+    with pytest.raises(FrameError, match=f"^frequencies: the linkage has no mass{where}: give its materials a density"):
+        linkage.move(A=0.0).frequencies(1)
+
+
+def test_a_frame_without_mass_at_an_entry_is_refused() -> None:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    steel = Material(E=2e11, nu=0.3, density=np.array([7850.0, 0.0, 7850.0]))
+    frame.add("AB", Beam(Circle(diameter=0.01), steel), "A", "B")
+    frame.fix("A")
+    with pytest.raises(FrameError, match=r"^modes: the frame has no mass at batch entry \[1\]: give its materials"):
+        frame.modes(1)

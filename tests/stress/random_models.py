@@ -189,7 +189,7 @@ class Models:
 def random_models(rng: Rng, count: int, kind: str) -> Models:
     """Models over many decades of size, slenderness, moduli, joint stiffness and load; some almost in line."""
     ends, joined = BRACED if kind == "braced" else LINKAGE
-    names = {node for pair in (*ends, *joined.values()) for node in pair}
+    names = sorted({node for pair in (*ends, *joined.values()) for node in pair})
     size = _decades(rng, count, -3, 3)
     flat = _decades(rng, count, -6, 0)[:, None]  # how far from a line
     wobble = {name: rng.uniform(-0.3, 0.3, (count, 3)) for name in PLACES}
@@ -201,7 +201,7 @@ def random_models(rng: Rng, count: int, kind: str) -> Models:
         nodes[name] = size[:, None] * place
     members = {f"{a}{b}": (a, b, _member(rng, count, nodes[b] - nodes[a])) for a, b in ends}
     joints = {name: (*pair, _decades(rng, (count, 6), -6, 20), _axes(rng, count)) for name, pair in joined.items()}
-    free = sorted(names - {"g", "h"})
+    free = [name for name in names if name not in ("g", "h")]
     force = _decades(rng, count, -6, 6)[:, None]
     lever = np.concatenate([np.ones((count, 3)), np.repeat(size[:, None], 3, axis=1)], axis=1)
     loads = {name: force * lever * rng.normal(size=(count, 6)) for name in free}

@@ -76,6 +76,14 @@ def test_the_tip_of_a_chain_is_that_of_the_reference() -> None:
 
 
 @pytest.mark.parametrize("kind", TOPOLOGIES)
+def test_random_models_are_the_same_in_every_process(kind: str) -> None:
+    """Their nodes have an order, not that of a set, which each process chooses by itself."""
+    models = random_models(np.random.default_rng(0), 1, kind)
+    assert list(models.nodes) == sorted(models.nodes)
+    assert list(models.loads) == sorted(models.loads)
+
+
+@pytest.mark.parametrize("kind", TOPOLOGIES)
 @pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")
 def test_random_models_never_lie(kind: str) -> None:
     """Sizes, slenderness, moduli, joints and loads over many decades each: 250 models, beside double-double numbers."""

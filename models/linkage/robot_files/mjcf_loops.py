@@ -99,7 +99,7 @@ class ReadLoops:
             self._check_assembled(element, off)
         elif numbers(given, "relpose", shown(element), 7, "0 1 0 0 0 0 0")[3:].any():
             relative = Placement().inner(
-                numbers(given, "relpose", shown(element), 3),
+                numbers(given, "relpose", shown(element), 7)[:3],
                 self.source.orientation({"quat": " ".join(given["relpose"].split()[3:])}, shown(element)),
             )
             there = one.frame.inner(relative.origin, relative.axes)

@@ -13,6 +13,8 @@ from .mjcf_source import Attributes, MjcfSource, numbers, shown
 from .placed import BodyMass
 
 WATER = "1000"
+# Kinds of geoms whose shape stands in another file.
+OF_FILES = ("mesh", "hfield", "sdf")
 FULL = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 
 
@@ -55,9 +57,12 @@ def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | No
     first, last = numbers(source.compiler, "inertiagrouprange", "compiler", 2, "0 5")
     if not first <= float(numbers(given, "group", what, 1, "0")[0]) <= last:
         return None
-    if kind == "plane" or float(given.get("mass", "1")) == 0.0 or float(given.get("density", "1")) == 0.0:
+    mass, density = (numbers(given, key, what, 1, default)[0] for key, default in (("mass", "1"), ("density", WATER)))
+    if kind == "plane" or mass == 0.0 or density == 0.0:
         return None
-    if kind not in SHAPES:
+    if kind not in (*SHAPES, *OF_FILES):
+        raise FrameError(f"{what} is of type {kind!r}: give one of {', '.join((*SHAPES, *OF_FILES, 'plane'))}")
+    if kind in OF_FILES:
         raise FrameError(
             f"{what} is a {kind}, whose mass is told by another file: give the body an <inertial> with its mass"
         )
@@ -65,21 +70,26 @@ def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | No
         raise FrameError(f"{what} is a shell, or as large as a mesh: give the body an <inertial> with its mass")
     centre, turn, size = _placed(source, given, what, kind)
     volume, moments = SHAPES[kind](*size)
-    density = float(numbers(given, "density", what, 1, WATER)[0])
-    mass = float(numbers(given, "mass", what, 1)[0]) if "mass" in given else density * volume
-    return BodyMass(mass, centre, mass * (turn * np.array(moments)) @ turn.T, True)
+    whole = float(mass if "mass" in given else density * volume)
+    return BodyMass(whole, centre, whole * (turn * np.array(moments)) @ turn.T, True)
 
 
 def _placed(source: MjcfSource, given: Attributes, what: str, kind: str) -> tuple[Array, Array, list[float]]:
     """Centre (3,), axes (3, 3) and sizes of a geom; ``fromto`` gives those and the length by two points."""
-    size = numbers(given, "size", what).tolist()
-    if "fromto" not in given:
-        count = {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
-        return numbers(given, "pos", what, 3, "0 0 0"), source.orientation(given, what), size[:count]
+    along = "fromto" in given
+    count = 1 if along else {"sphere": 1, "capsule": 2, "cylinder": 2}.get(kind, 3)
+    size = numbers(given, "size", what)[:count].tolist()
+    if len(size) < count or min(size) <= 0.0:
+        many = f"{count} sizes" if count > 1 else "a size"
+        raise FrameError(f"{what}: size of a {kind} is {given['size']!r}: give {many} above zero")
+    if not along:
+        return numbers(given, "pos", what, 3, "0 0 0"), source.orientation(given, what), size
     ends = numbers(given, "fromto", what, 6).reshape(2, 3)
     chord = ends[1] - ends[0]
     axis = " ".join(map(repr, chord.tolist()))
     half = float(np.linalg.norm(chord)) / 2.0
+    if half == 0.0:
+        raise FrameError(f"{what}: fromto is {given['fromto']!r}: give two points")
     sizes = [size[0], half] if kind in ("capsule", "cylinder") else [size[0], size[0], half]
     return ends.mean(axis=0), source.orientation({"zaxis": axis}, what), sizes
 

@@ -43,6 +43,8 @@ def mjcf_linkage(file: Path, kind: type[Described]) -> Described:
         linkage = reader.whole()
     except FrameError as error:
         raise FrameError(f"{file}: {error}") from error
+    except RecursionError:
+        raise FrameError(f"{file}: its elements stand too deep within one another: nest fewer bodies") from None
     tell(file, reader.left, "a linkage", depth=3)
     return linkage
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
@@ -65,7 +66,11 @@ class MjcfSource:
                 own[child.tag] = own.get(child.tag, {}) | child.attrib
         self.defaults[name] = own
         for child in element.findall("default"):
-            self._default(child, child.get("class", MAIN), own)
+            inner = child.get("class")
+            if inner is None or inner in self.defaults:
+                told = "has no class" if inner is None else f"is of class {inner!r}, as another one is"
+                raise FrameError(f"a <default> within another {told}: give it one of its own")
+            self._default(child, inner, own)
 
     def _check_compiler(self) -> None:
         for word in CHANGES:
@@ -75,6 +80,10 @@ class MjcfSource:
                     f"compiler: {word}={given!r} changes the masses that the file gives: leave it out, and write the "
                     "masses that bodies have"
                 )
+        for word, known in (("angle", r"degree|radian"), ("eulerseq", r"[xyzXYZ]{3}")):
+            if (given := self.compiler.get(word)) is not None and not re.fullmatch(known, given):
+                one = "degree or radian" if word == "angle" else "three of the letters xyz and XYZ"
+                raise FrameError(f"compiler: {word} is {given!r}: give {one}")
         if self.compiler.get("coordinate", "local") != "local":
             raise FrameError(
                 f"compiler: coordinate={self.compiler['coordinate']!r}: write places relative to the body around them"
@@ -145,13 +154,13 @@ class MjcfSource:
         return out
 
 
-def _parsed(file: Path) -> Element:
+def _parsed(file: Path, what: str = "it") -> Element:
     try:
         return ElementTree.fromstring(file.read_bytes())
     except OSError as error:
-        raise FrameError(f"it cannot be read: {error.strerror or error}; give an MJCF file") from error
+        raise FrameError(f"{what} cannot be read: {error.strerror or error}; give an MJCF file") from error
     except ElementTree.ParseError as error:
-        raise FrameError(f"this is not XML: {error}") from error
+        raise FrameError(f"{'this' if what == 'it' else what} is not XML: {error}") from error
 
 
 def _include(element: Element, folder: Path, depth: int) -> None:
@@ -161,7 +170,9 @@ def _include(element: Element, folder: Path, depth: int) -> None:
     for index in reversed(range(len(element))):
         child = element[index]
         if child.tag == "include":
-            other = _parsed(folder / child.get("file", ""))
+            if "file" not in child.attrib:
+                raise FrameError("an <include> has no file: give one")
+            other = _parsed(folder / child.attrib["file"], f"<include file={child.attrib['file']!r}>")
             _include(other, folder, depth + 1)
             element[index : index + 1] = list(other)
         else:
@@ -201,14 +212,16 @@ def numbers(given: Attributes, key: str, what: str, count: int | None = None, de
     Raises
     ------
     FrameError
-        If there are none, fewer than `count`, or something else.
+        If there are none, fewer or more than `count`, or something else.
     """
     text = given.get(key, default)
+    needed = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
+    if text is None:
+        raise FrameError(f"{what} has no {key}: give {needed}")
     try:
-        out = np.array([float(part) for part in (text or "").split()])
+        out = np.array([float(part) for part in text.split()])
     except ValueError:
         out = np.zeros(0)
-    if not out.size or not np.isfinite(out).all() or (count is not None and len(out) < count):
-        needed = "numbers" if count is None else f"{count} number{'s' if count > 1 else ''}"
+    if not out.size or not np.isfinite(out).all() or (count is not None and len(out) != count):
         raise FrameError(f"{what}: {key} is {text!r}: give {needed}")
-    return out if count is None else out[:count]
+    return out

@@ -27,7 +27,7 @@ from .condition_numbers import ConditionNumbers
 from .contact import has_contacts
 from .frame import FramedPoses, frame
 from .passing import passes
-from .tangent import Tangent, elastic, is_loaded
+from .tangent import OF_LINKAGE, Tangent, elastic, is_loaded
 
 # Stations along a member at which its stress is taken.
 STATIONS = 13
@@ -305,7 +305,7 @@ def frequencies(motion: FramedPoses, count: int) -> Array:
     built = frame(motion, loads=False)
     free = released_masses(built)
     idle = len(built.idle) - len(free.idle)
-    return elastic(modes(free, count + idle).frequencies, idle)
+    return elastic(modes(free, count + idle, OF_LINKAGE).frequencies, idle)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -15,10 +15,9 @@ from ....framework.batch import Array
 from ....framework.batched.idle import released, released_masses, with_free
 from ....framework.batched.plan import Plan
 from ....framework.described.parts import IdleRotation
-from ....framework.errors import FrameError
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
-from ....framework.results.spectrum import above_rounding, found_anew, inverse_pencil, shifted
+from ....framework.results.spectrum import AskedModes, above_rounding, found_anew, inverse_pencil, shifted
 from ....framework.results.under_load import geometric_stiffness
 from ....framework.solution import Solution
 from ....framework.solvers.rounding import zero_eigenvalue
@@ -33,6 +32,9 @@ _STILL = 1e-10
 # most; this shift is then reduced to the size of the softest mode, in so many steps. Squared frequencies below the last
 # share of the shift count as zero.
 _RAISES, _NARROWINGS, _NOISE = 12, 3, 1e-6
+
+
+OF_LINKAGE = AskedModes("frequencies", "the linkage", "give its materials a density, or its links a mass")
 
 
 def is_loaded(motion: ClassifiedPoses) -> bool:
@@ -120,8 +122,7 @@ class Tangent:
     def _with_idle(self, count: int) -> Array:
         """The lowest frequencies, Hz, (..., count), zeros of idle rotations included."""
         mass = dense.mass(self.plan)
-        if not np.any(mass):
-            raise FrameError("frequencies: the linkage has no mass: give its materials a density, or its links a mass")
+        OF_LINKAGE.require_mass(np.any(mass, axis=(-2, -1)), None)
         shape = np.broadcast_shapes(self.stiffness.shape[:-2], mass.shape[:-2])
         shift = np.zeros(shape)
         for _ in range(_NARROWINGS):
@@ -130,7 +131,7 @@ class Tangent:
             if not shift.any():
                 break
             shift = np.minimum(shift, 2.0 * _softest(squared, _NOISE * shift))
-        asked = f"frequencies({count - self.idle}): the linkage"
+        asked = OF_LINKAGE.number(count - self.idle)
         least = np.maximum(shift, squared[..., 0])
         squared, _ = found_anew(self.stiffness, mass, least, squared, vectors, asked)
         squared = np.where(np.abs(squared) <= _NOISE * shift[..., None], 0.0, squared)
