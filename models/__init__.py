@@ -1,4 +1,4 @@
-"""Linkages: motion, reactions, compliance, clearance, and the spread of all of it under tolerances."""
+"""Linkages: motion, reactions, compliance, clearance, and their spread under tolerances."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ __all__ = [
     "write_linkage",
 ]
 
-# Each name is loaded where it is first used: a four-bar needs neither robots' files nor probabilities of failure.
+# Each module is imported when a name of it is first used: a four-bar needs neither robot files nor failure methods.
 _LATER = {
     "Accuracy": ".four_bar",
     "AccuracyStudy": ".linkage",

@@ -1,4 +1,4 @@
-"""Clearance of a revolute joint: the journal rests against the bearing, off its centre by the clearance."""
+"""Clearance of a revolute joint: the journal touches the bearing, with its centre displaced by the clearance."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from .planar import Complex
 
 Array = NDArray[np.float64]
 
-# A force below this share of the largest in the linkage is the rounding of none.
+# A force below this share of the largest in the linkage counts as zero.
 UNLOADED = 1e-12
 
 
 def offset(clearance: Array, contact: Array) -> Complex:
-    """Displacement of the second link's pin centre relative to the first's, Eq. (11) of the accuracy paper.
+    """Displacement of the second link's pin centre relative to that of the first, Eq. (11) of the accuracy paper.
 
         ε_x = ε cos γ,  ε_y = ε sin γ,   ε = R_bearing − R_journal
 
@@ -34,25 +34,25 @@ def offset(clearance: Array, contact: Array) -> Complex:
 
 
 def pressed(clearance: Array, force: Complex, largest: Array) -> Complex:
-    """Offset of a joint that transmits a force: the journal lies against the bearing along it.
+    """Offset of a joint that transmits a force: journal and bearing are in contact along it.
 
-    `force` is what the joint exerts on its first link. If the second link carries the journal, the journal moves
-    along `force` until it presses the bearing that way; if the first carries it, the bearing moves that way and
-    presses the journal: the offset is the same. A joint without force stays centred, as nothing brings it into contact.
+    `force` is exerted by the joint on its first link. If the second link carries the journal, the journal moves along
+    `force` until it presses against the bearing; if the first link carries it, the bearing moves in the same direction
+    until it presses against the journal. The offset is the same. Without a force the joint is centred.
 
     Parameters
     ----------
     clearance
         Radial clearance ε, (...), length.
     force
-        F_x + i F_y on the first link, (...).
+        Force F_x + i F_y on the first link, (...).
     largest
-        Largest force in the linkage, (...), by which rounding is told from force.
+        Largest force in the linkage, (...); a force much smaller than this counts as zero.
 
     Returns
     -------
     ndarray
-        ε F/|F|, (...); 0 where F is 0 to rounding, or not finite, as at a singular pose.
+        Offset ε F/|F|, (...), length; 0 where F is 0 to rounding or not finite, as at a singular pose.
     """
     size = np.abs(force)
     loaded = size > UNLOADED * largest

@@ -1,4 +1,4 @@
-"""The command ``linkframe``: one subcommand a job."""
+"""The command ``linkframe``, with a subcommand for each job."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SPELLING = {
 
 
 def _spelt(error: UnicodeError) -> tuple[str, int]:
-    """What stands for letters that an encoding has not; a question mark for others."""
+    """Replacement for letters that an encoding lacks, by `SPELLING`, or else question marks."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     return "".join(SPELLING.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
@@ -38,7 +38,7 @@ codecs.register_error(SPELT, _spelt)
 
 
 def parser() -> ArgumentParser:
-    """Parser of the whole command line; each job adds its own subcommand."""
+    """Parser of the command line, to which each job adds its subcommand."""
     top = ArgumentParser(
         prog="linkframe",
         description="Frame elements for mechanisms: where every point of a linkage really goes.",
@@ -57,19 +57,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments
-        Words after the program's name; those of the process if None.
+        Arguments after the program's name; those of the process if None.
 
     Returns
     -------
     int
-        Exit code: 0 when the job is done, 2 for bad input; 130 when interrupted, 143 when asked to end, 141 when
-        nobody reads what it prints.
+        Exit code: 0 if the job is done, 2 for bad input, 130 if interrupted, 143 if terminated, 141 if the reader of
+        its output has closed the pipe.
     """
-    # by what it has computed: a shell that waited before it became this process is not part of the job
+    # Counted back by the computing time, because the process may have started earlier as a shell that waited.
     begun = perf_counter() - (process_time() if arguments is None else 0.0)
     _open_closed()
     for stream in (sys.stdout, sys.stderr):
-        # A terminal whose encoding has no Greek letters shows Latin ones for them, so that mean and deviation differ.
+        # If the encoding has no Greek letters, Latin ones replace them, so that mean and deviation can be told apart.
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors=SPELT)
     try:
@@ -91,13 +91,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             told = [f"linkframe {options.job}: interrupted; files are written all or none", *_notes(interrupt)]
             print("\n".join(told), file=sys.stderr)
     if arguments is None:
-        # The process ends, and all that it holds with it: to look through that for garbage first takes a while.
+        # The process ends: a last garbage collection would only take time.
         gc.freeze()
     return signals.code
 
 
 def _options(arguments: Sequence[str] | None) -> Namespace:
-    """The options of a job; help and version are printed, and end the process, before any job is chosen."""
+    """The options of a job; ``--help`` and ``--version`` print and end the process."""
     top = parser()
     try:
         options, unknown = top.parse_known_args(arguments)
@@ -111,20 +111,20 @@ def _options(arguments: Sequence[str] | None) -> Namespace:
 
 
 def _open_closed() -> None:
-    """Streams that the process was started without lead nowhere, and no file of the job takes their numbers."""
+    """Open missing standard streams to the null device, so that no file of the job gets their descriptors."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # to the end of the process
 
 
 def _unread() -> int:
-    """Exit code where nobody reads on; what is still held must not be written when Python ends."""
+    """Exit code if the reader has closed the pipe; buffered output is discarded when Python ends."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return 128 + Signals.PIPE
 
 
 class _Version(Action):
-    """Prints the version, which is looked for only when it is asked for: that takes longer than to read the options."""
+    """Print the version, which is looked up only on request because that takes longer than reading the options."""
 
     def __call__(self, parser: ArgumentParser, *_: Any) -> None:
         from importlib.metadata import version
@@ -134,5 +134,5 @@ class _Version(Action):
 
 
 def _notes(error: BaseException) -> list[str]:
-    """What is told besides an error, such as how a run can be resumed."""
+    """Notes added to an error, such as how a run can be resumed."""
     return [f"  {note}" for note in getattr(error, "__notes__", ())]

@@ -1,4 +1,4 @@
-"""How an estimate settles as samples come in."""
+"""Convergence of an estimate with the number of samples."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .moments import Moments
 
 Array = NDArray[np.float64]
 
-# Fewer samples than this tell nothing, and numbers of samples at which the estimate is looked at.
+# Smallest number of samples of an estimate, and number of estimates along the way.
 FEWEST, PLACES = 4, 80
-# Number of samples at which the figure begins: what few of them say is all over the place.
+# Number of samples at which the figure begins: estimates from fewer scatter too widely.
 BEGIN = 16
-# Probability within one standard error of a normal estimate.
+# Probability that a normal estimate is within one standard error.
 ONE_SIGMA = 0.6826894921370859
 
 
 def settled(samples: Array, of: str | float) -> tuple[NDArray[np.int64], Array, Array, Array]:
-    """An estimate from the first samples, ever more of them.
+    """Estimates from increasing numbers of samples.
 
     Parameters
     ----------
@@ -37,13 +37,13 @@ def settled(samples: Array, of: str | float) -> tuple[NDArray[np.int64], Array, 
     Returns
     -------
     tuple
-        Numbers of samples, the estimate, and one standard error below and above it, (k,) each; of a quantile the
-        bounds that hold as often, infinite where the samples are too few.
+        Numbers of samples, the estimates, and one standard error below and above them, (k,) each; for a quantile the
+        bounds with the same confidence, infinite where the samples are too few.
 
     Raises
     ------
     FrameError
-        If `of` cannot be meant, or there are too few samples.
+        If `of` is none of these, or there are too few samples.
     """
     if isinstance(of, str) and of not in ("mean", "std"):
         raise FrameError(f"convergence of {of!r}: choose 'mean', 'std' or the probability of a quantile")
@@ -55,7 +55,7 @@ def settled(samples: Array, of: str | float) -> tuple[NDArray[np.int64], Array, 
 
 
 def _estimate(samples: Array, of: str | float) -> tuple[float, float, float]:
-    """The estimate, and one standard error below and above it."""
+    """Estimate from all samples given, and one standard error below and above it."""
     if not isinstance(of, str):
         p = checked_probability(of)
         low, high = quantile_interval(samples, p, ONE_SIGMA, "propagate")
@@ -66,20 +66,20 @@ def _estimate(samples: Array, of: str | float) -> tuple[float, float, float]:
 
 
 def draw_convergence(axes: Any, samples: Array, of: str | float, label: str, unit: str, remark: str = "") -> None:
-    """Draw an estimate over the number of samples, with a band of one standard error, and where it ends.
+    """Draw an estimate over the number of samples, with a band of one standard error and a line at its last value.
 
     Parameters
     ----------
     axes
-        Of matplotlib.
+        Axes of matplotlib.
     samples
-        Finite numbers, (n,), in their order.
+        Finite numbers, (n,), in the order in which they were drawn.
     of
-        As for `settled`.
+        ``"mean"``, ``"std"``, or the probability of a quantile.
     label, unit
-        What they are samples of, and their unit.
+        Name and unit of the sampled quantity.
     remark
-        What stands below the title.
+        Text in a line below the title; no line if empty.
     """
     counts, value, low, high = settled(samples, of)
     name = {"mean": "mean", "std": "standard deviation"}.get(str(of), f"{of} quantile")

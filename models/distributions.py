@@ -1,4 +1,4 @@
-"""Distributions of uncertain inputs: what any of them has, normal ones and intervals, and where they end."""
+"""Distributions of uncertain inputs: their common methods, the normal and the uniform one, and their limits."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from ..framework.errors import FrameError
 
 Array = NDArray[np.float64]
 
-# A tolerance is taken for so many standard deviations of a normal distribution.
+# Number of standard deviations of a normal distribution in half the width of a tolerance.
 SIGMAS = 3.0
 
 
 class Distribution(Protocol):
-    """What a frozen distribution of `scipy.stats` offers and sampling needs."""
+    """The method of frozen distributions of `scipy.stats` that sampling needs."""
 
     def ppf(self, q: Array, /) -> Any:
         """Quantile at probability `q`."""
 
 
 class RandomVariable(Protocol):
-    """What a random variable of `scipy.stats` in its newer form, such as ``stats.Normal``, offers instead."""
+    """The corresponding method of the newer random variables of `scipy.stats`, such as ``stats.Normal``."""
 
     def icdf(self, p: Array, /) -> Any:
         """Quantile at probability `p`."""
 
 
-# What may be given for an input.
+# Ways to give the distribution of an input.
 Uncertain = Distribution | RandomVariable | tuple[float, float] | str
 
 
 class ContinuousDistribution(ABC):
-    """Quantiles, density and probabilities of a distribution of numbers, as those of `scipy.stats` have them."""
+    """Distribution of a real number with the methods of those of `scipy.stats`."""
 
     @abstractmethod
     def ppf(self, q: Array, /) -> Array:
@@ -65,7 +65,7 @@ class ContinuousDistribution(ABC):
         Returns
         -------
         ndarray
-            Density, (...), in the inverse unit.
+            Density, (...), in the inverse of the unit of the values.
         """
 
     @abstractmethod
@@ -105,23 +105,23 @@ class ContinuousDistribution(ABC):
 
     @abstractmethod
     def support(self) -> tuple[float, float]:
-        """Ends of the values, which may be infinite.
+        """Smallest and largest possible value, which may be infinite.
 
         Returns
         -------
         tuple
-            Lower and upper end, in the unit of the values.
+            Lower and upper limit, in the unit of the values.
         """
 
 
 @dataclass(frozen=True)
 class Normal(ContinuousDistribution):
-    """Normal distribution, with the bits of `scipy.stats.norm`, which takes long to load.
+    """Normal distribution; its quantiles equal those of `scipy.stats.norm`, which takes long to import.
 
     Parameters
     ----------
     loc, scale
-        Mean and standard deviation, in the unit of what is drawn.
+        Mean and standard deviation, in the unit of the values.
     """
 
     loc: float
@@ -145,7 +145,7 @@ class Normal(ContinuousDistribution):
         return np.asarray(ndtr((x - self.loc) / self.scale))
 
     def isf(self, q: Array, /) -> Array:
-        """Value that is exceeded with probability `q`."""
+        """Value exceeded with probability `q`."""
         from scipy.special import ndtri
 
         return np.asarray(-ndtri(q) * self.scale + self.loc)
@@ -176,9 +176,9 @@ class Normal(ContinuousDistribution):
 
 @dataclass(frozen=True)
 class Interval(ContinuousDistribution):
-    """An input of which no more is known than its bounds: every value between them is equally likely.
+    """Uniform distribution, for an input of which only the bounds are known.
 
-    That is what the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, 4.3.7) takes for bounds.
+    This follows the Guide to the Expression of Uncertainty in Measurement (JCGM 100:2008, 4.3.7).
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ class Interval(ContinuousDistribution):
         return np.asarray(self.low + (self.high - self.low) * np.asarray(q))
 
     def isf(self, q: Array, /) -> Array:
-        """Value that is exceeded with probability `q`.
+        """Value exceeded with probability `q`.
 
         Parameters
         ----------
@@ -208,7 +208,7 @@ class Interval(ContinuousDistribution):
         Returns
         -------
         ndarray
-            Values, (...).
+            Values, (...), in the unit of the input.
         """
         return np.asarray(self.high - (self.high - self.low) * np.asarray(q))
 
@@ -250,7 +250,7 @@ class Interval(ContinuousDistribution):
 
 
 def ends(distribution: Distribution) -> tuple[float, float]:
-    """Limits of a distribution; those of a normal one at three standard deviations where it has none."""
+    """Smallest and largest value; on an unbounded side the quantile at a normal score of ±3."""
     from scipy.special import ndtr
 
     found = []

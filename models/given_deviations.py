@@ -1,4 +1,4 @@
-"""What is said of an uncertain number beside its nominal value: how far it deviates, or how it is distributed."""
+"""Deviation or distribution of an uncertain number that has a nominal value."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ _KIND = r"\s*(?P<kind>uniform|normal)?\s*"
 _PERCENT = re.compile(rf"\s*(?P<sign>±|\+/-|\+-)?\s*(?P<half>[+-]?{_NUMBER})\s*%{_KIND}")
 _HALF_WIDTH = re.compile(rf"\s*(?P<half>{_NUMBER}){_KIND}")
 _DEVIATION = re.compile(rf"\s*(?P<words>[±+-].*?){_KIND}")
-# Of a distribution within limits, the nominal value may lie at one of them, but not further out than this.
+# Largest distance of the nominal value from the mean of a bounded distribution, in standard deviations.
 MOST_DEVIATIONS = 3.0
 ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
 class Rescaled:
-    """A distribution in another unit, or about another value.
+    """Distribution of ``offset + factor * x``, where x has the given distribution.
 
     Attributes
     ----------
     distribution
-        That which is given.
+        Distribution of x.
     factor, offset
-        From its values to those that are wanted.
+        Factor, not negative, and offset in the unit of the result.
     """
 
     distribution: Distribution
@@ -60,18 +60,18 @@ class Rescaled:
 
 @dataclass(frozen=True)
 class Deviation:
-    """How a number deviates from its nominal value.
+    """Deviation of a number from its nominal value.
 
     Attributes
     ----------
     distribution
-        Of the number; where `relative`, of its deviation as a share of the nominal value.
+        Distribution of the number or, if `relative`, of its deviation as a share of the nominal value.
     relative
-        Whether it was given in percent.
+        Whether the deviation was given in percent.
     description
-        In words.
+        The deviation as text, for messages.
     centred
-        Whether it was said how far the number deviates, so that there is no other value about which it could lie.
+        Whether a deviation from the nominal value was given, rather than a distribution with a mean of its own.
     """
 
     distribution: Distribution
@@ -85,12 +85,12 @@ class Deviation:
         Parameters
         ----------
         nominal
-            Its nominal value.
+            Nominal value, in the unit of the number.
 
         Raises
         ------
         FrameError
-            If the nominal value is zero, of which a percentage is zero.
+            If the deviation is in percent and the nominal value is zero.
         """
         if not self.relative:
             return self.distribution
@@ -104,19 +104,22 @@ class Deviation:
         return Rescaled(given, factor, nominal)
 
     def require_near(self, nominal: float, what: str) -> None:
-        """Refuse a distribution whose mean is further from the nominal value than it spreads.
+        """Raise an error if the mean is more than a standard deviation from the nominal value.
+
+        A bounded distribution may have its mean up to three standard deviations away if the nominal value lies within
+        the bounds.
 
         Parameters
         ----------
         nominal
-            The nominal value.
+            Nominal value, in the unit of the number.
         what
-            Of which number, as the message names it.
+            Name of the number in the message.
 
         Raises
         ------
         FrameError
-            With the mean, the spread and what would be right.
+            If the mean is too far from the nominal value.
         """
         value = 0.0 if self.relative else nominal
         mean, spread, limits = _shape(self.distribution)
@@ -138,28 +141,28 @@ class Deviation:
 
 
 def deviation(name: str, nominal: float, given: Uncertain | float) -> Deviation:
-    """What is given of an uncertain number: the one reader of files, of the command line and of Python.
+    """Read the deviation of an uncertain number, as given in a file, on the command line or in Python.
 
     Parameters
     ----------
     name
         Name of the number, for messages.
     nominal
-        Its nominal value.
+        Nominal value of the number.
     given
-        What `propagate` takes; a deviation from the nominal value, ``"± 0.1"``, ``"± 5 %"`` or ``"+0.2/-0.1"``, evenly
-        within it, or with ``normal`` behind it; a distribution in percent, ``"norm(scale=5 %)"``; or a number, the half
-        width of the interval about the nominal value.
+        A distribution as for `propagate`; a deviation from the nominal value, ``"± 0.1"``, ``"± 5 %"`` or
+        ``"+0.2/-0.1"``, uniform or, followed by ``normal``, normal; a distribution in percent, ``"norm(scale=5 %)"``;
+        or a number, the half width of the interval about the nominal value.
 
     Returns
     -------
     Deviation
-        Its distribution, not yet held against the nominal value.
+        The deviation, not yet compared with the nominal value.
 
     Raises
     ------
     FrameError
-        If it is none of these.
+        If `given` is none of these.
 
     Examples
     --------
@@ -185,24 +188,24 @@ def deviation(name: str, nominal: float, given: Uncertain | float) -> Deviation:
 
 
 def distributed(name: str, numbers: Mapping[str, float | str]) -> Deviation:
-    """A distribution of `scipy.stats` by its name, its loc and scale perhaps in percent of the nominal value.
+    """Deviation by the name of a distribution of `scipy.stats`, with loc and scale possibly in percent.
 
     Parameters
     ----------
     name
-        Such as ``"norm"``.
+        Name in `scipy.stats`, such as ``"norm"``.
     numbers
-        What it is frozen with, by name; such as ``{"scale": "5 %"}``.
+        Parameters by name, such as ``{"scale": "5 %"}``; a percentage is a share of the nominal value.
 
     Returns
     -------
     Deviation
-        Its distribution, not yet held against the nominal value.
+        The deviation, not yet compared with the nominal value.
 
     Raises
     ------
     FrameError
-        If there is no such distribution, or it does not take these numbers.
+        If there is no such distribution, or it does not take these parameters.
     """
     values = {key: _share(key, value) if isinstance(value, str) else value for key, value in numbers.items()}
     relative = [key for key, value in numbers.items() if isinstance(value, str)]
@@ -231,7 +234,7 @@ def _shown(value: float) -> str:
 
 
 def _share(key: str, text: str) -> float:
-    """A number in percent as a share."""
+    """Convert a percentage as text, for loc or scale, to a share."""
     match = _PERCENT.fullmatch(text)
     if match is None or match["kind"] or key not in ("loc", "scale") or (match["sign"] and key == "loc"):
         raise FrameError(f"{key} is {text!r}: give a number, or loc and scale in percent, such as '5 %'")
@@ -239,7 +242,10 @@ def _share(key: str, text: str) -> float:
 
 
 def _shape(distribution: Any) -> tuple[float, float, Array]:
-    """Mean, standard deviation, and limits of a distribution; of one without moments, median and half quartiles."""
+    """Mean, standard deviation and limits of a distribution.
+
+    Without finite moments they are the median and half the distance between the quartiles.
+    """
     if not all(callable(getattr(distribution, key, None)) for key in ("mean", "std", "support")):
         low, mean, high = (float(distribution.ppf(np.array(p))) for p in (0.25, 0.5, 0.75))
         limits = np.array([float(distribution.ppf(np.array(p))) for p in (0.0, 1.0)])

@@ -1,4 +1,4 @@
-"""What is said of an uncertain input: a distribution, numbers of one, an interval, or a tolerance in words."""
+"""Reading the distribution of an input: an object, parameters by name, an interval, or a tolerance as text."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
 
 
 class _FromInverse:
-    """A random variable of SciPy's newer kind under the names of the older one."""
+    """A newer random variable of SciPy with the method names of the older distributions."""
 
     def __init__(self, variable: Any) -> None:
         self.variable = variable
@@ -43,28 +43,28 @@ class _FromInverse:
 
 
 def tolerance(nominal: float, text: str, distribution: str = "uniform", sigmas: float = SIGMAS) -> Distribution:
-    """Distribution of a dimension with a tolerance, as a drawing has it.
+    """Distribution of a dimension with a tolerance, written as on a drawing.
 
     Parameters
     ----------
     nominal
         Nominal value, in the unit of the input.
     text
-        ``"± 0.1"``, ``"± 5 %"`` of the nominal value, or ``"+0.2/-0.1"``; ``+/-`` may stand for ``±``.
+        Tolerance: ``"± 0.1"``, ``"± 5 %"`` of the nominal value, or ``"+0.2/-0.1"``; ``+/-`` may replace ``±``.
     distribution
         ``"uniform"`` between the limits, or ``"normal"`` about their middle.
     sigmas
-        How many standard deviations of the normal distribution the tolerance is on either side.
+        Number of standard deviations of the normal distribution in half the width of the tolerance.
 
     Returns
     -------
     Interval or Normal
-        What `propagate` takes for an input.
+        Distribution for `propagate`, in the unit of the input.
 
     Raises
     ------
     FrameError
-        If the text is no tolerance, a nominal value of zero has one in percent, or the distribution is neither.
+        If the text is not a tolerance, the tolerance is in percent of zero, or there is no such distribution.
 
     Examples
     --------
@@ -100,22 +100,22 @@ def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigm
 
 
 def called(text: str) -> tuple[str, dict[str, float | str]] | None:
-    """A distribution of `scipy.stats` that is written as a call.
+    """Parse a distribution of `scipy.stats` written as a call.
 
     Parameters
     ----------
     text
-        Such as ``"norm(0.1, 0.002)"`` or ``"norm(scale=5 %)"``.
+        Text such as ``"norm(0.1, 0.002)"`` or ``"norm(scale=5 %)"``.
 
     Returns
     -------
     tuple or None
-        Its name, and its numbers by their names, those in percent as they are written; None for any other text.
+        Name of the distribution, and its parameters by name, with percentages as text; None for any other text.
 
     Raises
     ------
     FrameError
-        If a number is none, has no name, or is given twice.
+        If a value is not a number, there are too many values, or one is given twice.
 
     Examples
     --------
@@ -143,7 +143,7 @@ def called(text: str) -> tuple[str, dict[str, float | str]] | None:
 
 
 def _shape_names(name: str) -> list[str]:
-    """What a distribution of `scipy.stats` takes before loc and scale; the usual ones take nothing."""
+    """Names of the shape parameters of a distribution of `scipy.stats`, which come before loc and scale."""
     if name in ("norm", "uniform"):
         return []
     from scipy import stats
@@ -161,16 +161,16 @@ def is_known(name: str) -> bool:
 
 
 def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
-    """A continuous distribution by its name in `scipy.stats`.
+    """Continuous distribution by its name in `scipy.stats`.
 
-    The usual ones, norm and uniform, are had without loading `scipy.stats`, which takes longer than most jobs.
+    For norm and uniform `scipy.stats` is not imported, which takes longer than most jobs.
 
     Parameters
     ----------
     name
-        Such as ``"norm"``.
+        Name in `scipy.stats`, such as ``"norm"``.
     numbers
-        What it is frozen with, by name, such as ``loc`` and ``scale``.
+        Parameters by name, such as ``loc`` and ``scale``.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
     Raises
     ------
     TypeError, ValueError
-        By SciPy, if the distribution does not take these numbers.
+        By SciPy, if the distribution does not take these parameters.
 
     Examples
     --------
@@ -199,14 +199,14 @@ def continuous(name: str, numbers: Mapping[str, float]) -> Distribution | None:
 
 
 def frozen(name: str, numbers: Mapping[str, float]) -> Distribution:
-    """A continuous distribution by its name in `scipy.stats`: `continuous`, refused in words.
+    """Continuous distribution by its name in `scipy.stats`, with an error message that explains what is wrong.
 
     Parameters
     ----------
     name
-        Such as ``"norm"``.
+        Name in `scipy.stats`, such as ``"norm"``.
     numbers
-        What it is frozen with, by name.
+        Parameters by name, such as ``loc`` and ``scale``.
 
     Returns
     -------
@@ -216,7 +216,7 @@ def frozen(name: str, numbers: Mapping[str, float]) -> Distribution:
     Raises
     ------
     FrameError
-        If there is none of that name, or it does not take these numbers, or is not defined for them.
+        If there is none of that name, it does not take these parameters, or it is not defined for them.
     """
     try:
         found = continuous(name, numbers)
@@ -234,7 +234,7 @@ def frozen(name: str, numbers: Mapping[str, float]) -> Distribution:
 
 
 def _not_taken(name: str, numbers: Mapping[str, float]) -> str:
-    """What a distribution was given that it does not take, or what it lacks."""
+    """Message about the parameters that a distribution does not take, or that are missing."""
     taken = [*_shape_names(name), "loc", "scale"]
     more = [key for key in numbers if key not in taken]
     less = [key for key in taken[:-2] if key not in numbers]
@@ -244,7 +244,7 @@ def _not_taken(name: str, numbers: Mapping[str, float]) -> str:
 
 
 def distribution_of(name: str, given: object) -> Distribution:
-    """What is given for an input as a distribution with `ppf`, checked; one that has it already comes back as it is."""
+    """Check and convert what is given for an input to a distribution with `ppf`; one that has it is returned itself."""
     found: Any = given
     if isinstance(given, str):
         found = _in_words(name, given)
@@ -291,7 +291,7 @@ def _in_words(name: str, text: str) -> Distribution:
 
 
 def distributions_of(given: object) -> dict[str, Distribution]:
-    """By name the distributions of inputs, checked."""
+    """Check and convert the distributions of several inputs, by name."""
     if not isinstance(given, Mapping):
         raise FrameError(f"distributions are {given!r}: give a mapping of names to frozen ones of scipy.stats")
     return {name: distribution_of(name, each) for name, each in given.items()}

@@ -1,4 +1,4 @@
-"""Histograms of samples with a normal fit, which say where it does not hold."""
+"""Histograms of samples with a normal fit and a test of it."""
 
 from __future__ import annotations
 
@@ -20,43 +20,44 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# More sampled values than this only make the picture darker.
+# Largest number of sampled values drawn as ticks.
 MOST_TICKS = 200
-# Samples that differ by less than this share of their size differ by rounding.
+# Samples that differ by less than this share of their size count as equal.
 SAME = 1e-9
 
 
 @styled
 def plot_histogram(samples: ArrayLike, ax: Axes | None = None, *, label: str = "value", unit: str = "") -> Axes:
-    """Histogram of samples with the normal density of the same mean and deviation, and whether it fits.
+    """Draw a histogram of samples with the normal density of the same mean and standard deviation.
 
-    Above stand mean and standard deviation with their standard errors, and the Anderson-Darling statistic; where it
-    exceeds what normal samples have once in a hundred times, the fit is dashed and said not to hold.
+    The title gives mean and standard deviation with their standard errors, and the Anderson-Darling statistic. If the
+    statistic exceeds the critical value at a significance level of 1 %, the density is dashed and labelled as not
+    fitting.
 
     Parameters
     ----------
     samples
-        Samples, (n,); NaN does not count.
+        Samples, (n,); values that are not finite are ignored.
     ax
-        Axes of matplotlib to draw on; new ones where None.
+        Axes of matplotlib to draw on; new ones if None.
     label
-        What they are samples of.
+        Name of the sampled quantity, on the horizontal axis.
     unit
-        Their unit.
+        Unit of the sampled quantity.
 
     Returns
     -------
     matplotlib.axes.Axes
-        What was drawn on.
+        The axes.
 
     Raises
     ------
     FrameError
-        If the samples are not one row of numbers, or there are fewer than two.
+        If the samples do not have shape (n,), or fewer than two are finite.
 
     Examples
     --------
-    Samples of a journal that lies against one side or the other are not normal.
+    The positions of a journal that lies on one side or the other are not normally distributed.
 
     >>> import matplotlib; matplotlib.use("Agg")
     >>> import numpy as np
@@ -74,18 +75,18 @@ def plot_histogram(samples: ArrayLike, ax: Axes | None = None, *, label: str = "
 
 
 def draw_histogram(axes: Axes, values: Array, label: str, unit: str, where: str = "") -> None:
-    """One panel.
+    """Draw a histogram on given axes, as `plot_histogram` does.
 
     Parameters
     ----------
     axes
-        Where it is drawn.
+        Axes of matplotlib.
     values
         Finite numbers, (n,).
     label, unit
-        What they are, with mathematics, and their unit.
+        Name of the quantity, which may contain mathematical text, and its unit.
     where
-        What stands first in the title.
+        Text at the beginning of the title, such as the pose.
     """
     text = f"{label} [{unit}]" if unit else label
     axes.set_xlabel(text, parse_math=True)
@@ -113,12 +114,12 @@ def draw_histogram(axes: Axes, values: Array, label: str, unit: str, where: str 
 
 
 def _bins(values: Array) -> int:
-    """Number of bars: as NumPy has them by itself, but no more than can be told apart, however long the tails are."""
+    """Number of bars: the automatic choice of NumPy, but from 5 to 60."""
     return int(np.clip(len(np.histogram_bin_edges(values, "auto")) - 1, 5, 60))
 
 
 def _judged(values: Array) -> tuple[bool, list[str]]:
-    """Whether a normal density fits, and the line that says so; none for few samples."""
+    """Whether the samples can be normal, and a line of text about it; no line for few samples."""
     if len(values) < FEWEST:
         return True, []
     statistic = anderson_darling(values)
@@ -128,7 +129,7 @@ def _judged(values: Array) -> tuple[bool, list[str]]:
 
 
 def _numbers(moments: Moments, first: str, unit: str, most: int) -> list[str]:
-    """Mean and deviation with their standard errors, to the digits that these leave, in lines of so many letters."""
+    """Lines of at most `most` letters with mean and standard deviation to the digits that their errors allow."""
     error, deviation = float(moments.standard_error), float(moments.std_standard_error)
     least = min((each for each in (error, deviation) if each > 0.0), default=1.0)
     digits = int(np.clip(1 - math.floor(math.log10(least)), 3, 12))

@@ -1,4 +1,4 @@
-"""Confidence intervals of what samples say."""
+"""Confidence intervals of means, standard deviations and quantiles from samples."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ Ranks = NDArray[np.int64]
 
 
 class ConfidenceInterval(NamedTuple):
-    """Bounds that hold the true value with a given probability.
+    """Bounds that contain the true value with a given confidence.
 
     Attributes
     ----------
     low, high
-        Bounds, in the shape of the number that they are of, (...).
+        Lower and upper bound, (...), in the unit of the estimate.
     """
 
     low: Array
@@ -27,14 +27,14 @@ class ConfidenceInterval(NamedTuple):
 
 
 def checked_level(level: float) -> float:
-    """A confidence level, checked."""
+    """Check a confidence level and return it as a float."""
     if isinstance(level, bool) or not isinstance(level, int | float | np.floating) or not 0.0 < level < 1.0:
         raise FrameError(f"confidence level is {level!r}: give a number between 0 and 1, such as 0.95")
     return float(level)
 
 
 def checked_probability(p: object) -> float:
-    """A probability, checked."""
+    """Check the probability of a quantile and return it as a float."""
     if isinstance(p, bool) or not isinstance(p, int | float | np.floating) or not 0.0 <= p <= 1.0:
         raise FrameError(f"probability p of a quantile is {p!r}: give a number from 0 to 1")
     return float(p)
@@ -43,23 +43,23 @@ def checked_probability(p: object) -> float:
 def by_error(
     value: ArrayLike, error: ArrayLike, level: float, freedom: ArrayLike = np.inf, least: float = -np.inf
 ) -> ConfidenceInterval:
-    """Interval from a standard error, by Student's distribution, or the normal one where no freedom is given.
+    """Interval from a standard error, by Student's distribution, or by the normal one if `freedom` is infinite.
 
     Parameters
     ----------
     value, error
         Estimate and its standard error, (...).
     level
-        Probability, between 0 and 1.
+        Confidence level, between 0 and 1.
     freedom
         Degrees of freedom of the error, (...).
     least
-        Bound on the value itself.
+        Smallest possible value of the estimated quantity; the lower bound is not below it.
 
     Returns
     -------
     ConfidenceInterval
-        Bounds, (...).
+        Bounds, (...), in the unit of the estimate; NaN where there are no degrees of freedom.
     """
     from scipy.special import ndtri, stdtrit
 
@@ -74,10 +74,10 @@ def by_error(
 
 
 def quantile_ranks(n: ArrayLike, p: float, level: float) -> tuple[Ranks, Ranks]:
-    """Ranks, from 0 on, of the two ordered samples that hold a quantile between them with at least that probability.
+    """Ranks of the two ordered samples, counted from 0, between which a quantile lies with at least a confidence level.
 
-    Whatever the distribution, the number of samples below its quantile is binomial (David & Nagaraja, Order Statistics,
-    3rd ed., 2003, section 7.1). Where the samples are too few the rank is −1 or n: there is no bound on that side.
+    For any distribution, the number of samples below its quantile is binomial (David & Nagaraja, Order Statistics,
+    3rd ed., 2003, section 7.1). If the samples are too few the rank is −1 or n: there is no bound on that side.
 
     Parameters
     ----------
@@ -98,20 +98,20 @@ def quantile_ranks(n: ArrayLike, p: float, level: float) -> tuple[Ranks, Ranks]:
     half = 0.5 * (1.0 - checked_level(level))
     count = np.asarray(n)
     at_least = np.maximum(count, 1)
-    # Fewer than `low` samples lie below with probability <= half, more than `high` likewise.
+    # Fewer than `low` samples lie below the quantile with probability <= half, and so do more than `high`.
     low = binom.ppf(half, at_least, p).astype(np.int64) - 1
     high = binom.isf(half, at_least, p).astype(np.int64)
     return np.maximum(low, -1), np.minimum(high, count)
 
 
 def quantile_interval(samples: Array, p: object, level: float, nan_policy: str) -> ConfidenceInterval:
-    """Interval of a quantile from the samples themselves, (n, ...), whatever their distribution."""
+    """Confidence interval of a quantile from ordered samples (n, ...), for any distribution."""
     there = np.count_nonzero(~np.isnan(samples), axis=0)
     return _between_ranks(samples, *quantile_ranks(there, checked_probability(p), level), nan_policy)
 
 
 def interval_between(samples: Array, low: Array, high: Array, nan_policy: str) -> ConfidenceInterval:
-    """Interval between the quantiles of samples (n, ...) at two probabilities, (...); the next sample outwards."""
+    """Interval between quantiles of samples (n, ...) at two probabilities, (...), each rounded outwards to a sample."""
     there = np.count_nonzero(~np.isnan(samples), axis=0)
     last = np.maximum(there - 1, 0)
     with np.errstate(invalid="ignore"):
@@ -121,7 +121,7 @@ def interval_between(samples: Array, low: Array, high: Array, nan_policy: str) -
 
 
 def _between_ranks(samples: Array, low: Ranks, high: Ranks, nan_policy: str) -> ConfidenceInterval:
-    """Interval between ordered samples (n, ...) by their ranks, (...); infinite where there is no such sample."""
+    """Interval between ordered samples (n, ...) with given ranks, (...); infinite where there is no such sample."""
     lost = np.isnan(samples)
     ordered = np.sort(samples, axis=0)
     there = np.count_nonzero(~lost, axis=0)

@@ -1,4 +1,4 @@
-"""Mean, spread and shape of a stream of samples, in memory that does not grow with it."""
+"""Mean and higher moments of a stream of samples, in memory that does not grow with their number."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from .intervals import ConfidenceInterval, by_error
 Array = NDArray[np.float64]
 
 NAN_POLICIES = ("omit", "propagate", "raise")
-# Arrays of `Moments`, beside its number of samples.
+# Names of the arrays of `Moments` other than the number of samples.
 SUMS = ("mean", "second", "third", "fourth")
 
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Count, mean and sums of powers of the deviations from it, up to the fourth.
+    """Number of samples, mean, and sums of the second to fourth powers of the deviations from it.
 
-    Sets merge without loss (Chan, Golub & LeVeque, American Statistician 37, 1983,
+    The moments of several sets can be merged without loss (Chan, Golub & LeVeque, American Statistician 37, 1983,
     doi:10.1080/00031305.1983.10483115, for the second power; Pébay, Sandia report SAND2008-6212, 2008, for the third
     and fourth).
 
     Parameters
     ----------
     n
-        Number of samples; (...) where it differs, as NaN do not count.
+        Number of samples; an array (...) if it differs between entries because NaN are not counted.
     mean
         Mean, (...).
     second, third, fourth
@@ -45,15 +45,14 @@ class Moments:
 
     @classmethod
     def of(cls, samples: Array, nan_policy: str = "propagate") -> Moments:
-        """Moments of `samples` (n, ...) along the first axis; with ``"omit"`` of those that are not NaN."""
+        """Moments of samples (n, ...) along the first axis; with ``"omit"`` those of the samples that are not NaN."""
         return cls.of_rows(np.ascontiguousarray(np.moveaxis(samples, 0, -1)), nan_policy)
 
     @classmethod
     def of_rows(cls, rows: Array, nan_policy: str = "propagate", room: tuple[Array, Array] | None = None) -> Moments:
-        """Moments of samples (..., n) that lie side by side, computed in the two arrays of `room`, shaped like them.
+        """Moments of samples (..., n) along the last axis, with two work arrays `room` of the same shape.
 
-        Where the rows and the room fit into the processor's cache together, this takes a third of the time that it
-        takes in memory.
+        If rows and work arrays fit into the processor's cache together, this takes about a third of the time.
         """
         off, square = (np.empty_like(rows), np.empty_like(rows)) if room is None else room
         n = rows.shape[-1]
@@ -65,12 +64,12 @@ class Moments:
             third = np.add.reduce(np.multiply(off, square, out=off), axis=-1)
             fourth = np.add.reduce(np.multiply(square, square, out=square), axis=-1)
         found = cls(n, mean, second, third, fourth)
-        # A mean tells of NaN without another look at every sample.
+        # The mean is NaN if any sample is, so the samples need not be searched.
         lost = np.isnan(mean)
         return found._without_nan(rows, lost) if nan_policy == "omit" and lost.any() else found
 
     def _without_nan(self, rows: Array, lost: NDArray[np.bool_]) -> Moments:
-        """These moments of rows (..., n), but where some are `lost` those of the samples that are not NaN."""
+        """These moments of rows (..., n), but for the entries `lost` those of the samples that are not NaN."""
         there = ~np.isnan(rows[lost])
         count = np.count_nonzero(there, axis=-1)
         with np.errstate(invalid="ignore"):
@@ -84,10 +83,10 @@ class Moments:
 
     @classmethod
     def pooled(cls, parts: Moments) -> Moments:
-        """Moments of all sets of samples together, from those of each set along the first axis (k, ...)."""
+        """Moments of all samples together, from the moments of k sets along the first axis, (k, ...)."""
         n = np.broadcast_to(parts.n, np.shape(parts.mean))
         total = n.sum(axis=0)
-        # The mean of no samples is NaN, and nothing is apart from it.
+        # The mean of an empty set is NaN and must not be used.
         there = n > 0
         with np.errstate(invalid="ignore", over="ignore"):
             base = parts.mean[0]
@@ -95,7 +94,7 @@ class Moments:
                 base = np.take_along_axis(parts.mean, there.argmax(axis=0)[None], axis=0)[0]
             mean = base + np.sum(n * np.where(there, parts.mean - base, 0.0), axis=0) / np.maximum(total, 1)
             infinite = np.isinf(parts.mean).any(axis=0)
-            if infinite.any():  # as the mean of all samples at once has it: NaN of both infinities alone
+            if infinite.any():  # as for the mean of all samples at once: NaN only with infinities of both signs
                 mean = np.where(infinite, np.sum(np.where(there, parts.mean, 0.0), axis=0), mean)
             d = np.where(there, parts.mean - mean, 0.0)
             square = d * d
@@ -117,17 +116,17 @@ class Moments:
         return cls(n, *(np.stack([getattr(part, key) for part in parts]) for key in SUMS))
 
     def parts(self) -> list[Moments]:
-        """Of each set of samples along the first axis."""
+        """Moments of each set of samples along the first axis, in a list."""
         return [Moments(*each) for each in zip(*(getattr(self, key) for key in ("n", *SUMS)), strict=True)]
 
     @property
     def std(self) -> Array:
-        """Standard deviation with n − 1 in the denominator, (...); NaN of less than two samples."""
+        """Standard deviation with n − 1 in the denominator, (...); NaN for fewer than two samples."""
         return np.asarray(np.sqrt(self.second / (self._enough - 1)))
 
     @property
     def _enough(self) -> Array:
-        """Number of samples, NaN where there are less than two, (...)."""
+        """Number of samples, NaN where there are fewer than two, (...)."""
         return np.where(np.greater(self.n, 1), self.n, np.nan)
 
     @property
@@ -137,7 +136,7 @@ class Moments:
 
     @property
     def std_standard_error(self) -> Array:
-        """Standard error of `std`, (...), whatever the distribution.
+        """Standard error of `std`, (...), for any distribution.
 
         From var(s²) = (m₄ − s⁴ (n − 3)/(n − 1))/n (Mood, Graybill & Boes, Introduction to the Theory of Statistics,
         3rd ed., 1974, section VI.2) and ds = d(s²)/(2 s).
@@ -150,19 +149,19 @@ class Moments:
 
 
 def checked_policy(nan_policy: str) -> str:
-    """What to do with samples that are NaN, checked."""
+    """Check the name of a policy for samples that are NaN and return it."""
     if nan_policy not in NAN_POLICIES:
         raise FrameError(f"nan_policy is {nan_policy!r}: choose one of {', '.join(NAN_POLICIES)}")
     return nan_policy
 
 
 class Statistics(ABC):
-    """What samples of a result say of it, in its own shape (...), by way of their moments."""
+    """Statistics of samples of a result, in the shape of the result (...), from their moments."""
 
     @property
     @abstractmethod
     def moments(self) -> Moments:
-        """Count, mean and sums of powers of the deviations, (...)."""
+        """Number of samples, mean and sums of powers of the deviations, (...)."""
 
     @property
     @abstractmethod
@@ -190,25 +189,25 @@ class Statistics(ABC):
         return self.moments.std_standard_error
 
     def confidence_interval(self, level: float = 0.95, of: str | float = "mean") -> ConfidenceInterval:
-        """Confidence interval of a number of independent samples; those of sequences and Latin samples do better.
+        """Confidence interval for independent samples; usually too wide for sequences and Latin hypercubes.
 
         Parameters
         ----------
         level
-            Probability that the interval holds the true value.
+            Confidence level, between 0 and 1.
         of
             ``"mean"``, by Student's distribution; ``"std"``, by its standard error; or the probability of a quantile,
-            by the ordered samples, whatever the distribution.
+            by the ordered samples, for any distribution.
 
         Returns
         -------
         ConfidenceInterval
-            Bounds, (...); infinite where the samples are too few for one.
+            Bounds, (...), in the unit of the result; infinite for a quantile if the samples are too few.
 
         Raises
         ------
         FrameError
-            If `level` or `of` cannot be meant, or a quantile needs samples that were not kept.
+            If `level` or `of` is invalid, or a quantile needs samples that were not kept.
         """
         if of == "mean":
             return by_error(self.mean, self.standard_error, level, np.asarray(self.moments.n) - 1)
@@ -220,4 +219,4 @@ class Statistics(ABC):
 
     @abstractmethod
     def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
-        """Interval of a quantile."""
+        """Confidence interval of a quantile."""

@@ -1,7 +1,7 @@
-"""Newton-Euler equations of rigid bodies, from arrays: what their joints transmit balances what acts on them.
+"""Newton-Euler equations of rigid bodies: the forces in their joints balance the loads and the inertia.
 
-In space places are (..., 3), and a wrench is a force and a moment, (..., 6); in a plane they are (..., 2) and
-``fx fy mz``, (..., 3). All axes before the last broadcast.
+In space positions are (..., 3), and a wrench is a force and a moment, (..., 6). In a plane positions are (..., 2), and
+a wrench is ``fx fy mz``, (..., 3). All axes before the last broadcast.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..framework.batch import Array, Shape
 
 
 class Action(NamedTuple):
-    """What acts on a body: a force at a place (..., d), global, and a moment about that place, together (..., c)."""
+    """A load on a body: its name, a point (..., d), and the wrench (..., c) about that point, in global axes."""
 
     body: str
     place: Array
@@ -27,9 +27,9 @@ class Action(NamedTuple):
 
 
 class Transmitted(NamedTuple):
-    """Unit wrenches (..., n, c), about a place (..., d), that a joint exerts on its second body, and back on its first.
+    """Unit wrenches (..., n, c) about a point (..., d) that a joint exerts on its second body, reversed on its first.
 
-    A body that has no equations, such as the ground, bears whatever comes.
+    Bodies without equations, such as the ground, are not in the matrix.
     """
 
     first: str
@@ -41,24 +41,24 @@ class Transmitted(NamedTuple):
 class NewtonEuler:
     """Equations of equilibrium of rigid bodies, Eq. (3) and (4) of the accuracy paper.
 
-    For each body, about its centre of mass, wrenches of its joints and all else that acts on it, its weight and its
-    inertia included, add up to zero.
+    For each body the wrenches of its joints, its loads, its weight and its inertia about its centre of mass add up to
+    zero.
 
     Parameters
     ----------
     centres
-        Centre of mass of each body, global, (..., d), by name.
+        Centres of mass of the bodies in global axes, (..., d), by name.
     joints
-        What joints and drives transmit: the columns of the matrix.
+        Unit wrenches of joints and drives, which are the columns of the matrix.
     size
-        Length by which moments are divided, (...), so that all coefficients are near one.
+        Length by which moments are divided, (...), so that all coefficients are of order one.
 
     Attributes
     ----------
     units
-        Unit of each component of a wrench, (..., c): one for forces, `size` for moments.
+        Divisor of each component of a wrench, (..., c): 1 for forces, `size` for moments.
     rows, columns
-        Rows of each body, by name; columns of each joint.
+        Rows of the matrix for each body, by name, and its columns for each joint, in order.
     """
 
     def __init__(self, centres: Mapping[str, Array], joints: Sequence[Transmitted], size: ArrayLike = 1.0) -> None:
@@ -72,12 +72,12 @@ class NewtonEuler:
 
     @property
     def unknowns(self) -> int:
-        """Number of unit wrenches."""
+        """Number of unit wrenches in all joints."""
         return self.columns[-1].stop if self.columns else 0
 
     @cached_property
     def parts(self) -> list[tuple[slice, slice, Array]]:
-        """Rows, columns and coefficients (..., c, n) of what each joint does to each of its bodies."""
+        """Rows, columns and coefficients (..., c, n) of each joint in the equations of each of its bodies."""
         parts = []
         for joint, columns in zip(self.joints, self.columns, strict=True):
             for body, sign in ((joint.second, 1.0), (joint.first, -1.0)):
@@ -96,7 +96,7 @@ class NewtonEuler:
         return matrix
 
     def matrices(self, shape: Shape, entries: NDArray[np.int64]) -> Array:
-        """Coefficients at some entries of the flattened batch of that shape, (k, c bodies, unknowns)."""
+        """Coefficients at k entries of the flattened batch of shape `shape`, (k, c bodies, unknowns)."""
         matrix, whole = self._zeros((len(entries),)), shape or (1,)
         where = np.unravel_index(entries, whole)
         for rows, columns, part in self.parts:
@@ -104,7 +104,7 @@ class NewtonEuler:
         return matrix
 
     def balanced(self, actions: Iterable[Action]) -> Array:
-        """What the joints must balance, (..., c bodies): the opposite of all that acts on each body."""
+        """Right-hand side of the equations, (..., c bodies): the negative sum of the loads on each body."""
         loads: dict[str, Array] = {}
         for body, place, wrench in actions:
             about = transferred(wrench, place - self.centres[body]) / self.units

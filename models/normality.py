@@ -1,4 +1,4 @@
-"""Whether samples can be normal."""
+"""Test of samples for a normal distribution."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from .moments import Moments
 
 Array = NDArray[np.float64]
 
-# What the statistic of normal samples exceeds once in a hundred times.
+# Critical value of the statistic at a significance level of 1 %.
 LIMIT = 1.035
-# Fewer samples than this tell nothing.
+# Smallest number of samples that are tested.
 FEWEST = 8
 
 
 def anderson_darling(samples: Array) -> float:
-    """Anderson-Darling statistic of samples against the normal distribution of their own mean and deviation.
+    """Anderson-Darling statistic of samples for the normal distribution with their mean and standard deviation.
 
-    ``A^2 = -n - sum((2 i - 1) (ln F(x_i) + ln(1 - F(x_(n+1-i))))) / n``, times ``1 + 0.75 / n + 2.25 / n^2`` for the
-    two numbers that come from the samples (Stephens, *EDF Statistics for Goodness of Fit*, 1974; D'Agostino & Stephens
-    1986, table 4.7).
+    ``A^2 = -n - sum((2 i - 1) (ln F(x_i) + ln(1 - F(x_(n+1-i))))) / n``, times ``1 + 0.75 / n + 2.25 / n^2`` because
+    mean and standard deviation are estimated (Stephens, *EDF Statistics for Goodness of Fit*, 1974; D'Agostino &
+    Stephens 1986, table 4.7).
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def anderson_darling(samples: Array) -> float:
     Returns
     -------
     float
-        Above `LIMIT` for one in a hundred sets of normal samples.
+        The statistic; one in a hundred sets of normal samples has a value above `LIMIT`.
     """
     from scipy.special import log_ndtr
 

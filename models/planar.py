@@ -1,4 +1,4 @@
-"""The plane as complex numbers: x + i y, turned by a product, and back to 3-vectors for the world."""
+"""Vectors in a plane as complex numbers x + i y, and conversion to vectors in space."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def vector(point: Complex) -> Array:
 
 
 def cross(first: Complex, second: Complex) -> Array:
-    """z component of the product of two vectors, (...): the moment of the force `second` at the arm `first`."""
+    """z component of the cross product of two vectors, (...): the moment of the force `second` at the arm `first`."""
     product: Array = np.asarray((np.conj(first) * second).imag)
     return product
 
@@ -34,10 +34,10 @@ def rotation(direction: Complex) -> Array:
 
 
 def dyad(chord: Complex, first: Array, second: Array, side: Array) -> Complex:
-    """Close two bars over `chord`: the vector from its start to the pin that joins them.
+    """Position of the pin that joins two bars whose other ends are the ends of `chord`.
 
-    The pin is where the circle of radius `first` about the chord's start meets that of radius `second` about its
-    end. With s the chord's length and X twice the triangle's signed area,
+    The pin is at the intersection of the circle with radius `first` about the start of the chord with the circle with
+    radius `second` about its end. With s the length of the chord and X twice the signed area of the triangle,
 
         u = ((s² + b² − c²)/2 + i X) / conj(chord),    16 area² = ((b + c)² − s²)(s² − (b − c)²)
 
@@ -48,12 +48,12 @@ def dyad(chord: Complex, first: Array, second: Array, side: Array) -> Complex:
     first, second
         Lengths b and c of the two bars, (...).
     side
-        +1 for a pin to the left of the chord, -1 to its right, (...).
+        +1 for a pin to the left of the chord, -1 for one to its right, (...).
 
     Returns
     -------
     ndarray
-        Pin relative to the first centre, (...); NaN where the circles do not meet.
+        Vector from the first centre to the pin, (...), length; NaN where the circles do not intersect.
     """
     s = np.abs(chord)
     with np.errstate(invalid="ignore", divide="ignore"):

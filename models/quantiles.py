@@ -1,4 +1,4 @@
-"""Quantiles, densities, probabilities and normal scores of uncertain inputs, whoever made their distributions."""
+"""Quantiles, densities, probabilities and normal scores of uncertain inputs with any kind of distribution."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from .distributions import Distribution
 Array = NDArray[np.float64]
 Function = Callable[[Array], Array]
 
-# Normal scores whose probability is still above zero.
+# Largest normal score used: the probability beyond it is still above zero in double precision.
 FARTHEST = 37.5
 
 
 def quantiles(distribution: Distribution, probabilities: Array) -> Array:
-    """Quantiles of an input: those of its `ppf`, bit by bit.
+    """Quantiles of an input, equal to those of its `ppf`.
 
-    SciPy takes apart what has a quantile and what has none, which takes longer than the quantiles of the distributions
-    that are used most.
+    For the most common distributions of SciPy the closed form is used directly, because the checks in its `ppf` take
+    longer than the quantiles.
 
     Parameters
     ----------
     distribution
         Distribution of the input.
     probabilities
-        Within (0, 1), (m,).
+        Probabilities in (0, 1), (m,).
 
     Returns
     -------
     array
-        (m,).
+        Quantiles, (m,), in the unit of the input.
     """
     known = _location_scale(distribution)
     if known is None:
@@ -44,8 +44,10 @@ def quantiles(distribution: Distribution, probabilities: Array) -> Array:
 
 
 def _location_scale(distribution: Any) -> tuple[Function, Function, float, float] | None:
-    """SciPy's standard normal, lognormal or uniform distribution by probability and by normal score, its location and
-    scale; else None."""
+    """Location, scale and closed forms of SciPy's normal, lognormal or uniform distribution, or None for others.
+
+    The two functions give the standard quantile at a probability and at a normal score.
+    """
     kind = type(getattr(distribution, "dist", None))
     name = kind.__name__.removesuffix("_gen")
     if kind.__module__ != "scipy.stats._continuous_distns" or name not in ("norm", "lognorm", "uniform"):
@@ -83,10 +85,10 @@ def probability(name: str, distribution: Distribution, x: Array) -> Array:
 
 
 def at_scores(distribution: Distribution, scores: Array) -> Array:
-    """Values of an input whose standard normal score is `scores`, (...), exact in both tails where it has `isf`.
+    """Values of an input at standard normal scores, (...), accurate in both tails if the distribution has `isf`.
 
-    SciPy's normal, lognormal and uniform distributions by their closed forms. Scores beyond those that have a
-    probability count as the last that has one, so that no input is infinite.
+    For SciPy's normal, lognormal and uniform distributions the closed forms are used. Scores are limited to ±37.5, so
+    that no value is infinite.
     """
     from scipy.special import ndtr
 
@@ -104,7 +106,7 @@ def at_scores(distribution: Distribution, scores: Array) -> Array:
 
 
 def normal_scores(name: str, distribution: Distribution, x: Array) -> Array:
-    """Standard normal scores of values of an input, (m,), exact in both tails where it has `sf`."""
+    """Standard normal scores of values of an input, (m,), accurate in both tails if the distribution has `sf`."""
     from scipy.special import ndtri
 
     found: Any = distribution

@@ -1,4 +1,7 @@
-"""Samples of independent inputs: each from a stream of its own, in blocks, the same bits however they are taken."""
+"""Samples of independent inputs in blocks of fixed size, with a random stream for each input.
+
+The samples depend only on the seed, not on how many are held in memory at once.
+"""
 
 from __future__ import annotations
 
@@ -24,17 +27,17 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Seed = int | np.random.SeedSequence | np.random.Generator | None
-# The name of one, or an engine of scipy.stats.qmc, which takes long to load.
+# Name of a sampler, or an engine of scipy.stats.qmc, whose type is not named here because its import takes long.
 Sampler = Any
 
 SAMPLERS = ("random", "sobol", "lhs", "halton")
-# Numbers of randomisations by which intervals of sequences are known; each has the same share of a block.
+# Possible numbers of independent randomisations; each has the same share of a block.
 REPLICATES = (1, 4, 8, 16, 32, 64)
 
-# Samples are drawn and summed in blocks of this size, whatever is held at once: so results do not depend on it.
+# Samples are drawn and summed in blocks of this size, so that results do not depend on how many are held at once.
 BLOCK = 1024
 
-# A uniform number may be 0, whose normal quantile is -inf; this is half the least other value that it takes.
+# A uniform random number may be 0, whose normal quantile is -inf; this is half the smallest other value.
 LEAST = 2.0**-54
 
 
@@ -50,7 +53,7 @@ def root_seed(rng: Seed) -> np.random.SeedSequence:
 
 
 def stream(root: np.random.SeedSequence, name: str) -> np.random.Generator:
-    """Generator that belongs to `name`: it does not change when other names come or go."""
+    """Random number generator for a name, independent of which other names there are."""
     key = (*root.spawn_key, *name.encode())
     return np.random.default_rng(np.random.SeedSequence(root.entropy, spawn_key=key))
 
@@ -63,18 +66,18 @@ def sample_blocks(
     Parameters
     ----------
     distributions
-        Frozen `scipy.stats` distributions by input, or what else `propagate` takes.
+        Distributions of the inputs by name, as for `propagate`.
     n
         Number of samples.
     rng
-        Seed, as in SciPy. Random and Latin samples of one input depend on the seed and its name alone.
+        Seed, as in SciPy. Random and Latin hypercube samples of an input depend only on the seed and its name.
     sampler
-        See `points_of`.
+        Sampler, as for `points_of`.
 
     Yields
     ------
     dict
-        Samples by input, each of `BLOCK` or, in the last block, fewer.
+        Samples by input, (`BLOCK`,) each, fewer in the last block.
     """
     known = distributions_of(distributions)
     points = points_of(list(known), n, root_seed(rng), sampler)
@@ -90,7 +93,7 @@ def draw(distributions: Mapping[str, Uncertain], n: int, rng: Seed, sampler: Sam
 
 
 def samples_first(result: ArrayLike, size: int, axis: int, *, copy: bool = True) -> Array:
-    """`result` with its axis of `size` samples first; without a copy, to be read before the next call."""
+    """Result with its axis of `size` samples moved to the front; without a copy it is valid until the next call."""
     array = as_numbers(result, f"what the function returned for {size} samples", copy=copy)
     if not -array.ndim <= axis < array.ndim or array.shape[axis] != size:
         raise FrameError(
@@ -101,18 +104,18 @@ def samples_first(result: ArrayLike, size: int, axis: int, *, copy: bool = True)
 
 
 class Points(ABC):
-    """Points of the unit cube, a column an input, in the order of their numbers and from any number on.
+    """Points of the unit cube with a column for each input, which can be taken from any number on.
 
-    The points depend on their numbers alone, whichever were taken before. They are never 0.
+    A point depends only on its number, not on those taken before. No coordinate is 0.
 
     Parameters
     ----------
     names
         Names of the inputs.
     n
-        Number of all points.
+        Total number of points.
     root
-        Seed.
+        Seed sequence from which the random streams are derived.
     """
 
     def __init__(self, names: Sequence[str], n: int, root: np.random.SeedSequence) -> None:
@@ -121,7 +124,7 @@ class Points(ABC):
         self._begin()
 
     def take(self, start: int, count: int) -> Array:
-        """Points `start` to `start + count`, not more than a block, (count, k)."""
+        """Points with the numbers from `start` to `start + count`, at most a block, (count, k)."""
         if start < self._next:
             self._begin()
             self._next = 0
@@ -136,7 +139,7 @@ class Points(ABC):
 
     @abstractmethod
     def _skip(self, count: int) -> None:
-        """Leave out points."""
+        """Skip `count` points."""
 
     @abstractmethod
     def _block(self) -> Array:
@@ -144,13 +147,13 @@ class Points(ABC):
 
 
 class _RandomPoints(Points):
-    """Independent points, from a stream for each input."""
+    """Independent random points, with a stream for each input."""
 
     def _begin(self) -> None:
         self._streams = [stream(self.root, name) for name in self.names]
 
     def _skip(self, count: int) -> None:
-        # One number of 64 bits makes one of the points.
+        # Each coordinate uses one random number of 64 bits.
         for each in self._streams:
             each.bit_generator.advance(count)  # type: ignore[attr-defined]
 
@@ -159,7 +162,7 @@ class _RandomPoints(Points):
 
 
 class _Sequence(Points):
-    """A scrambled sequence of SciPy's."""
+    """Scrambled Sobol sequence of SciPy."""
 
     def _engine(self) -> qmc.QMCEngine:
         from scipy.stats import qmc
@@ -173,7 +176,7 @@ class _Sequence(Points):
         self._sequence.fast_forward(count)
 
     def _block(self) -> Array:
-        # A power of two, for which the sequences are balanced, and no more than are asked for.
+        # A power of two, for which the sequence is balanced.
         return np.asarray(self._sequence.random(min(BLOCK, 1 << (self.n - 1).bit_length())))
 
 
@@ -184,12 +187,12 @@ class _HaltonPoints(_Sequence):
         return qmc.Halton(len(self.names), scramble=True, rng=stream(self.root, "halton sequence"))
 
     def _skip(self, count: int) -> None:
-        # Each point follows from its number; SciPy would compute those between.
+        # Each point follows from its number; fast_forward of SciPy would compute the points between.
         self._sequence.num_generated += count
 
 
 class _TogetherPoints(Points):
-    """Points that are balanced only all together, and so made all at once: a Latin hypercube."""
+    """Latin hypercube: its points are balanced only together and so are made all at once."""
 
     def _begin(self) -> None:
         self._start = 0
@@ -212,7 +215,7 @@ class _TogetherPoints(Points):
 
 
 class _GivenSequence(_Sequence):
-    """A low-discrepancy sequence that the caller made, from where it stands."""
+    """Points of the caller's Sobol or Halton engine, from its current position on."""
 
     def __init__(self, names: Sequence[str], n: int, engine: qmc.QMCEngine) -> None:
         self.engine = engine
@@ -223,7 +226,7 @@ class _GivenSequence(_Sequence):
 
 
 class _GivenTogether(_TogetherPoints):
-    """Points of any other engine that the caller made."""
+    """Points of any other engine of the caller."""
 
     def __init__(self, names: Sequence[str], n: int, engine: qmc.QMCEngine) -> None:
         self.engine = engine
@@ -237,7 +240,7 @@ class _GivenTogether(_TogetherPoints):
 
 
 class _ReplicatedPoints(Points):
-    """Several randomisations of one sampler that do not depend on each other, their points in turn."""
+    """Points of several independent randomisations of one sampler, in turn."""
 
     def __init__(
         self, names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: str, replicates: int
@@ -259,7 +262,7 @@ class _ReplicatedPoints(Points):
         r, share = len(self.each), BLOCK // len(self.each)
         of, part = divmod(self._number, r)
         if of != self._of:
-            # A block of each has the points of as many blocks of all.
+            # One block of each of r randomisations makes r blocks of the result.
             self._of, first = of, of * BLOCK
             self._together = [each.take(first, min(BLOCK, self.n // r - first)) for each in self.each]
         self._number += 1
@@ -278,24 +281,24 @@ _BY_NAME: dict[str, type[Points]] = {
 def points_of(
     names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: Sampler = "random", replicates: int = 1
 ) -> Points:
-    """Points of a sampler, checked.
+    """Points of a sampler, after checks of the arguments.
 
     Parameters
     ----------
     names
-        Names of the inputs, k of them.
+        Names of the k inputs.
     n
         Number of samples, 2 or more.
     root
-        Seed; an engine has its own.
+        Seed sequence; not used by an engine, which has its own.
     sampler
         ``"random"``; ``"lhs"``, a Latin hypercube; ``"sobol"``, a scrambled Sobol sequence (A. B. Owen, J. of
         Complexity 14, 1998, doi:10.1006/jcom.1998.0487), best balanced when n is a power of two; ``"halton"``, a
         scrambled Halton sequence (A. B. Owen, arXiv:1706.02808, 2017); or an engine of `scipy.stats.qmc` of dimension
-        k, whose points are taken from where it stands; it is left as it is.
+        k, of which a copy is used from its current position on.
     replicates
-        Number of randomisations of a sampler that is named by which the points are drawn in turn: 1, or a power of two
-        from 4 to 64 that divides n.
+        Number of independent randomisations of a sampler given by name: 1, or a power of two from 4 to 64 that divides
+        n.
 
     Returns
     -------
@@ -305,7 +308,7 @@ def points_of(
     Raises
     ------
     FrameError
-        If there is no such sampler, it has no such replicates, or an engine has another dimension.
+        If there is no such sampler, the number of replicates is not possible, or an engine has another dimension.
     """
     whole_number(n, "number of samples n", 2)
     if isinstance(sampler, str):
@@ -331,7 +334,7 @@ def points_of(
 
 
 def _checked_replicates(replicates: object, n: int) -> int:
-    """Number of replicates, checked."""
+    """Check the number of replicates for n samples and return it."""
     count = whole_number(replicates, "replicates", 1)
     if count not in REPLICATES:
         raise FrameError(f"replicates is {count}: choose one of {', '.join(map(str, REPLICATES))}")
@@ -341,7 +344,7 @@ def _checked_replicates(replicates: object, n: int) -> int:
 
 
 def goes_on(sampler: Sampler) -> bool:
-    """Whether the points of a sampler do not depend on how many there will be, so that a run can be extended."""
+    """Whether a run with a sampler can be extended, because its points do not depend on their total number."""
     if isinstance(sampler, str):
         return sampler != "lhs"
     from scipy.stats import qmc

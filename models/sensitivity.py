@@ -1,4 +1,4 @@
-"""Which input the spread of a result comes from: Sobol indices."""
+"""Sobol indices: the shares of the inputs in the variance of a result."""
 
 from __future__ import annotations
 
@@ -27,34 +27,34 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Share of its size by which a constant may vary from sample to sample.
+# Relative variation between samples up to which a result counts as constant.
 ROUNDING = 16.0 * np.finfo(np.float64).eps
-# Inputs that the figure shows by name.
+# Default number of inputs shown by name in the figure.
 MOST_DRAWN = 12
-# Inputs up to which a table has a column for each.
+# Largest number of inputs for which the table of an array result has columns.
 MOST_COLUMNS = 6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SobolIndices:
-    """Shares of the variance of a result.
+    """Sobol indices, the shares of the inputs in the variance of a result; made by `sobol_indices`.
 
     Attributes
     ----------
     inputs
         Names of the k inputs.
     first
-        Share due to each input alone, (..., k).
+        First-order index: share due to each input alone, (..., k).
     total
-        Share that vanishes with each input, its interactions included, (..., k).
+        Total index: share due to each input with all its interactions, (..., k).
     first_standard_error, total_standard_error
-        Standard errors, (..., k): of independent samples, or between replicates.
+        Standard errors of the indices, (..., k), estimated as for independent samples or from the replicates.
     freedom
         Degrees of freedom of the standard errors.
 
     Examples
     --------
-    A product of two inputs of mean zero depends on both together and on neither alone.
+    The variance of a product of two inputs with mean zero comes from both together and from neither alone.
 
     >>> from scipy import stats
     >>> product = sobol_indices(lambda a, b: a * b, {"a": stats.norm(), "b": stats.norm()}, n=4096, rng=0)
@@ -72,24 +72,24 @@ class SobolIndices:
     def confidence_interval(self, level: float = 0.95, of: str = "total") -> ConfidenceInterval:
         """Confidence interval of the indices.
 
-        That of a single randomisation is as of independent samples, and wider than those of a sequence need be.
+        With a single randomisation the interval is that of independent samples, usually too wide for a sequence.
 
         Parameters
         ----------
         level
-            Probability that the interval holds the true value.
+            Confidence level, between 0 and 1.
         of
-            ``"first"`` or ``"total"``.
+            Indices of order ``"first"`` or ``"total"``.
 
         Returns
         -------
         ConfidenceInterval
-            Bounds, (..., k); they may lie outside 0 and 1, as estimates may.
+            Bounds, (..., k); they may lie outside 0 and 1, as the estimates may.
 
         Raises
         ------
         FrameError
-            If `level` or `of` cannot be meant.
+            If `level` or `of` is invalid.
         """
         if of not in ("first", "total"):
             raise FrameError(f"confidence interval of {of!r}: choose 'first' or 'total'")
@@ -101,21 +101,21 @@ class SobolIndices:
     def plot(
         self, ax: Axes | None = None, *, entry: int | tuple[int, ...] | None = None, most: int = MOST_DRAWN
     ) -> Axes:
-        """Draw the total and first-order indices as bars, the greatest above, with their standard errors.
+        """Draw the total and first-order indices as bars with their standard errors, the largest at the top.
 
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on; new ones where None.
+            Axes of matplotlib to draw on; new ones if None.
         entry
-            Indices of the entry of the result; not needed where it has one.
+            Position of one entry in the array of results; may be None if the result has only one.
         most
-            Number of inputs shown by name; the others together are one bar.
+            Number of inputs shown by name; the others are added up in one bar.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on.
+            The axes.
 
         Raises
         ------
@@ -145,7 +145,7 @@ class SobolIndices:
         return "\n".join(lines)
 
     def _of_array(self) -> str:
-        """Total indices of the first entries of a result that is an array."""
+        """Table of the total indices for the first entries of a result that is an array."""
         shape = self.total.shape[:-1]
         title = f"Sobol indices of {', '.join(self.inputs)} for a result of shape {shape}"
         if len(self.inputs) > MOST_COLUMNS:
@@ -173,31 +173,31 @@ def sobol_indices(
     Parameters
     ----------
     fn
-        Function of arrays (m,) that returns their results, as for `propagate`.
+        Function of arrays (m,) that returns m results, as for `propagate`.
     distributions
-        Frozen `scipy.stats` distributions by the name of the argument.
+        Distributions of the inputs by the name of the argument, as for `propagate`.
     n
-        Number of samples, a power of two; `fn` sees n (k + 2) of them for k inputs.
+        Number of samples, a power of two; `fn` is evaluated for n (k + 2) samples with k inputs.
     rng
         Seed, as for `propagate`.
     axis
-        Axis of the samples in what `fn` returns.
+        Axis of the samples in the array that `fn` returns.
     chunk
-        Number of samples in one call of `fn`.
+        Largest number of samples in one call of `fn`.
     replicates
-        Number of independent randomisations among which the samples are shared, between which the standard errors then
-        are; each has n / replicates, a power of two.
+        Number of independent randomisations from whose scatter the standard errors are estimated; each has
+        n / replicates samples, a power of two.
 
     Returns
     -------
     SobolIndices
         First-order and total indices (Saltelli et al., Computer Physics Communications 181, 2010,
-        doi:10.1016/j.cpc.2009.09.018); NaN where a sample is NaN or infinite, 0 of what does not vary but by rounding.
+        doi:10.1016/j.cpc.2009.09.018); NaN where a sample is NaN or infinite, 0 where the result is constant.
 
     Raises
     ------
     FrameError
-        If `n` is not a power of two, or `fn` returns no axis of samples at `axis`.
+        If `n` is not a power of two, or the results of `fn` do not have the samples along `axis`.
 
     Examples
     --------
@@ -239,7 +239,7 @@ def sobol_indices(
         return np.asarray(there.T)
 
     marginals = [_Inside(distribution) for distribution in given.values()]
-    # SciPy takes two inputs or more: an idle one beside a single one.
+    # SciPy needs two inputs or more: a single one gets a second without effect.
     marginals += [_Inside(stats.uniform())] * (len(marginals) == 1)
     generator = stream(root_seed(rng), "sobol indices")
     errors: list[Array] = []
@@ -270,7 +270,7 @@ def sobol_indices(
 
 
 def constant(least: Array, greatest: Array) -> NDArray[np.bool_]:
-    """Whether results between two ends, (...) each, differ by no more than rounding: no input has a share of that."""
+    """Whether results between smallest and largest values, (...) each, differ only by rounding, (...)."""
     return np.asarray(greatest - least <= ROUNDING * np.maximum(np.abs(least), np.abs(greatest)))
 
 
@@ -283,7 +283,7 @@ def _replicated(
     chunk: int,
     replicates: int,
 ) -> SobolIndices:
-    """Means of the indices of independent randomisations, and how far they scatter."""
+    """Means of the indices of independent randomisations, with standard errors from their scatter."""
     if whole_number(n, "number of samples n", 2) % replicates or n < 2 * replicates:
         raise FrameError(
             f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
@@ -299,17 +299,17 @@ def _replicated(
 
 
 def _saltelli(f_A: Array, f_B: Array, f_AB: Array) -> tuple[Array, Array, Array, Array]:
-    """First-order and total indices (s, k) of centred results, as SciPy has them, and their standard errors.
+    """First-order and total indices (s, k) of centred results, as computed by SciPy, and their standard errors.
 
-    Both are ratios of means over the samples; the error of a ratio is that of the mean of its numerator less the ratio
-    times its denominator.
+    Each index is a ratio of means over the samples. The error of a ratio q = mean(a) / mean(b) is that of the mean of
+    ``a - q b``, divided by mean(b).
 
     Parameters
     ----------
     f_A, f_B
-        Results of two sets of independent points, (s, n).
+        Results at two sets of independent points, (s, n).
     f_AB
-        Those of the first set with each input in turn from the second, (k, s, n).
+        Results at the first set with each input in turn taken from the second, (k, s, n).
     """
     variance = np.var([f_A, f_B], axis=(0, -1))
     square = 0.5 * (f_A**2 + f_B**2)

@@ -1,4 +1,4 @@
-"""How far samples of a vector spread, at every pose."""
+"""Statistics of samples of a vector, at every pose."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 
 
 class SampleStatistics(Statistics):
-    """Statistics over the last axis but one of `samples`, with what `nan_policy` does to those that are NaN."""
+    """Statistics over the last axis but one of `samples`, with NaN treated according to `nan_policy`."""
 
     samples: Array
     nan_policy: str
 
     @cached_property
     def moments(self) -> Moments:
-        """Count, mean and sums of powers of the deviations, (..., 3)."""
+        """Number of samples, mean and sums of powers of the deviations, (..., 3)."""
         return Moments.of(np.moveaxis(self.samples, -2, 0), self.nan_policy)
 
     @cached_property
@@ -35,7 +35,7 @@ class SampleStatistics(Statistics):
 
     @cached_property
     def covariance(self) -> Array:
-        """Covariance of the components with n − 1 in the denominator, (..., 3, 3); of the samples that `std` is of."""
+        """Covariance of the components with n − 1 in the denominator, (..., 3, 3), of the same samples as `std`."""
         apart = self.samples - self.mean[..., None, :]
         if self.nan_policy == "omit":
             apart = np.where(np.isnan(self.samples), 0.0, apart)
@@ -54,7 +54,7 @@ class SampleStatistics(Statistics):
         Returns
         -------
         ndarray
-            Quantiles, (k..., ..., 3).
+            Quantiles, (k..., ..., 3), in the unit of the samples.
         """
         return quantiles(self.samples, p, axis=-2, nan_policy=self.nan_policy)
 
@@ -63,10 +63,10 @@ class SampleStatistics(Statistics):
 
     @cached_property
     def envelope(self) -> tuple[Array, Array]:
-        """Least and greatest sample of each component, (..., 3) each."""
+        """Smallest and largest sample of each component, (..., 3) each."""
         if self.nan_policy != "omit":
             return self.samples.min(axis=-2), self.samples.max(axis=-2)
-        # NaN counts where every sample is NaN only.
+        # The result is NaN only where every sample is NaN.
         return np.fmin.reduce(self.samples, axis=-2), np.fmax.reduce(self.samples, axis=-2)
 
 
@@ -77,10 +77,10 @@ class Spread(SampleStatistics):
     Parameters
     ----------
     samples
-        Samples, (..., n, 3); NaN where there are none.
+        Samples, (..., n, 3); NaN where there is no result.
     nan_policy
-        What to do with samples that are NaN where others are not: ``"propagate"``, then the statistics are NaN, too;
-        ``"omit"`` them; ``"raise"``.
+        Treatment of samples that are NaN while others are not: ``"propagate"``, then the statistics are NaN, too;
+        ``"omit"`` them; or ``"raise"`` an error.
 
     Raises
     ------
@@ -120,14 +120,14 @@ def quantiles(samples: Array, p: ArrayLike, axis: int, nan_policy: str = "propag
     lost = np.isnan(samples)
     if nan_policy != "omit" or not lost.any():
         return _linear(np.quantile, samples, asked, axis)
-    # Where every sample is NaN, NumPy would warn of what is told already.
+    # Where every sample is NaN, nanquantile would warn.
     none = lost.all(axis=axis, keepdims=True)
     found = _linear(np.nanquantile, np.where(none, 0.0, samples), asked, axis)
     return np.where(np.squeeze(none, axis=axis), np.nan, found)
 
 
 def _linear(quantile: Callable[..., ArrayLike], samples: Array, asked: Array, axis: int) -> Array:
-    """Quantiles by a function of NumPy, which finds none where one of the two samples beside it is infinite."""
+    """Quantiles by a function of NumPy, corrected where it gives NaN because one of the two samples is infinite."""
     with np.errstate(invalid="ignore"):
         found = np.asarray(quantile(samples, asked, axis=axis))
     if not np.isnan(found).any():
@@ -137,7 +137,7 @@ def _linear(quantile: Callable[..., ArrayLike], samples: Array, asked: Array, ax
 
 
 def between(low: Array, high: Array, share: Array) -> Array:
-    """What lies a share of the way from one sample to the next, (...); that which is infinite where one is."""
+    """Linear interpolation between two samples, (...); if one is infinite, the result is that infinite value."""
     with np.errstate(invalid="ignore"):
         infinite = np.where(low == high, low, low + high)
         return np.where(np.isinf(low) | np.isinf(high), infinite, low + share * (high - low))

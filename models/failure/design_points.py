@@ -1,7 +1,7 @@
-"""The most likely failures: points of the limit state that are nearest the median in standard normal scores.
+"""Design points: the points of the limit state nearest to the median in standard normal scores.
 
-The search is that of Hasofer & Lind and of Rackwitz & Fiessler with the merit function of Zhang & Der Kiureghian (2nd
-IFIP WG 7.5 conference, 1995), for all poses and starting points at once.
+They are found by the iteration of Hasofer & Lind and of Rackwitz & Fiessler with the merit function of Zhang & Der
+Kiureghian (2nd IFIP WG 7.5 conference, 1995), for all poses and starting points at once.
 """
 
 from __future__ import annotations
@@ -18,28 +18,28 @@ from .second_order import curvatures
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# Batches of the search, its longest step, and the step and the distance from the limit state with which it ends. The
-# reliability index is second order in both.
+# Largest number of iterations, longest step, and the relative tolerance of the step and of the distance from the limit
+# state. The error of the reliability index is of second order in both.
 MOST, LONGEST, CLOSE = 60, 4.0, 1e-6
-# Least share of a step that is tried: at an edge of the limit state no step may be better.
+# Smallest share of a step that is tried: at an edge of the limit state it may be that no step improves the point.
 SHORTEST = 2.0**-8
-# Distance from the median of the other starting points; and by how much further than the nearest a point may lie to be
-# kept, when it adds less than a thousandth.
+# Distance of the other starting points from the median; and how much farther out than the nearest design point others
+# may lie. Beyond that each adds less than a thousandth of the probability if the nearest is at 3 or more.
 AROUND, FURTHER = 3.0, 2.0
-# Points closer than this are one.
+# Points closer than this count as the same.
 SAME = 1e-2
-# Of samples in the order of their values, by which share they stand appreciably before where the likely failures expect
-# them, and the share of those that may.
+# Samples are ranked by the limit state and by the tangent planes. A sample is unexplained if its first rank is lower by
+# this share of all samples; and the share of unexplained samples that is accepted.
 APPRECIABLE, STRAY = 0.1, 0.004
-# Samples that are not explained, from which searches begin, and the cosine of the angle that lies between two of them.
+# Number of unexplained samples at which searches begin, and the largest cosine of the angle between two of them.
 STRAYS, ALONG = 6, 0.8
-# Samples of failures that stand for likely ones, and how far they are apart.
+# Number of failed samples that serve as likely failures, and their smallest distance from each other.
 MANY, APART = 10, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class DesignPoints:
-    """Most likely failures of one limit state at several poses, the nearest to the median first at each.
+    """Design points of one limit state at several poses, the nearest to the median first at each pose.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class DesignPoints:
     beta
         Reliability indices: distances from the median, (n,), negative where the median fails.
     normals
-        Directions of failure, of unit length, (n, k). Their squares are the importance of the inputs.
+        Unit vectors of steepest descent of the limit state, (n, k). Their squares are the importance of the inputs.
     slopes
-        Sizes of the gradients, (n,).
+        Lengths of the gradients, (n,).
     pose
-        Numbers of their poses, (n,).
+        Numbers of the poses, counted from 0, (n,).
     converged
-        Whether the search ended, (n,).
+        Whether the search converged, (n,).
     """
 
     scores: Array
@@ -65,7 +65,7 @@ class DesignPoints:
     converged: Mask
 
     def __getitem__(self, which: object) -> DesignPoints:
-        """Some of them."""
+        """Select points."""
         return replace(self, **{name: getattr(self, name)[which] for name in self.__dataclass_fields__})
 
     @property
@@ -76,14 +76,14 @@ class DesignPoints:
         return np.asarray(ndtr(-self.beta))
 
     def explain(self, scores: Array, values: Array) -> bool:
-        """Whether none of some samples (m, k) is worse, by its value (m,) among theirs, than by the tangent planes."""
-        # At an edge, where a search does not end, there is more than planes tell.
+        """Whether the tangent planes rank samples (m, k) nearly as their values of the limit state (m,) do."""
+        # A search that does not converge has met an edge, where planes are not enough.
         if not self.converged.size or not self.converged.all():
             return False
         return bool(np.count_nonzero(self.unexplained(scores, values)) <= STRAY * len(values))
 
     def unexplained(self, scores: Array, values: Array) -> Mask:
-        """Which samples (m, k) are appreciably worse, by their values (m,) among theirs, than by the tangent planes."""
+        """Samples (m, k) closer to failure, by the rank of their values (m,), than by the tangent planes, (m,)."""
         if not self.converged.size:
             return np.ones(len(values), dtype=bool)
         left = np.min(self.slopes * (self.beta - scores @ self.normals.T), axis=1)
@@ -91,29 +91,29 @@ class DesignPoints:
         return np.asarray(expected - found > APPRECIABLE * len(values))
 
     def missing(self, failed: Array) -> Mask:
-        """Beyond which tangent planes, (n,), none of some failures (m, k) lies."""
+        """Tangent planes without any of the failed samples (m, k) beyond them, (n,)."""
         beyond = np.any(failed @ self.normals.T >= self.beta, axis=0)
         return np.asarray(self.converged & ~beyond)
 
     def planes(self) -> Edges:
-        """The tangent planes."""
+        """The tangent planes at the points."""
         return Edges(self.normals, self.beta)
 
     def paraboloids(self, limit: LimitState) -> Edges:
-        """Paraboloids with the curvature of the limit state."""
+        """Paraboloids at the points with the curvature of the limit state."""
         found = curvatures(limit, self.scores, self.pose, self.normals, self.slopes)
         return Edges(self.normals, self.beta, *found)
 
 
 def design_points(limit: LimitState, starts: int) -> DesignPoints:
-    """Search from the median and, with several starts, from points around it, at all poses at once.
+    """Find design points from the median and, with several starts, from points around it, at all poses at once.
 
     Parameters
     ----------
     limit
-        The limit state.
+        The limit state, with n poses.
     starts
-        Starting points a pose.
+        Number of starting points at each pose.
     """
     count, k = limit.poses or 1, limit.size
     begin = np.concatenate([np.zeros((1, k)), AROUND * _directions(starts - 1, k)])
@@ -122,7 +122,7 @@ def design_points(limit: LimitState, starts: int) -> DesignPoints:
 
 
 def _searched(limit: LimitState, begin: Array, pose: Index) -> DesignPoints:
-    """Where searches from scores (n, k) at the poses (n,) come to."""
+    """Points reached by searches from scores (n, k) at poses (n,)."""
     search = _Search(limit, begin, pose)
     for _ in range(MOST):
         if search.done.all():
@@ -132,18 +132,18 @@ def _searched(limit: LimitState, begin: Array, pose: Index) -> DesignPoints:
 
 
 def added_points(limit: LimitState, points: DesignPoints, scores: Array, values: Array, pose: Index) -> DesignPoints:
-    """Points to which searches lead from the worst of the samples that some points of a pose do not explain.
+    """Design points found from the worst of the samples that the known points do not explain.
 
     Parameters
     ----------
     limit
         The limit state.
     points
-        What is known of it.
+        The known design points.
     scores, values
-        Samples (m, k) and their values (m,).
+        Samples (m, k) and their values of the limit state (m,).
     pose
-        Poses (m,) at which the samples have their values.
+        Numbers of the poses of these values, (m,).
     """
     stray = np.flatnonzero(points.unexplained(scores, values))
     unit = scores / np.maximum(np.linalg.norm(scores, axis=1, keepdims=True), 1e-300)
@@ -155,7 +155,7 @@ def added_points(limit: LimitState, points: DesignPoints, scores: Array, values:
 
 
 def _directions(count: int, k: int) -> Array:
-    """Directions in k dimensions that lie far apart, the same ones at each call, (count, k)."""
+    """Unit vectors in k dimensions far apart from each other, the same ones at each call, (count, k)."""
     rng, found = np.random.default_rng(0), np.zeros((0, k))
     while len(found) < count:
         axes = np.linalg.qr(rng.normal(size=(k, k)))[0]
@@ -164,13 +164,13 @@ def _directions(count: int, k: int) -> Array:
 
 
 class _Search:
-    """Rows of points on their way to the limit state."""
+    """Iteration of many points at once towards the limit state, a row each."""
 
     def __init__(self, limit: LimitState, scores: Array, pose: Index) -> None:
         self.limit, self.pose = limit, pose
         self.scores, self.share = scores, np.ones(len(scores))
         self.value, self.gradient = limit.linearised(scores, pose)
-        # A row without a slope leads nowhere.
+        # Without a slope there is no step.
         self.lost = ~self._leads(self.value, self.gradient)
         self.done = self.lost.copy()
         self._settle(np.flatnonzero(~self.lost))
@@ -182,21 +182,21 @@ class _Search:
         )
 
     def _nearest(self, rows: Index) -> tuple[Array, Array, Array]:
-        """Nearest points of the tangent planes, their distances, and the sizes of the gradients."""
+        """Points of the tangent planes nearest to the median, their distances, and the lengths of the gradients."""
         slope = np.linalg.norm(self.gradient[rows], axis=-1)
         normal = -self.gradient[rows] / slope[:, None]
         beta = self.value[rows] / slope + np.sum(normal * self.scores[rows], axis=-1)
         return beta[:, None] * normal, beta, slope
 
     def _settle(self, rows: Index) -> None:
-        """Mark the rows that have arrived."""
+        """Mark the rows that have converged."""
         target, _, slope = self._nearest(rows)
         size = np.maximum(1.0, np.linalg.norm(target, axis=-1))
         left = np.linalg.norm(target - self.scores[rows], axis=-1)
         self.done[rows] = (left <= CLOSE * size) & (np.abs(self.value[rows]) <= CLOSE * size * slope)
 
     def advance(self) -> None:
-        """One batch: every row that has not arrived tries a share of its step, half as much where it was too long."""
+        """One iteration: every row not yet converged tries a share of its step, halved if the last one was too long."""
         rows = np.flatnonzero(~self.done)
         target, _, slope = self._nearest(rows)
         step = target - self.scores[rows]
@@ -208,7 +208,7 @@ class _Search:
         weight = 2.0 * np.maximum(far, 0.5) / slope
         before = 0.5 * np.sum(self.scores[rows] ** 2, axis=-1) + weight * np.abs(self.value[rows])
         after = 0.5 * np.sum(tried**2, axis=-1) + weight * np.abs(value)
-        # Rounding decides between two points that are the same.
+        # The margin keeps rounding from refusing a step between two equal points.
         better = after <= before + 1e-9 * np.maximum(1.0, before)
         leads = self._leads(value, gradient)
         taken = leads & (better | (self.share[rows] <= SHORTEST))
@@ -220,7 +220,7 @@ class _Search:
         self._settle(moved)
 
     def found(self) -> DesignPoints:
-        """Where the rows have come to."""
+        """The points reached, except those off the limit state."""
         rows = np.flatnonzero(~self.lost)
         target, beta, slope = self._nearest(rows)
         near = np.abs(self.value[rows]) <= 1e-3 * slope * np.maximum(1.0, np.abs(beta))
@@ -230,7 +230,7 @@ class _Search:
 
 
 def _distinct(points: DesignPoints) -> DesignPoints:
-    """Each point once, those that add something, sorted by pose and distance."""
+    """Each point once, without those much farther out than the nearest, sorted by pose, convergence and distance."""
     distance = np.abs(points.beta)
     order = np.lexsort((distance, ~points.converged, points.pose))
     points, distance = points[order], distance[order]
@@ -248,14 +248,14 @@ def _distinct(points: DesignPoints) -> DesignPoints:
 
 
 def likely(failed: Array, pose: int) -> DesignPoints:
-    """The samples of failures that are nearest the median and apart from each other, as points without a slope.
+    """The failed samples nearest to the median and apart from each other, as points without a slope.
 
     Parameters
     ----------
     failed
         Scores of samples that fail, (m, k).
     pose
-        Number of their pose.
+        Number of the pose.
     """
     distance = np.linalg.norm(failed, axis=1)
     kept: list[int] = []
@@ -269,12 +269,12 @@ def likely(failed: Array, pose: int) -> DesignPoints:
 
 
 def joined(several: list[DesignPoints]) -> DesignPoints:
-    """Points of several searches as one."""
+    """Points of several searches in one table."""
     return DesignPoints(*(np.concatenate([getattr(each, name) for each in several]) for name in FIELDS))
 
 
 def distinct(several: list[DesignPoints]) -> DesignPoints:
-    """Points of several searches, each once."""
+    """Points of several searches without repetitions."""
     return _distinct(joined(several))
 
 

@@ -1,4 +1,4 @@
-"""Planes and paraboloids that bound what is safe, and the probability beyond one at least of several."""
+"""Planes and paraboloids that bound the safe domain, and the probability beyond at least one of several."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
-# Samples that are looked at together.
+# Number of samples tested at once.
 TOGETHER = 2000
-# Standard errors below which a difference of probabilities tells nothing.
+# Number of standard errors from which on a difference of probabilities counts.
 TOLD = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Surfaces in standard normal scores u, each with what lies beyond it: ``n.u - ½ Σ κᵢ (tᵢ.u)² >= β``.
+    """Surfaces in standard normal scores u; beyond one lie the scores with ``n.u - ½ Σ κᵢ (tᵢ.u)² >= β``.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class Edges:
     tangents: Array | None = None
 
     def __getitem__(self, which: Index | Mask) -> Edges:
-        """Some of them."""
+        """Select surfaces."""
         parts = self.normals, self.beta, self.curvature, self.tangents
         return Edges(*(None if each is None else each[which] for each in parts))  # type: ignore[arg-type]
 
     @cached_property
     def probability(self) -> Array:
-        """Probability beyond each, (n,)."""
+        """Probability beyond each surface, (n,)."""
         from scipy.special import ndtr
 
         if self.curvature is None:
@@ -56,12 +56,12 @@ class Edges:
 
     @property
     def turned(self) -> Edges:
-        """The same surfaces, each with what lies on its other side."""
+        """The same surfaces with their sides exchanged."""
         bent = None if self.curvature is None else -self.curvature
         return replace(self, normals=-self.normals, beta=-self.beta, curvature=bent)
 
     def beyond(self, scores: Array) -> Mask:
-        """Which scores (m, k) are beyond which surfaces, (m, n)."""
+        """Whether scores (m, k) are beyond each surface, (m, n)."""
         parts = [self._excess(scores[start : start + TOGETHER]) for start in range(0, len(scores), TOGETHER)]
         return np.concatenate(parts) >= self.beta
 
@@ -73,17 +73,17 @@ class Edges:
         return np.asarray(along - 0.5 * np.einsum("mnj,nj->mn", across**2, self.curvature))
 
     def draw(self, rng: np.random.Generator, chosen: Index) -> tuple[Array, Array | None]:
-        """Scores (m, k) beyond the chosen surfaces, (m,), with weights (m,) where they are spread otherwise."""
+        """Random scores (m, k) beyond the chosen surfaces (m,), and weights (m,) if not from the normal density."""
         from scipy.special import ndtr, ndtri
 
         scores = rng.normal(size=(len(chosen), self.normals.shape[1]))
         normals, share = self.normals[chosen], np.maximum(rng.random(len(chosen)), 2.0**-54)
         if self.curvature is None or self.tangents is None:
-            # The score along the normal, drawn from what lies beyond the plane.
+            # The score along the normal has the normal distribution truncated at the plane.
             along = -ndtri(share * self.probability[chosen])
             return scores + (along - np.sum(scores * normals, axis=1))[:, None] * normals, None
         bent, tangents, beta = self.curvature[chosen], self.tangents[chosen], self.beta[chosen]
-        # Across the normal nearly as what is beyond the paraboloid is spread, far out.
+        # Spread across the normal: nearly that of the scores beyond the paraboloid if β is large.
         spread = (np.maximum(1.0 + np.maximum(beta, 0.0)[:, None] * bent, 0.0) + 0.5 * np.maximum(-bent, 0.0)) ** -0.5
         unit = np.einsum("mk,mkj->mj", scores, tangents)
         across = unit * spread
@@ -96,22 +96,22 @@ class Edges:
 def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
     """Probability of failing at one pose or more.
 
-    Where the median is safe, what lies beyond at least one surface of the pose fails. Where it fails, what lies beyond
-    all of them does: each is then the edge of something safe.
+    At a pose where the median is safe, scores beyond at least one surface fail. Where the median fails, scores beyond
+    all surfaces fail: each surface then bounds a safe domain.
 
     Parameters
     ----------
     edges
-        Surfaces, into what fails.
+        The n surfaces, with the failures beyond them.
     pose
-        Their poses, (n,), the nearest of each first.
+        Numbers of their poses, (n,), the nearest surface of each pose first.
     rng
-        Source of the samples.
+        Random number generator.
 
     Returns
     -------
     float
-        The probability; 0 where the median fails and what fails is less than the samples tell from nothing.
+        The probability; 0 if the median fails and the probability of failure is less than four standard errors.
     """
     beta = edges.beta
     safe: list[Edges] = []
@@ -119,7 +119,7 @@ def beyond_edges(edges: Edges, pose: Index, rng: np.random.Generator) -> float:
     for each in np.unique(pose):
         here = np.flatnonzero(pose == each)
         if beta[here[0]] < 0.0:
-            # Surfaces of the other kind bound nothing that holds the median.
+            # The other surfaces do not bound the domain with the median.
             here = here[beta[here] < 0.0]
             fails[here] = True
             safe.append(edges[here].turned)
@@ -148,18 +148,18 @@ def union(
 
     Each sample lies beyond one surface, chosen by its probability, and counts for one over the number of surfaces that
     it lies beyond (A. B. Owen, Y. Maximov & M. Chertkov, Electronic J. of Statistics 13, 2019, doi:10.1214/18-EJS1507).
-    So nothing counts twice where surfaces meet, as those of a closed one do.
+    So nothing counts twice where surfaces overlap.
 
     Parameters
     ----------
     edges
         The surfaces.
     rng
-        Source of the samples.
+        Random number generator.
     counts
-        Which scores (m, k) count; all where it is left out.
+        Function that says which scores (m, k) count, (m,); all if None.
     samples
-        Their number.
+        Number of samples.
     """
     single = edges.probability
     whole = float(single.sum())

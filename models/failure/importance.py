@@ -1,4 +1,4 @@
-"""Probability of failure from samples about the most likely failures."""
+"""Probability of failure by importance sampling about the design points."""
 
 from __future__ import annotations
 
@@ -12,25 +12,23 @@ from .design_points import DesignPoints
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-# Values (problems, m) of the limit states with these numbers, (problems,), at scores (problems, m, k).
+# Function of scores (problems, m, k) and numbers of the problems (problems,): values of the limit state (problems, m).
 Values = Callable[[Array, Index], Array]
 
-# Share of the samples that are drawn as they are, so that failures away from the points found are not missed unseen.
+# Share of the samples drawn from the standard normal density itself, so that failures away from the points are seen.
 AS_THEY_ARE = 0.1
-# Samples of a problem are multiples of these; by how many times they grow at once, and how many are drawn together.
+# Samples of a problem are drawn in multiples of BLOCK; their number grows at most by the factor GROWTH at a time, and
+# at most TOGETHER are drawn at once for all problems.
 BLOCK, GROWTH, TOGETHER = 500, 10, 2**16
-# Samples beyond those that are expected to be enough, so that they mostly are.
+# Factor on the number of samples expected to be enough.
 MORE = 1.05
-# Failures below which a spread is not believed.
+# Number of failures below which the estimated error is not trusted.
 FEW = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Probabilities of some problems, (problems,), with their standard errors and numbers of samples.
-
-    The errors have so many degrees of freedom.
-    """
+    """Probabilities (problems,), their standard errors with degrees of freedom, and numbers of samples."""
 
     probability: Array
     standard_error: Array
@@ -40,14 +38,14 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Mixture:
-    """Normal densities of unit variance about several points of each problem.
+    """Mixture of normal densities of unit variance about several points, for each problem.
 
     Attributes
     ----------
     centres
-        Points (problems, j, k).
+        Means of the densities, (problems, j, k).
     shares
-        Of the samples, (problems, j); sums are 1.
+        Weights of the densities, (problems, j); they add up to 1 for each problem.
     """
 
     centres: Array
@@ -55,7 +53,7 @@ class Mixture:
 
     @classmethod
     def about(cls, points: DesignPoints, size: int, problems: int, *, together: bool = False) -> Mixture:
-        """About design points, each of a share that grows with the probability beyond it.
+        """Mixture about design points, each with a weight in proportion to the probability beyond it.
 
         Parameters
         ----------
@@ -66,7 +64,7 @@ class Mixture:
         problems
             Number of poses.
         together
-            Whether the points of all poses serve the one problem of failing anywhere.
+            Whether the points of all poses serve one problem, that of failing at any pose.
         """
         pose = np.zeros_like(points.pose) if together else points.pose
         count = 1 if together else problems
@@ -75,14 +73,14 @@ class Mixture:
         shares[:, 0] = AS_THEY_ARE
         for problem in range(count):
             mine = np.flatnonzero(pose == problem)
-            # A point further out may bend towards the median: it keeps a tenth of the nearest one's share.
+            # At a farther point the limit state may curve towards the median: it has at least a tenth of the largest.
             weight = np.maximum(points.first_order[mine], 0.1 * points.first_order[mine].max(initial=0.0))
             centres[problem, 1 : len(mine) + 1] = points.scores[mine]
             shares[problem, 1 : len(mine) + 1] = weight * (1.0 - AS_THEY_ARE) / max(weight.sum(), 1e-300)
         return cls(centres, shares / shares.sum(axis=1, keepdims=True))
 
     def draw(self, rng: np.random.Generator, which: Index, count: int) -> tuple[Array, Array]:
-        """Samples (problems, count, k), and the standard normal density there over that of the mixture."""
+        """Samples (problems, count, k), and the ratio of the standard normal density to that of the mixture there."""
         centres, shares = self.centres[which], self.shares[which]
         chosen = (rng.random((len(which), count, 1)) > np.cumsum(shares, axis=1)[:, None, :-1]).sum(axis=-1)
         scores = rng.normal(size=(len(which), count, centres.shape[-1]))
@@ -96,22 +94,22 @@ class Mixture:
 def importance_sampling(
     values: Values, mixture: Mixture, rng: np.random.Generator, *, accuracy: float, most: int
 ) -> Estimate:
-    """Sample until every problem is known well enough: a block, and then as many at a time as seem to be wanted.
+    """Sample until every probability is accurate enough: one block first, then as many as the errors so far call for.
 
-    A call of the limit states for few samples often takes as long as one for many.
+    Few large calls are used because a call of the limit state for few samples often takes as long as one for many.
 
     Parameters
     ----------
     values
-        The limit states.
+        The limit state at each problem.
     mixture
-        Where to sample.
+        Density from which the samples are drawn.
     rng
-        Source of the samples.
+        Random number generator.
     accuracy
-        Coefficient of variation that is enough.
+        Coefficient of variation at which the sampling of a problem ends.
     most
-        Samples of a problem after which it is left as it is.
+        Largest number of samples of a problem.
     """
     problems = len(mixture.centres)
     first, second, samples, hits = (np.zeros(problems) for _ in range(4))
@@ -130,22 +128,22 @@ def importance_sampling(
         left = ~((~few & (error <= accuracy * mean)) | (samples[active] + BLOCK > most))
         if not left.any():
             break
-        # Where little is known, as many again.
+        # With few failures the number of samples is doubled.
         off = np.where(few, np.sqrt(2.0), error / np.maximum(accuracy * mean, 1e-300))[left]
         active = active[left]
         count = _wanted(off, samples[active], most)
     mean = first / samples
     error = np.sqrt(np.maximum(second / samples - mean**2, 0.0) / (samples - 1.0))
-    # Where nothing failed, what a 95 % bound from the samples drawn as they are leaves open.
+    # Without a failure: the 95 % bound 3 / n for the n samples of the standard normal density, as a standard error.
     error = np.where(hits > 0.0, error, 3.0 / (1.96 * AS_THEY_ARE * samples))
-    # Weights add up to a little more than one where nearly everything fails.
+    # The mean weight may slightly exceed one if nearly everything fails.
     return Estimate(np.minimum(mean, 1.0), error, samples.astype(np.int64))
 
 
 def _wanted(off: Array, samples: Array, most: int) -> int:
-    """How many more samples of each problem to draw, from how many times their errors are what is wanted, (problems,).
+    """Number of samples to draw next for each problem, from the ratio of its error to the accuracy, (problems,).
 
-    They are what half of the problems need: others get more than that, or go on.
+    It is the median of the numbers needed: some problems get more than they need, the others continue.
     """
     need = samples * np.clip(MORE * off**2 - 1.0, 0.0, GROWTH - 1.0)
     blocks = np.ceil(np.median(need) / BLOCK)

@@ -1,4 +1,4 @@
-"""What must hold, as a function of the standard normal scores of the inputs, with its gradient."""
+"""The limit state as a function of the standard normal scores of the inputs, with its gradient."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Function = Callable[..., Any]
 
-# Step of the central differences in scores, which have the standard deviation 1: an error of some 1e-8 of the third
-# derivative, and of 1e-12 by rounding.
+# Step of the central differences in scores, which have the standard deviation 1: the error is some 1e-9 times the third
+# derivative, and some 1e-12 by rounding.
 STEP = 1e-4
-# Rows that are asked of the function at once.
+# Largest number of samples in one call of the function.
 ROWS = 65536
 
 
 def check_called(limit: Function, names: Sequence[str], poses: bool) -> None:
-    """Refuse a function that cannot be called with the samples of all inputs as one mapping.
+    """Raise an error if the function cannot be called with the samples of all inputs as one mapping.
 
     Parameters
     ----------
     limit
         The limit-state function.
     names
-        Of the inputs.
+        Names of the inputs.
     poses
-        Whether it is called with the numbers of poses as well.
+        Whether the numbers of the poses are passed as well.
     """
     try:
         inspect.signature(limit).bind(*[{}] * (2 if poses else 1))
-    except ValueError:  # functions that are not written in Python need not tell
+    except ValueError:  # functions not written in Python may have no signature
         return
     except TypeError:
         given = "the samples of all inputs by name and the numbers of the poses" if poses else "the samples by name"
@@ -51,25 +51,25 @@ def check_called(limit: Function, names: Sequence[str], poses: bool) -> None:
 
 @dataclass(eq=False)
 class LimitState:
-    """A limit-state function of independent standard normal scores: what fails is zero or less.
+    """A limit-state function of independent standard normal scores; values of zero or less are failures.
 
     Parameters
     ----------
     function
-        Called with the samples of the inputs by name, (m,) each, and where there are several poses with the number of
-        the pose of each sample, (m,). Returns (m,). NaN, as of a linkage that cannot be assembled, counts as failure.
+        Called with the samples of the inputs by name, (m,) each, and if `poses` is given with the number of the pose of
+        each sample, (m,). Returns values (m,). NaN, as for a linkage that cannot be assembled, counts as failure.
     inputs
         The joint distribution of the k inputs.
     gradient
-        Called alike; derivatives by the inputs, by name, (m,) each, or a pair of the values, (m,), and these. By
-        default they are differences.
+        Called in the same way; returns the derivatives with respect to the inputs, by name, (m,) each, or a pair of the
+        values, (m,), and these. Differences are taken if None.
     poses
-        Number of poses; None where the function knows none.
+        Number of poses; None if the function does not depend on a pose.
 
     Attributes
     ----------
     batches, evaluations
-        How often the function was called so far, and for how many samples.
+        Number of calls of the function so far, and number of samples in them.
     """
 
     function: Function
@@ -85,7 +85,7 @@ class LimitState:
         return len(self.inputs.names)
 
     def values(self, scores: Array, pose: Index) -> Array:
-        """Values (...) at scores (..., k) for the poses (...); minus infinity where the function returns NaN."""
+        """Values (...) at scores (..., k) and poses (...); minus infinity where the function returns NaN."""
         rows, which = scores.reshape(-1, self.size), np.broadcast_to(pose, scores.shape[:-1]).reshape(-1)
         self.batches += 1
         self.evaluations += len(rows)
@@ -94,12 +94,12 @@ class LimitState:
         return np.where(np.isnan(found), -np.inf, found).reshape(scores.shape[:-1])
 
     def worst(self, scores: Array) -> Array:
-        """Least value (m,) over the poses at scores (m, k): what fails somewhere along the motion is zero or less."""
+        """Smallest value (m,) over all poses at scores (m, k): zero or less if any pose fails."""
         count = self.poses or 1
         return np.asarray(self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count)).min(axis=1))
 
     def linearised(self, scores: Array, pose: Index) -> tuple[Array, Array]:
-        """Values (n,) and gradients (n, k) in the scores (n, k)."""
+        """Values (n,) and gradients (n, k) with respect to the scores, at scores (n, k) and poses (n,)."""
         stencil = np.concatenate([np.zeros((1, self.size)), STEP * np.eye(self.size), -STEP * np.eye(self.size)])
         if self.gradient is None:
             found = self.values(scores[:, None] + stencil, pose[:, None])
@@ -116,7 +116,7 @@ class LimitState:
         return values, slopes
 
     def _with_gradient(self, gradient: Function, scores: Array, pose: Index) -> tuple[Array, Mapping[str, Array]]:
-        """Values (n,) and derivatives by the inputs, in one call where the gradient tells both."""
+        """Values (n,) and derivatives with respect to the inputs, in one call if the gradient returns both."""
         found = gradient(*self._arguments(self.inputs.at_scores(scores), pose))
         pair = isinstance(found, tuple) and len(found) == 2
         by_input = self._checked(found[1] if pair else found, len(scores))
@@ -132,7 +132,7 @@ class LimitState:
         return np.where(np.isnan(values), -np.inf, values), by_input
 
     def _checked(self, by_input: object, count: int) -> dict[str, Array]:
-        """Derivatives (m,) by name, of every input."""
+        """Derivatives (m,) with respect to each input, by name."""
         if not isinstance(by_input, Mapping):
             raise FrameError(
                 f"the gradient returned {type(by_input).__name__}: return derivatives by the names of the inputs, or a "

@@ -1,4 +1,4 @@
-"""The methods of reliability: first and second order, importance sampling, subset simulation, samples."""
+"""The methods of reliability: FORM, SORM, importance sampling, subset simulation and plain Monte Carlo."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from .subset import Value, subset_simulation
 
 Array = NDArray[np.float64]
 
-# Samples of a level by which failures are explored.
+# Number of samples of a level of the subset simulation that explores the failures.
 EXPLORED = 500
-# How often searches begin from samples that the points found so far do not explain.
+# Largest number of rounds of searches from unexplained samples.
 SEARCHES = 3
-# Curvature that differences with their step find at an edge alone.
+# Curvature from which on the differences must have met an edge.
 SHARP = 0.1 / STEP
-# Runs of subset simulation.
+# Number of runs of subset simulation.
 RUNS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class LimitStateProblems:
-    """One limit state at several poses, each a problem of its own or all together one."""
+    """One limit state at several poses; each pose is a problem of its own, or all together are one."""
 
     state: LimitState
     together: bool
@@ -39,11 +39,11 @@ class LimitStateProblems:
 
     @property
     def problems(self) -> int:
-        """How many probabilities are asked for."""
+        """Number of probabilities to find."""
         return 1 if self.together else self.state.poses or 1
 
     def _where(self, problem: int) -> str:
-        """Which of several problems, in words."""
+        """End of a sentence that names the pose; empty if there is one problem."""
         return f" at pose number {problem}" if self.state.poses and not self.together else ""
 
     def _values(self, scores: Array, which: NDArray[np.int64]) -> Array:
@@ -52,14 +52,14 @@ class LimitStateProblems:
         return self.state.values(scores, np.broadcast_to(which[:, None], scores.shape[:2]))
 
     def first_order(self, points: DesignPoints) -> Estimate:
-        """Probabilities beyond the tangent planes of the points."""
+        """Probabilities beyond the tangent planes at the points."""
         return self._beyond(points.planes(), points.pose)
 
     def second_order(self, points: DesignPoints) -> Estimate:
-        """Probabilities beyond the paraboloids of the points."""
+        """Probabilities beyond the paraboloids at the points."""
         edges = points.paraboloids(self.state)
         if edges.curvature is not None:
-            # The nearest point of each pose stands first.
+            # The first point of each pose is the nearest.
             nearest = np.unique(points.pose, return_index=True)[1]
             kinks = nearest[(np.abs(edges.curvature[nearest]) >= SHARP).any(axis=1)]
             if kinks.size:
@@ -75,7 +75,7 @@ class LimitStateProblems:
         return self._beyond(edges[known], points.pose[known])
 
     def _beyond(self, edges: Edges, poses: NDArray[np.int64]) -> Estimate:
-        """Of surfaces at the points."""
+        """Probabilities beyond the surfaces at the points."""
         pose = np.zeros_like(poses) if self.together else poses
         out = np.zeros(self.problems)
         for problem in np.unique(pose):
@@ -94,17 +94,18 @@ class LimitStateProblems:
         return Estimate(out, np.full(self.problems, np.nan), np.zeros(self.problems, dtype=np.int64))
 
     def importance(self, points: DesignPoints, accuracy: float, most: int) -> tuple[DesignPoints, Estimate]:
-        """The points with those that were found on the way, and the estimate."""
+        """The points, with those found by exploration, and the estimate by importance sampling."""
         points, near = self._explored(points)
         mixture = Mixture.about(joined([points, *near]), self.state.size, self.problems, together=self.together)
         rng = stream(self.root, "importance")
         return points, importance_sampling(self._values, mixture, rng, accuracy=accuracy, most=most)
 
     def _explored(self, points: DesignPoints) -> tuple[DesignPoints, list[DesignPoints]]:
-        """More points, and samples of failures by subset simulation, where the limit state has edges or no slope.
+        """More design points, and failed samples of a subset simulation.
 
-        Subset simulation ends with its first samples where the worst of them are as the points have it; those that are
-        worse say first where else a search may begin.
+        The samples of the first level show whether the points explain the limit state; unexplained ones are where
+        further searches begin. If the points explain it in the end, the simulation stops there. One problem of several
+        is explored only if some search for it did not converge.
         """
         near = []
         for problem in range(self.problems):
@@ -123,7 +124,7 @@ class LimitStateProblems:
         return lambda scores: self._values(scores[None], pose)[0]
 
     def worst_pose(self, scores: Array, problem: int) -> NDArray[np.int64]:
-        """Pose (m,) at which scores (m, k) are nearest to failure, of those of a problem."""
+        """Number of the pose (m,) at which scores (m, k) are closest to failure, among the poses of a problem."""
         if not self.together:
             return np.full(len(scores), problem)
         count = self.state.poses or 1
@@ -131,15 +132,18 @@ class LimitStateProblems:
         return np.asarray(np.argmin(values, axis=1))
 
     def random(self, most: int) -> Estimate:
-        """Share of failures among so many samples."""
+        """Share of failures among `most` samples."""
         scores = stream(self.root, "random").normal(size=(self.problems, most, self.state.size))
         share = (self._values(scores, np.arange(self.problems)) <= 0.0).mean(axis=1)
-        # Of nothing, what three failures in as many samples would be: a 95 % bound.
+        # Without a failure: the 95 % bound 3 / n, as a standard error.
         error = np.where(share > 0.0, np.sqrt(share * (1.0 - share) / most), 3.0 / (1.96 * most))
         return Estimate(share, error, np.full(self.problems, most))
 
     def subset(self, samples: int, points: DesignPoints) -> Estimate:
-        """Several runs, as their spread tells more than the chains of one do of themselves."""
+        """Mean of several runs of subset simulation, with the standard error from their spread.
+
+        The samples within a run depend on each other, so a run alone gives no reliable error.
+        """
         out = np.zeros((RUNS, self.problems))
         failed: dict[int, list[Array]] = {problem: [] for problem in range(self.problems)}
         for (run, problem), _ in np.ndenumerate(out):
@@ -148,7 +152,7 @@ class LimitStateProblems:
             out[run, problem] = found.probability
             failed[problem].append(found.failed)
         error = out.std(axis=0, ddof=1) / np.sqrt(RUNS)
-        # Of nothing, a 95 % bound by the samples of the first levels.
+        # Without a failure: the 95 % bound 3 / n for the samples of the first levels, as a standard error.
         error = np.where(out.any(axis=0), error, 3.0 / (1.96 * RUNS * samples))
         missed = np.zeros(self.problems)
         for problem, rows in failed.items():
@@ -159,7 +163,7 @@ class LimitStateProblems:
         return Estimate(out.mean(axis=0), error, np.full(self.problems, RUNS * samples), RUNS - 1.0)
 
     def _warn(self, missed: Array, error: Array) -> None:
-        """Tell where all runs went another way than to a likely failure, of that probability to first order."""
+        """Warn if all runs missed a likely failure with a first-order probability `missed` above the error."""
         if not np.any(missed > error):
             return
         worst = int(np.argmax(np.where(missed > error, missed, 0.0)))
@@ -175,7 +179,7 @@ class LimitStateProblems:
 
 @dataclass(eq=False)
 class Explorer:
-    """Seeks further points of a problem, until samples are as the points have it."""
+    """Search for further design points of a problem until they explain the samples."""
 
     run: LimitStateProblems
     problem: int
@@ -183,7 +187,7 @@ class Explorer:
     further: list[DesignPoints] = field(default_factory=list)
 
     def __call__(self, scores: Array, values: Array) -> bool:
-        """Whether the points explain samples (m, k) with these values, (m,)."""
+        """Whether the points, with those found here, explain samples (m, k) with values (m,)."""
         for _ in range(SEARCHES):
             if not self.points.converged.all() or self.points.explain(scores, values):
                 break

@@ -22,10 +22,10 @@ Array = NDArray[np.float64]
 def plot_probability(
     along: Array, probability: Array, band: ConfidenceInterval | None, label: str, axes: Axes | None
 ) -> Axes:
-    """See `Reliability.plot`."""
+    """Draw probabilities (poses,) over `along` (poses,) with the confidence band, as for `Reliability.plot`."""
     found: Any = new_axes(4.8, 3.2) if axes is None else axes
     order = np.argsort(along, kind="stable")
-    # A probability of nothing has no place on an axis of powers of ten: it leaves a gap.
+    # A probability of zero cannot be shown on a logarithmic axis: it leaves a gap.
     shown = np.where(probability > 0.0, probability, np.nan)[order]
     if band is not None:
         found.fill_between(

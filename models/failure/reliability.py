@@ -1,4 +1,4 @@
-"""How likely it is that something fails: from first order to samples, down to one in a billion."""
+"""Probability of failure by first-order, second-order and sampling methods, down to one in a billion."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ class Reliability:
     Attributes
     ----------
     probability
-        Of failure, () or at each pose (poses,).
+        Probability of failure, () or at each pose (poses,).
     standard_error
-        Its standard error, alike; NaN where it is no estimate from samples (``"form"``, ``"sorm"``).
+        Its standard error, of the same shape; NaN if it is no estimate from samples (``"form"``, ``"sorm"``).
     freedom
         Degrees of freedom of the standard error.
     method
-        How it was found.
+        Name of the method, as for `reliability`.
     points
-        The most likely failures, where they were searched.
+        The design points; None if the method has none.
     inputs
         Distributions of the inputs.
     evaluations, batches
-        For how many samples the limit state was evaluated, and in how many calls.
+        Number of samples for which the limit state was evaluated, and number of calls.
     along, along_label
-        What the poses lie along, (poses,), and its name: of a motion the first drive.
+        Coordinate of the poses in plots, (poses,), and its label; for a motion those of the first drive.
     """
 
     probability: Array
@@ -79,16 +79,17 @@ class Reliability:
 
     @property
     def importance(self) -> dict[str, Array]:
-        """Share of each input in the likeliest failure, () or (poses,); they add up to 1 where inputs are independent.
+        """Importance of each input at the nearest design point, () or (poses,); the values add up to 1.
 
-        Squares of the direction cosines of the design point.
+        They are the squared direction cosines of the design point. With correlated inputs they belong to the
+        independent scores in the order of the inputs.
         """
         first = self._first()
         return dict(zip(self.inputs.names, (first.normals**2).T.reshape(-1, *self.probability.shape), strict=True))
 
     @property
     def likeliest(self) -> dict[str, Array]:
-        """Inputs at the likeliest failure, in their units, () or (poses,)."""
+        """Values of the inputs at the nearest design point, in their units, () or (poses,)."""
         found = self.inputs.at_scores(self._first().scores)
         return {name: values.reshape(self.probability.shape) for name, values in found.items()}
 
@@ -104,18 +105,18 @@ class Reliability:
         return self.points[np.searchsorted(self.points.pose, poses)]
 
     def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
-        """Give bounds that hold the probability of failure with a given confidence.
+        """Confidence interval of the probability of failure.
 
         Parameters
         ----------
         level
-            Confidence, between 0 and 1.
+            Confidence level, between 0 and 1.
 
         Returns
         -------
         ConfidenceInterval
-            Bounds, () or (poses,) each: of a log-normal estimate with the coefficient of variation that was found.
-            NaN where there are no samples.
+            Bounds, () or (poses,) each, for a log-normal estimate with the `coefficient_of_variation`. They are NaN if
+            the method uses no samples.
         """
         from scipy.special import ndtri, stdtrit
 
@@ -134,19 +135,19 @@ class Reliability:
         Parameters
         ----------
         ax
-            Axes of matplotlib; new ones where None.
+            Axes of matplotlib; new ones if None.
         level
-            Confidence of the band, which only methods by samples have.
+            Confidence level of the band; only methods that sample have a band.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on, its probabilities in powers of ten.
+            The axes, with a logarithmic scale of the probability.
 
         Raises
         ------
         FrameError
-            If there is one probability alone, or the level is no probability.
+            If there is only one probability, or the level is not between 0 and 1.
 
         Examples
         --------
@@ -162,7 +163,7 @@ class Reliability:
         return plot_probability(x, self.probability, band, self.along_label, ax)
 
     def __repr__(self) -> str:
-        """A line; of several poses the likeliest to fail."""
+        """The probability in a line; with several poses that of the pose with the largest."""
         at = int(np.argmax(self.probability)) if self.probability.ndim else ()
         off = self.coefficient_of_variation[at]
         error = f" ± {100.0 * off:.2g} %" if np.isfinite(off) else ""
@@ -192,33 +193,34 @@ def reliability(
     Parameters
     ----------
     limit
-        Called with samples of the inputs by name, (m,) each; returns (m,), above zero what is safe. NaN, as of a
-        linkage that cannot be assembled, counts as failure. With `poses` it is called with the numbers of the poses of
-        the samples, (m,), as well.
+        Called with samples of the inputs by name, (m,) each; returns values (m,), above zero where the state is safe.
+        NaN, as for a linkage that cannot be assembled, counts as failure. With `poses` the number of the pose of each
+        sample, (m,), counted from 0, is passed as well.
     distributions
-        What `propagate` takes: by name frozen `scipy.stats` distributions, intervals or tolerances.
+        Distributions of the inputs by name, as for `propagate`: frozen `scipy.stats` distributions, intervals or
+        tolerances.
     method
-        ``"form"``: beyond the tangent plane at the likeliest failure (A. M. Hasofer & N. C. Lind, 1974). ``"sorm"``:
-        beyond a paraboloid with its curvature. ``"importance"``: samples about all likely failures that were found,
-        until `accuracy` is reached. ``"subset"``: subset simulation, where there is no gradient to follow; limit
-        states that lead astray it underestimates, of which a warning tells where a search finds what it missed.
-        ``"random"``: plain Monte Carlo.
+        ``"form"``: probability beyond the tangent planes at the design points (A. M. Hasofer & N. C. Lind, 1974).
+        ``"sorm"``: beyond paraboloids with the curvature there. ``"importance"``: importance sampling about all design
+        points found, until `accuracy` is reached. ``"subset"``: subset simulation, for limit states without a useful
+        gradient; it may miss failures and then underestimates the probability; a warning is given if a design point
+        shows that. ``"random"``: plain Monte Carlo.
     correlation
-        Of the inputs, as for `propagate`.
+        Correlation of the inputs, as for `propagate`.
     gradient
-        Called like `limit`; derivatives by the inputs, by name, (m,) each, or a pair of the values, (m,), and these,
-        which spares a call of `limit`. By default differences are taken.
+        Called like `limit`; returns the derivatives with respect to the inputs, by name, (m,) each, or a pair of the
+        values, (m,), and these, which saves a call of `limit`. Differences are taken if None.
     poses
-        Number of poses that `limit` knows.
+        Number of poses; None if `limit` does not depend on a pose.
     anywhere
-        Whether the probability of failing at one pose or more is asked for, rather than that at each pose.
+        Whether to find the probability of failing at one pose or more instead of that at each pose.
     accuracy
         Coefficient of variation at which ``"importance"`` ends.
     starts
-        Points from which likely failures are sought, beside one another; 9 by default, and 1 for ``"form"`` and
-        ``"sorm"`` with poses.
+        Number of points from which design points are searched; by default 9, or 1 for every method but
+        ``"importance"`` with `poses`.
     samples
-        The most samples of a probability: 200 000 by default; for ``"subset"`` those of a level in
+        Largest number of samples for each probability, 200 000 by default; for ``"subset"`` the number at a level of
         each of its five runs, 1000 by default.
     rng
         Seed, as in SciPy.
@@ -231,13 +233,13 @@ def reliability(
     Raises
     ------
     FrameError
-        If a name or number is none of those above, no failure can be found by a method that needs one, or the
-        likeliest one lies where a plane or paraboloid says nothing.
+        If an argument is invalid, a method that needs a design point finds none, or a plane or paraboloid cannot
+        represent the limit state at the design point.
 
     Warns
     -----
     SampleWarning
-        If subset simulation went past a likely failure.
+        If subset simulation missed a design point.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Probability beyond a limit state that is curved at its design point."""
+"""Probability beyond a limit state with curvature at its design point."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from .limit_state import Index, LimitState
 
 Array = NDArray[np.float64]
 
-# Step of the second differences in scores.
+# Step of the differences of gradients, in scores.
 STEP = 1e-3
-# Step of the trapezoidal rule along the contour, and where it ends: both far below rounding.
+# Step of the trapezoidal rule along the contour, and its end: the error by either is far below rounding.
 FINE, FAR = 0.05, 10.0
-# By how much a curvature, by differences, may be off: on a sphere about the median every point is a nearest one.
+# Allowed error of a curvature found by differences: on a sphere about the median every point is a nearest one.
 NEARLY = 1e-4
 
 
 def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, slopes: Array) -> tuple[Array, Array]:
-    """Principal curvatures of the limit state at design points, and their directions.
+    """Principal curvatures (n, k - 1) of the limit state at design points, and their directions (n, k, k - 1).
 
-    They are (n, k - 1), positive where the limit state bends from the median, and (n, k, k - 1), columns.
+    A curvature is positive if the limit state curves away from the median. The directions are columns.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, sl
     scores
         Design points (n, k).
     pose
-        Their poses, (n,).
+        Numbers of their poses, (n,).
     normals
-        Directions of failure there, of unit length, (n, k).
+        Unit vectors of steepest descent of the limit state there, (n, k).
     slopes
-        Sizes of the gradients there, (n,).
+        Lengths of the gradients there, (n,).
     """
     n, k = scores.shape
     shifts = STEP * np.concatenate([np.eye(k), -np.eye(k)])
@@ -50,7 +50,9 @@ def curvatures(limit: LimitState, scores: Array, pose: Index, normals: Array, sl
 
 
 def beyond_paraboloid(beta: Array, curvature: Array) -> Array:
-    """Probability beyond paraboloids, (n,), to some 1e-14 of itself; NaN where a design point is no nearest point.
+    """Probability beyond paraboloids, (n,), with a relative error of some 1e-14.
+
+    It is NaN where the design point is not the point of the paraboloid nearest to the median.
 
     With Y = u - ½ Σ κᵢ vᵢ² for independent standard normal u and vᵢ it is P(Y > β), by the inverse Laplace transform
     of ``exp(s²/2) Π (1 + κᵢ s)^(-1/2) / s`` along a line of real part c > 0 (the exact integral of Tvedt, J. Eng. Mech.
@@ -66,7 +68,7 @@ def beyond_paraboloid(beta: Array, curvature: Array) -> Array:
     least = np.minimum(curvature.min(axis=-1, initial=0.0), -1e-300)
     singular = -1.0 / least
     nearest = np.all(1.0 + beta[:, None] * curvature > -NEARLY, axis=-1)
-    # Well off the singularity, also where a sphere about the median has it at beta.
+    # The contour keeps clear of the singularity, also for a sphere about the median, which has it at beta.
     real = np.minimum(np.clip(beta, 0.5, None), np.maximum(singular - 0.25, 0.5 * singular))
     steps = FINE * np.minimum(1.0, np.minimum(real, np.abs(singular - real)))
     count = int(np.ceil(FAR / max(float(steps.min(initial=FINE)), FINE / 100.0)))

@@ -1,4 +1,4 @@
-"""Probability of failure by subset simulation: as a product of larger ones.
+"""Probability of failure by subset simulation: a product of larger conditional probabilities.
 
 S.-K. Au & J. L. Beck, Probabilistic Engineering Mechanics 16, 2001, doi:10.1016/S0266-8920(01)00019-4; candidates of
 the chains by conditional sampling as in I. Papaioannou et al., Probabilistic Engineering Mechanics 41, 2015,
@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-# Values (m,) of the limit state at scores (m, k).
+# Function of scores (m, k): values (m,) of the limit state.
 Value = Callable[[Array], Array]
 Enough = Callable[[Array, Array], bool]
 
-# Share of the samples of a level that the next one begins from; levels after which the probability counts as 0.
+# Share of the samples of a level that start the chains of the next one; number of levels after which the probability
+# counts as 0.
 SHARE, MOST = 0.1, 40
-# Share of the candidates that are accepted best, and the spread of the first ones.
+# Best share of accepted candidates, and the spread of the first candidates.
 BEST, SPREAD = 0.44, 0.6
 
 
@@ -34,7 +35,7 @@ class Subset(NamedTuple):
 def subset_simulation(
     value: Value, size: int, rng: np.random.Generator, samples: int, enough: Enough | None = None
 ) -> Subset:
-    """Probability of failure, level by level.
+    """Probability of failure by subset simulation.
 
     Parameters
     ----------
@@ -43,12 +44,12 @@ def subset_simulation(
     size
         Number of inputs.
     rng
-        Source of the samples.
+        Random number generator.
     samples
-        Samples of a level, a multiple of ten.
+        Number of samples of a level, a multiple of ten.
     enough
-        Asked of the scores (m, k) and values (m,) of the first samples, which do not depend on each other: where it
-        holds, the run ends without an answer.
+        Function of the scores (m, k) and values (m,) of the first samples, which are independent. If it returns True,
+        the run ends with NaN for the probability.
     """
     chains = int(SHARE * samples)
     scores = rng.normal(size=(samples, size))
@@ -63,7 +64,7 @@ def subset_simulation(
         last = threshold <= 0.0
         inside = table <= (0.0 if last else threshold)
         if inside.all():
-            # Where most of the samples are alike no level leads on: the failures among them are counted.
+            # If most samples have the same value, no further level is possible: the failures are counted.
             last, inside = True, table <= 0.0
         share = float(inside.mean())
         if share == 0.0:
@@ -73,7 +74,7 @@ def subset_simulation(
             break
         begin = order[:chains]
         if np.count_nonzero(inside) > chains:
-            # Of samples that are alike none is preferred: the chains begin with a fair choice of the level.
+            # Among samples with equal values none is preferred: the chains start at random ones of the level.
             begin = rng.choice(np.flatnonzero(inside), chains, replace=False)
         start = scores.reshape(-1, size)[begin]
         scores, table, spread = _chains(value, start, flat[begin], threshold, rng, samples // chains, spread)
@@ -86,7 +87,7 @@ def subset_simulation(
 def _chains(
     value: Value, start: Array, found: Array, threshold: float, rng: np.random.Generator, length: int, spread: float
 ) -> tuple[Array, Array, float]:
-    """Markov chains below a threshold, (length, chains, k), their values, and the spread for the next ones."""
+    """Markov chains below a threshold, (length, chains, k), their values, and the spread for the next chains."""
     scores, table = np.empty((length, *start.shape)), np.empty((length, len(start)))
     scores[0], table[0] = start, found
     for step in range(1, length):
@@ -95,6 +96,6 @@ def _chains(
         taken = there <= threshold
         scores[step] = np.where(taken[:, None], candidate, scores[step - 1])
         table[step] = np.where(taken, there, table[step - 1])
-        # At every step, as a level may be many times as narrow as the one before.
+        # The spread is adapted at every step because a level may be much narrower than the last.
         spread = min(1.0, spread * float(np.exp(taken.mean() - BEST)))
     return scores, table, spread

@@ -1,4 +1,4 @@
-"""Fits of pins in holes by ISO 286, and the cheapest ones that hold an accuracy."""
+"""Fits of pins in holes by ISO 286, and the cheapest tolerances that meet a required accuracy."""
 
 from .allocation import Allocation, allocate, relative_cost
 from .iso286 import Fit, LimitsOfSize, fit, limits_of_size, tolerance_grade

@@ -1,4 +1,4 @@
-"""The cheapest tolerances that hold an accuracy, and what a fit costs as far as nothing better is known."""
+"""The cheapest tolerances that meet a required accuracy, and a relative cost of fits."""
 
 from __future__ import annotations
 
@@ -14,28 +14,28 @@ from .iso286 import Fit, tolerance_grade
 
 Array = NDArray[np.float64]
 
-# Share of the limit by which a solution may pass it for rounding.
+# Share of the limit by which a solution may exceed it because of rounding.
 ROUNDING = 1e-9
-# Greatest cost that the solver is given: it takes sums for the same that differ by less than 1e-6.
+# Largest cost given to the solver, which treats sums that differ by less than 1e-6 as equal.
 LARGEST_COST = 1e4
 
 
 @dataclass(frozen=True, eq=False)
 class Allocation:
-    """The cheapest choice; made by `allocate`.
+    """The cheapest allocation of tolerances; made by `allocate`.
 
     Attributes
     ----------
     chosen
-        Which of its choices each part takes, by name.
+        Name of the tolerance chosen for each part, by the name of the part.
     cost
-        Of all of them together.
+        Total cost, in the unit of the given costs.
     reached
-        Greatest deviation with them.
+        Largest deviation with these tolerances, in the unit of `limit`.
     limit
-        What was allowed.
+        Largest deviation allowed.
     binding
-        Numbers of the rows of the effects that leave the least room, (n,): within a thousandth of the greatest.
+        Numbers of the rows of the effects whose deviation is within a thousandth of the largest, (n,).
     """
 
     chosen: Mapping[str, str]
@@ -45,7 +45,7 @@ class Allocation:
     binding: NDArray[np.int64]
 
     def __repr__(self) -> str:
-        """What is chosen, what it costs, and how much room is left."""
+        """The choices, the cost, and how much of the limit is used."""
         parts = ", ".join(f"{name} {choice}" for name, choice in self.chosen.items())
         return f"Allocation: {parts}; cost {self.cost:.6g}, {self.reached:.4g} of {self.limit:.4g} used"
 
@@ -57,29 +57,30 @@ def allocate(
     *,
     combine: str = "worst case",
 ) -> Allocation:
-    """Choose for every part the tolerance with which all together are cheapest and hold a limit.
+    """Choose a tolerance for every part so that the deviations stay within a limit at the lowest total cost.
 
     Parameters
     ----------
     effects
-        By part, what a unit of its tolerance does, (rows,): a row is a pose and a direction, a component, or whatever
-        else must hold.
+        Deviation per unit of the tolerance of each part, by part, (rows,). A row is one requirement, such as a pose and
+        a direction.
     choices
-        By part its choices by name: tolerance and cost of each.
+        Possible tolerances of each part: by part and name, the tolerance and its cost.
     limit
-        Greatest deviation allowed in every row.
+        Largest deviation allowed in every row.
     combine
-        How the parts add up: ``"worst case"``, ``Σ tᵢ |aᵢ|``, or ``"statistical"``, ``sqrt(Σ tᵢ² aᵢ²)``.
+        How the deviations aᵢ tᵢ of the parts combine: ``"worst case"``, ``Σ tᵢ |aᵢ|``, or ``"statistical"``,
+        ``sqrt(Σ tᵢ² aᵢ²)``.
 
     Returns
     -------
     Allocation
-        The cheapest choice, proved so by integer programming (branch and bound: A. H. Land & A. G. Doig, 1960).
+        The cheapest choice, found by integer programming (branch and bound: A. H. Land & A. G. Doig, 1960).
 
     Raises
     ------
     FrameError
-        If parts or shapes do not fit, or no choice holds the limit.
+        If the parts or shapes do not match, or no choice stays within the limit.
 
     Examples
     --------
@@ -113,7 +114,7 @@ def allocate(
 
 
 def _table(effects: Mapping[str, ArrayLike], choices: Mapping[str, Mapping[str, tuple[float, float]]]) -> Array:
-    """Sizes of the effects, (rows, parts), checked."""
+    """Absolute values of the effects, (rows, parts), after checks of both arguments."""
     if not choices or set(effects) != set(choices):
         raise FrameError(
             f"effects of {', '.join(effects) or 'nothing'} and choices of {', '.join(choices) or 'nothing'}"
@@ -129,12 +130,12 @@ def _table(effects: Mapping[str, ArrayLike], choices: Mapping[str, Mapping[str, 
 
 
 def _cheapest(used: Array, costs: Array, part_of: Sequence[int] | NDArray[np.int64]) -> NDArray[np.bool_] | None:
-    """Which choices (n,) are cheapest with at most 1 used in every row of (rows, n); None where none holds."""
+    """The cheapest choices, (n,), whose `used` (rows, n) add up to at most 1 in every row; None if there are none."""
     from scipy.optimize import Bounds, LinearConstraint, milp
 
     mine = np.asarray(part_of) == np.arange(max(part_of) + 1)[:, None]
     one_each = mine.astype(np.float64)
-    # What a choice costs more than the cheapest of its part, in numbers that the solver can tell apart.
+    # Cost above that of the cheapest choice of the same part, scaled so that the solver can tell the sums apart.
     more = costs - np.where(mine, costs, np.inf).min(axis=1)[np.asarray(part_of)]
     if more.max() > 0.0:
         more = more / more.max() * LARGEST_COST
@@ -150,7 +151,7 @@ def _cheapest(used: Array, costs: Array, part_of: Sequence[int] | NDArray[np.int
 
 
 def _undominated(used: Array) -> NDArray[np.int64]:
-    """Rows that no other row is as large as in everything."""
+    """Numbers of the rows without those that another row equals or exceeds in every column."""
     order = np.argsort(-used.sum(axis=1), kind="stable")
     kept: list[int] = []
     for row in order.tolist():
@@ -160,21 +161,21 @@ def _undominated(used: Array) -> NDArray[np.int64]:
 
 
 def relative_cost(fit: Fit) -> float:
-    """Cost of making hole and shaft of a fit, in units of that of one of them in grade IT7.
+    """Cost of making hole and shaft of a fit, relative to the cost of one of them in grade IT7.
 
-    The finer the tolerance, the dearer: the cost is taken as inverse to its width (the reciprocal model in
-    K. W. Chase & W. H. Greenwood, *Design issues in mechanical tolerance analysis*, 1988), so that a grade finer costs
-    some 1.6 times as much.
+    The cost is taken as inversely proportional to the width of the tolerance (the reciprocal model in K. W. Chase &
+    W. H. Greenwood, *Design issues in mechanical tolerance analysis*, 1988), so that one grade finer costs some 1.6
+    times as much.
 
     Parameters
     ----------
     fit
-        Tolerances of hole and shaft, as `linkframe.models.fit` looks them up.
+        Limits of hole and shaft, as returned by `linkframe.models.fit`.
 
     Returns
     -------
     float
-        ``IT7 / hole's tolerance + IT7 / shaft's tolerance``.
+        Relative cost, ``IT7 / hole's tolerance + IT7 / shaft's tolerance``.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """Tolerance grades and limits of size by ISO 286-1:2010 for sizes to 500 mm, and the clearance of fits.
 
-The tables hold what the standard prints, in micrometres: formulas rounded by rules that leave some values aside.
+The tables are those printed in the standard, in micrometres, because its formulas do not give all of their values.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from ...framework.errors import FrameError
 
-# Ranges of size, above one limit up to and with the next, mm.
+# Upper limits of the ranges of size, mm; a range includes its upper limit.
 SIZES = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
 
 # Standard tolerances (table 1), µm.
@@ -46,7 +46,8 @@ LOWER = {
 }
 # Grades for which k has the deviation of the table; it is 0 for others.
 K_GRADES = (4, 5, 6, 7)
-# Finest grade of holes K to P, and the coarsest one whose deviation grows by the step to the next finer grade.
+# Finest grade of holes K to P, and for each letter the coarsest grade with the addition Δ, the difference between the
+# tolerances of the grade and of the next finer one.
 FINEST_HOLE, COARSEST = 3, {"k": 8, "m": 8, "n": 8, "p": 7}
 
 CLASS = re.compile(r"(?P<letter>[A-Za-z]{1,2})(?P<grade>\d{1,2})")
@@ -61,7 +62,7 @@ def tolerance_grade(size: float, grade: int) -> float:
     size
         Nominal size, m.
     grade
-        Number of the grade.
+        Number of the grade, from 1 to 12.
 
     Returns
     -------
@@ -71,7 +72,7 @@ def tolerance_grade(size: float, grade: int) -> float:
     Raises
     ------
     FrameError
-        If the size or grade is not in the table.
+        If the size or the grade is not in the table.
 
     Examples
     --------
@@ -85,14 +86,14 @@ def tolerance_grade(size: float, grade: int) -> float:
 
 @dataclass(frozen=True)
 class LimitsOfSize:
-    """Limits of a hole or shaft.
+    """Limits of size of a hole or shaft.
 
     Attributes
     ----------
     size
         Nominal size, m.
     lower, upper
-        Deviations from it, m.
+        Lower and upper deviation from the nominal size, m.
     """
 
     size: float
@@ -101,25 +102,26 @@ class LimitsOfSize:
 
 
 def limits_of_size(size: float, tolerance_class: str) -> LimitsOfSize:
-    """Look up the limits of a hole or shaft by its tolerance class.
+    """Look up the limits of size of a hole or shaft by its tolerance class.
 
     Parameters
     ----------
     size
         Nominal size, m, up to 0.5.
     tolerance_class
-        Such as ``"H7"`` of a hole or ``"g6"`` of a shaft: letters d to h, js, k, m, n, p of shafts and D to H, JS, K,
-        M, N, P of holes, grades 1 to 12; of holes K to P grades from 3 on, of K to 8 beyond 3 mm.
+        Tolerance class, such as ``"H7"`` for a hole or ``"g6"`` for a shaft: letters d to h, js, k, m, n, p for shafts
+        and D to H, JS, K, M, N, P for holes, with grades 1 to 12. Holes K to P have grades from 3 on; above 3 mm holes
+        K have grades to 8.
 
     Returns
     -------
     LimitsOfSize
-        Its deviations.
+        Nominal size and deviations, m.
 
     Raises
     ------
     FrameError
-        If the class is none of these.
+        If the size or the class is not in the tables.
 
     Examples
     --------
@@ -141,7 +143,7 @@ def limits_of_size(size: float, tolerance_class: str) -> LimitsOfSize:
         lower = 0 if letter == "k" and grade not in K_GRADES else LOWER[letter][at]
         return _limits(size, lower, lower + width)
     if letter.isupper() and small in UPPER:
-        # A hole D to H lies as far above the line as the shaft of that letter lies below.
+        # The lower deviation of holes D to H is the negative of the upper deviation of shafts with the same letter.
         return _limits(size, -UPPER[small][at], -UPPER[small][at] + width)
     if letter.isupper() and small in LOWER:
         upper = _upper_of_hole(tolerance_class, small, grade, at)
@@ -153,10 +155,11 @@ def limits_of_size(size: float, tolerance_class: str) -> LimitsOfSize:
 
 
 def _upper_of_hole(tolerance_class: str, small: str, grade: int, at: int) -> float:
-    """Upper deviation of holes K to P, µm (table 3): that of the shaft below the line, raised in the finer grades.
+    """Upper deviation of holes K to P, µm (table 3).
 
-    A hole is so raised by the step between its grade and the next finer one that it fits a shaft of that grade as a
-    hole H fits the shaft of the same letter.
+    It is the negative of the lower deviation of the shaft with the same letter, in the finer grades plus the difference
+    between the tolerances of the grade and of the next finer one. Then the hole with a shaft h of the next finer grade
+    has the same clearances as the hole H with the shaft of the same letter.
     """
     if grade < FINEST_HOLE or (small == "k" and grade > COARSEST["k"] and at > 0):
         raise FrameError(
@@ -169,20 +172,20 @@ def _upper_of_hole(tolerance_class: str, small: str, grade: int, at: int) -> flo
     if grade > COARSEST[small]:
         return 0.0 if small == "n" else below
     if (small, grade, SIZES[at]) == ("m", 6, 315):
-        return -9.0  # as the standard prints it; the rule gives -11
+        return -9.0  # printed in the standard; the rule gives -11
     return below + GRADES[grade][at] - GRADES[grade - 1][at]
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A pin in a hole.
+    """Fit of a pin in a hole.
 
     Attributes
     ----------
     name
-        Such as ``"H7/g6"``.
+        Tolerance classes of hole and shaft, such as ``"H7/g6"``.
     hole, shaft
-        Their limits of size.
+        Limits of size of the hole and of the shaft.
     """
 
     name: str
@@ -191,39 +194,42 @@ class Fit:
 
     @property
     def least_clearance(self) -> float:
-        """Smallest hole less largest shaft, on the diameter, m; an interference where negative."""
+        """Smallest hole minus largest shaft, on the diameter, m; a negative value is an interference."""
         return _exact(self.hole.lower - self.shaft.upper)
 
     @property
     def greatest_clearance(self) -> float:
-        """Largest hole less smallest shaft, on the diameter, m."""
+        """Largest hole minus smallest shaft, on the diameter, m."""
         return _exact(self.hole.upper - self.shaft.lower)
 
     @property
     def offset(self) -> float:
-        """Greatest offset of the pin's axis from the hole's, half the greatest clearance: what a joint takes, m."""
+        """Largest distance of the pin's axis from the hole's axis, half the greatest clearance, m.
+
+        This is the radial clearance that joints are given; 0 if there is only interference.
+        """
         return 0.5 * max(self.greatest_clearance, 0.0)
 
 
 def fit(size: float, name: str) -> Fit:
-    """A fit by the tolerance classes of hole and shaft.
+    """Fit with given tolerance classes of hole and shaft.
 
     Parameters
     ----------
     size
         Nominal diameter, m.
     name
-        Such as ``"H7/g6"``.
+        Tolerance classes of hole and shaft, such as ``"H7/g6"``.
 
     Returns
     -------
     Fit
-        Its limits and clearances.
+        Limits of size and clearances, m.
 
     Raises
     ------
     FrameError
-        If it is no fit of a hole and a shaft.
+        If the name is not a fit of a hole and a shaft, or a size or class is not in the tables.
 
     Examples
     --------
@@ -249,10 +255,10 @@ def _limits(size: float, lower: float, upper: float) -> LimitsOfSize:
 
 
 def _micrometres(value: float) -> float:
-    """Micrometres in metres, the double that is written so."""
+    """Micrometres in metres, rounded as a decimal literal is."""
     return float(f"{value}e-6")
 
 
 def _exact(value: float) -> float:
-    """A difference of table values without what rounding adds: they are whole tenths of a micrometre."""
+    """A difference of table values in metres without rounding errors, rounded to a thousandth of a micrometre."""
     return float(f"{round(value / MICRO, 3)}e-6")

@@ -1,4 +1,4 @@
-"""Fuzzy inputs, and what they make of a result: cuts at each level of membership."""
+"""Fuzzy numbers as inputs, and the resulting fuzzy numbers by their cuts at levels of membership."""
 
 from .cuts import FuzzyResult, propagate_fuzzy
 from .number import FuzzyNumber

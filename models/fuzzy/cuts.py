@@ -1,4 +1,4 @@
-"""Cuts of a result by the cuts of its inputs."""
+"""Cuts of a fuzzy result from the cuts of the fuzzy inputs."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .search import Extremes, corners_only, search
 Array = NDArray[np.float64]
 
 METHODS = ("search", "corners", "first order")
-# Inputs with which all corners are still few enough.
+# Largest number of inputs for which all corners are evaluated.
 MOST_CORNERS = 16
-# Step of the differences, of half the widest cut: an error of some 1e-13 of the fifth derivative.
+# Step of the differences as a share of half the widest cut: the error is some 3e-14 times the fifth derivative.
 STEP = 1e-3
 
 
@@ -33,15 +33,15 @@ class FuzzyResult:
     levels
         Levels of membership, rising from 0 to 1, (a,).
     lower, upper
-        Ends of the cuts, (a, ...).
+        Lower and upper ends of the cuts, (a, ...), in the unit of the result.
     at_lower, at_upper
-        Where the result is so small and so large: inputs by name, (a, ...); empty to first order.
+        Inputs at which the result has these values, by name, (a, ...); empty for the method ``"first order"``.
     method
-        How it was found.
+        Name of the method, as for `propagate_fuzzy`.
     evaluations
-        For how many points the function was called.
+        Number of points at which the function was evaluated.
     failed
-        At how many of them a result was NaN, which counts for nothing.
+        Number of those points at which a result was NaN; such results are ignored.
     """
 
     levels: Array
@@ -62,32 +62,32 @@ class FuzzyResult:
         return f"<FuzzyResult: {core}, {self.lower[0]:.6g} to {self.upper[0]:.6g} at all: {told}>"
 
     def membership(self, value: ArrayLike) -> Array:
-        """How possible values of the result are: the highest level whose cut holds them.
+        """Membership of values of the result: the highest level whose cut contains them.
 
         Parameters
         ----------
         value
-            Values, (...), that broadcast with the result.
+            Values (...) of a shape that broadcasts with the result, in its unit.
 
         Returns
         -------
         ndarray
-            Membership, (...): 0 outside all cuts, straight lines between them.
+            Membership (...) from 0 to 1, 0 outside all cuts, interpolated linearly between levels.
         """
         return membership_within(self.levels, self.lower, self.upper, np.asarray(value, dtype=np.float64))
 
     def number(self, *index: int) -> FuzzyNumber:
-        """One component as a fuzzy number, to go on with.
+        """One component of the result as a fuzzy number.
 
         Parameters
         ----------
         *index
-            Its place in the result, none for a scalar.
+            Indices of the component in the result; none for a scalar result.
 
         Returns
         -------
         FuzzyNumber
-            With the cuts of that component.
+            The fuzzy number with the cuts of the component.
 
         Raises
         ------
@@ -110,31 +110,32 @@ def propagate_fuzzy(
 ) -> FuzzyResult:
     """Find the cuts of a result from those of its inputs, at each level of membership.
 
-    The cut of a result is the interval between its least and its greatest value where every input is in its own cut:
-    the extension principle for inputs that do not depend on each other (H. T. Nguyen, 1978; W. Dong & H. Shah,
+    The cut of a result is the interval from its smallest to its largest value while every input is within its own cut:
+    the extension principle for independent inputs (H. T. Nguyen, 1978; W. Dong & H. Shah,
     *Vertex method for computing functions of fuzzy variables*, 1987).
 
     Parameters
     ----------
     fn
-        Function of arrays, as for `propagate`: of n values of each input, by keyword, it returns n results (n, ...).
+        Function of arrays, as for `propagate`: for n values of each input, passed by keyword, it returns n results
+        (n, ...).
     inputs
-        By the name of the argument a `FuzzyNumber`, an interval (low, high), a triangle (low, peak, high), the four
-        corners of a trapezium, or a tolerance in words.
+        Fuzzy inputs by the name of the argument: a `FuzzyNumber`, an interval (low, high), a triangle (low, peak,
+        high), four corners of a trapezium, or a tolerance as text, such as ``"0.4 ± 0.5 %"``.
     levels
-        Number of evenly spaced levels, or the levels, (a,), which rise from 0 to 1.
+        Number of evenly spaced levels, or the levels themselves, (a,), rising from 0 to 1.
     method
-        ``"search"``: from the corners, the slopes and points within each box to the least and greatest value, for
-        functions of any kind; smooth ones have them to rounding where the points find the right valley. ``"corners"``:
-        exact where each input makes the result grow or shrink throughout. ``"first order"``: by the derivatives at the
-        middle of the core, exact where the function is linear.
+        ``"search"``: search for the smallest and largest values from the corners and from points within each box, for
+        any function; smooth functions are solved to rounding unless all points miss the region of the extreme value.
+        ``"corners"``: exact if the result is monotonic in each input. ``"first order"``: by the derivatives at the
+        middle of the core, exact if the function is linear.
     gradient
-        For ``"first order"``, derivatives by name, (...) each, called by keyword with the middle; left out, they are
-        differences.
+        For ``"first order"``: function called by keyword with the inputs at the middle, which returns the derivatives
+        by name, (...) each. Differences are taken if None.
     samples
-        Points within the box of each level from which the search begins.
+        Number of points within the box of each level at which the function is evaluated before the search.
     axis
-        Axis of the n values in what `fn` returns.
+        Axis of the n values in the array that `fn` returns.
 
     Returns
     -------
@@ -144,11 +145,11 @@ def propagate_fuzzy(
     Raises
     ------
     FrameError
-        If an input or option cannot be meant.
+        If an argument is invalid.
 
     Examples
     --------
-    A function that is not monotone: of numbers between -1 and 2 the square is between 0 and 4.
+    A function that is not monotonic: the squares of the numbers from -1 to 2 lie between 0 and 4.
 
     >>> found = propagate_fuzzy(lambda x: x**2, {"x": (-1.0, 0.5, 2.0)}, levels=3)
     >>> found.lower.round(9).tolist(), found.upper.tolist()
@@ -219,14 +220,14 @@ def _first_order(
 
 
 class _Function:
-    """The function that was given, of points (n, k), with its results in a row, (n, m)."""
+    """The user's function, called with points (n, k), with its results flattened to (n, m)."""
 
     def __init__(self, fn: Callable[..., ArrayLike], names: tuple[str, ...], axis: int) -> None:
         self.fn, self.names, self.axis = fn, names, axis
         self.shape: tuple[int, ...] = ()
 
     def __call__(self, points: Array) -> Array:
-        # A single point would be a batch of its own kind.
+        # A single point is evaluated twice, because functions may treat a batch of one differently.
         rows = np.concatenate([points, points[:1]]) if len(points) == 1 else points
         found = samples_first(self.fn(**dict(zip(self.names, rows.T.copy(), strict=True))), len(rows), self.axis)
         self.shape = found.shape[1:]

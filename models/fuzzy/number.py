@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FuzzyNumber:
-    """A number of which is known how possible each value is, by its cuts: straight lines lie between the given ones.
+    """A fuzzy number, given by its cuts at some levels of membership and interpolated linearly between them.
 
     The cut at a level is the interval of all values whose membership is that level or more (L. A. Zadeh,
     *Fuzzy sets*, 1965).
@@ -29,7 +29,7 @@ class FuzzyNumber:
     levels
         Levels of membership, rising from 0 to 1, (n,).
     lower, upper
-        Ends of the cut at each of them, (n,): cuts of higher levels lie within those of lower ones.
+        Lower and upper ends of the cuts, (n,), in the unit of the input; each cut lies within those of lower levels.
 
     Examples
     --------
@@ -65,74 +65,74 @@ class FuzzyNumber:
 
     @classmethod
     def triangular(cls, low: float, peak: float, high: float) -> FuzzyNumber:
-        """One possible value, and others the less possible the further they are from it.
+        """Triangular fuzzy number: membership 1 at the peak, falling linearly to 0 on both sides.
 
         Parameters
         ----------
         low
-            The least value that is at all possible, in the unit of the input.
+            Smallest possible value, in the unit of the input.
         peak
-            The value with membership 1.
+            Value with membership 1, in the same unit.
         high
-            The greatest value that is at all possible.
+            Largest possible value, in the same unit.
 
         Returns
         -------
         FuzzyNumber
-            With straight flanks.
+            The fuzzy number with cuts at levels 0 and 1.
 
         Raises
         ------
         FrameError
-            If the three are not in their order.
+            If the values do not rise from `low` to `high`.
         """
         return cls.trapezoidal(low, peak, peak, high)
 
     @classmethod
     def trapezoidal(cls, low: float, first: float, last: float, high: float) -> FuzzyNumber:
-        """Several values that are fully possible, and others the less possible the further they are from these.
+        """Trapezoidal fuzzy number: membership 1 over an interval, falling linearly to 0 on both sides.
 
         Parameters
         ----------
         low
-            The least value that is at all possible, in the unit of the input.
+            Smallest possible value, in the unit of the input.
         first, last
-            Ends of the interval with membership 1.
+            Ends of the interval with membership 1, in the same unit.
         high
-            The greatest value that is at all possible.
+            Largest possible value, in the same unit.
 
         Returns
         -------
         FuzzyNumber
-            With straight flanks.
+            The fuzzy number with cuts at levels 0 and 1.
 
         Raises
         ------
         FrameError
-            If the four are not in their order.
+            If the values do not rise from `low` to `high`.
         """
         return cls.from_cuts([0.0, 1.0], [low, first], [high, last])
 
     @classmethod
     def from_cuts(cls, levels: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> FuzzyNumber:
-        """Make a fuzzy number of its cuts.
+        """Fuzzy number with given cuts.
 
         Parameters
         ----------
         levels
             Levels of membership, rising from 0 to 1, (n,).
         lower, upper
-            Ends of the cut at each of them, (n,).
+            Lower and upper ends of the cuts, (n,), in the unit of the input.
 
         Returns
         -------
         FuzzyNumber
-            With straight lines between the cuts.
+            The fuzzy number, interpolated linearly between the cuts.
 
         Raises
         ------
         FrameError
-            If the levels do not rise from 0 to 1, or a cut does not lie within that below.
+            If the levels do not rise from 0 to 1, or a cut does not lie within the one below it.
         """
         return cls(np.asarray(levels), np.asarray(lower), np.asarray(upper))
 
@@ -142,7 +142,7 @@ class FuzzyNumber:
         return f"<FuzzyNumber: {core}, from {self.lower[0]:.6g} to {self.upper[0]:.6g}>"
 
     def cut(self, level: ArrayLike) -> tuple[Any, Any]:
-        """Interval of all values whose membership is a level or more.
+        """Cut at a level: the interval of all values whose membership is that level or more.
 
         Parameters
         ----------
@@ -152,7 +152,7 @@ class FuzzyNumber:
         Returns
         -------
         tuple of float or ndarray
-            Its lower and upper end, (...).
+            Lower and upper end of the cut, (...), in the unit of the input.
         """
         at = np.asarray(level, dtype=np.float64)
         ends = (np.interp(at, self.levels, each) for each in (self.lower, self.upper))
@@ -160,17 +160,17 @@ class FuzzyNumber:
         return low, high
 
     def membership(self, value: ArrayLike) -> Any:
-        """How possible values are: the highest level whose cut holds them, 0 outside.
+        """Membership of values: the highest level whose cut contains them, 0 outside all cuts.
 
         Parameters
         ----------
         value
-            Values, (...).
+            Values (...), in the unit of the input.
 
         Returns
         -------
         float or ndarray
-            Membership, (...).
+            Membership (...), from 0 to 1.
         """
         x = np.asarray(value, dtype=np.float64)
         found = membership_within(self.levels, self.lower, self.upper, x)
@@ -178,12 +178,12 @@ class FuzzyNumber:
 
 
 def membership_within(levels: Array, lower: Array, upper: Array, x: Array) -> Array:
-    """Membership (...) of values (...) in cuts (n, ...) that lie within one another, straight lines between them."""
+    """Membership (...) of values (...) for nested cuts (n, ...), interpolated linearly between the levels (n,)."""
     return np.minimum(_side(levels, lower, x), _side(levels, -upper, -x))
 
 
 def _side(levels: Array, rising: Array, x: Array) -> Array:
-    """Highest level whose end, which rises with the level, is x at most; 0 where even the first is above."""
+    """Highest level at which the end `rising` (n, ...), which grows with the level, is at most x; 0 if none is."""
     shape = np.broadcast_shapes(rising.shape[1:], x.shape)
     padded = rising.reshape(len(levels), *(1,) * (len(shape) + 1 - rising.ndim), *rising.shape[1:])
     ends = np.broadcast_to(padded, (len(levels), *shape))
@@ -196,7 +196,7 @@ def _side(levels: Array, rising: Array, x: Array) -> Array:
 
 
 def fuzzy_of(name: str, given: object) -> FuzzyNumber:
-    """What is given for an input as a fuzzy number: one, an interval, three or four corners, a tolerance in words."""
+    """Fuzzy number from a fuzzy number, an interval, three or four corners, or a tolerance as text."""
     if isinstance(given, FuzzyNumber):
         return given
     if isinstance(given, str):
@@ -216,7 +216,7 @@ def fuzzy_of(name: str, given: object) -> FuzzyNumber:
 
 
 def levels_of(given: int | ArrayLike) -> Array:
-    """Levels of membership, rising from 0 to 1: so many evenly spaced ones, or those that are given."""
+    """Levels of membership, rising from 0 to 1, from their number or from the levels themselves."""
     if isinstance(given, int | np.integer) and not isinstance(given, bool):
         if given < 2:
             raise FrameError(f"levels is {given}: give 2 or more, or the levels themselves, which rise from 0 to 1")

@@ -1,8 +1,8 @@
-"""Least and greatest values of a function in boxes that lie within one another, all boxes and results at once.
+"""Smallest and largest values of a function in nested boxes, for all boxes and results at once.
 
-Corners, and points spread evenly within, tell where to begin: at the best corner and at the best point within. From
-there on a quadratic model of each result is least in a part of the box about the best point (a trust region, as in
-A. R. Conn, N. I. M. Gould & P. L. Toint, *Trust-Region Methods*, 2000), which is evaluated, and shrinks.
+The search begins at the best corner and at the best of points spread evenly within the box. Each step fits a quadratic
+model to the result in a trust region about the best point so far, evaluates the function where the model is smallest,
+and shrinks the region (A. R. Conn, N. I. M. Gould & P. L. Toint, *Trust-Region Methods*, 2000).
 """
 
 from __future__ import annotations
@@ -18,33 +18,34 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Call = Callable[[Array], Array]
 
-# Inputs up to which all corners are tried; beyond, those to which the slopes at the middle point.
+# Largest number of inputs for which all corners are tried; with more, only those to which the slopes point.
 ALL_CORNERS = 8
-# Steps at most, the share to which the region shrinks in each, and that of the spread which is no gain.
+# Largest number of steps, factor by which the trust region shrinks, and the gain at which a search ends, as a share of
+# the range of the result.
 STEPS, SHRINK, GAIN = 14, 0.25, 1e-13
-# Sweeps by which a model is made least, coordinate by coordinate.
+# Number of sweeps of coordinate descent by which a model is minimised.
 SWEEPS = 12
-# Numbers that the function is asked for at once.
+# Largest number of values that the function returns in one call.
 TOGETHER = 4_000_000
 
 
 @dataclass(eq=False)
 class Extremes:
-    """The best that was found so far in each box, of each result, downwards and upwards.
+    """Smallest and largest values found so far of each result in each box.
 
     Parameters
     ----------
     call
         Called with points (n, k); returns the results (n, m).
     lower, upper
-        Corners of the boxes (a, k), each within that before.
+        Lower and upper ends of the boxes, (a, k); each box lies within the one before.
 
     Attributes
     ----------
     value, point
-        Least values of the results and of their opposites, (2, a, m), and where, (2, a, m, k).
+        Smallest values of the results and of their negatives, (2, a, m), and the points with them, (2, a, m, k).
     evaluations, failed
-        For how many points the function was called, and of how many a result is NaN.
+        Number of points at which the function was called, and number of those with a result of NaN.
     """
 
     call: Call
@@ -80,7 +81,7 @@ class Extremes:
         self.point[side, box] = np.where(better[:, None], points[best], self.point[side, box])
 
     def nest(self) -> None:
-        """What was found in a box counts for those around it."""
+        """Take values found in a box for the boxes around it where they are better."""
         for k in range(len(self.lower) - 2, -1, -1):
             better = self.value[:, k + 1] < self.value[:, k]
             self.value[:, k] = np.where(better, self.value[:, k + 1], self.value[:, k])
@@ -88,14 +89,14 @@ class Extremes:
 
 
 def corners_only(found: Extremes) -> None:
-    """Evaluate all corners, where results that are monotone in each input have their extremes."""
+    """Evaluate all corners; results that are monotonic in each input have their extremes there."""
     unit = _all_corners(found.lower.shape[1])
     found.evaluate(*_in_boxes(found, unit))
     found.nest()
 
 
 def search(found: Extremes, samples: int) -> None:
-    """Seek the extremes of all results in all boxes, from the corners and from so many points within each box."""
+    """Search for the extremes of all results in all boxes, from the corners and from `samples` points in each box."""
     k = found.lower.shape[1]
     within = np.concatenate([np.full((1, k), 0.5), evenly(samples, k)])
     inner = found.evaluate(*_in_boxes(found, within))
@@ -110,9 +111,10 @@ def search(found: Extremes, samples: int) -> None:
 
 
 def evenly(count: int, k: int) -> Array:
-    """Points of the unit cube as evenly spread as the golden section makes them on a line, (count, k).
+    """Points spread evenly in the unit cube, (count, k).
 
-    Multiples of the powers of the root of x^(k+1) = x + 1 (M. Roberts, 2018).
+    Component j of point i is ``0.5 + i x^(-j)`` modulo 1, with the positive root of ``x^(k+1) = x + 1``; for k = 1 that
+    is the golden ratio (M. Roberts, 2018).
     """
     root = 2.0
     for _ in range(60):
@@ -125,7 +127,7 @@ def _all_corners(k: int) -> Array:
 
 
 def _corners_of_slopes(found: Extremes) -> Array:
-    """Corners of the unit cube to which results rise and fall the most at the middle of the widest box."""
+    """Corners of the unit cube towards which each result rises or falls at the middle of the widest box."""
     low, high = found.lower[0], found.upper[0]
     k = len(low)
     stencil = np.full((2 * k, k), 0.5)
@@ -136,16 +138,16 @@ def _corners_of_slopes(found: Extremes) -> Array:
 
 
 def _in_boxes(found: Extremes, unit: Array) -> tuple[Array, Index]:
-    """Points (n, k) of the unit cube in every box, (a n, k), and the number of the box of each."""
+    """Points (n, k) of the unit cube mapped to every box, (a n, k), and the number of the box of each, (a n,)."""
     a, k = found.lower.shape
     points = found.lower[:, None] + unit * (found.upper - found.lower)[:, None]
-    # The far corner is to be that of the box to the last bit.
+    # A coordinate of 1 is mapped to the end of the box exactly.
     points = np.where(unit == 1.0, found.upper[:, None], points)
     return points.reshape(-1, k), np.repeat(np.arange(a), len(unit))
 
 
 def _best_start(found: Extremes, values: Array, unit: Array) -> Array:
-    """Of some points of each box the best for each result, both ways, (2, a, m, k)."""
+    """The point of each box with the smallest and that with the largest value of each result, (2, a, m, k)."""
     points, _ = _in_boxes(found, unit)
     a, n = len(found.lower), len(unit)
     table = values.reshape(a, n, values.shape[1])
@@ -155,7 +157,7 @@ def _best_start(found: Extremes, values: Array, unit: Array) -> Array:
 
 @dataclass(eq=False)
 class _Tasks:
-    """One search for each box and result, both ways: where it is, in which part of the box it looks."""
+    """The searches, one for each box, result and sign: their points, values and sizes of the trust region."""
 
     sign: Array
     box: Index
@@ -169,7 +171,7 @@ class _Tasks:
 
 
 def _refine(found: Extremes, start: Array, radius: float) -> None:
-    """Go on from points (2, a, m, k), all of them at once."""
+    """Improve the points (2, a, m, k) by a search from each, all at once, with a trust region of size `radius`."""
     side, box, result = (each.ravel() for each in np.indices(start.shape[:3]))
     tasks = _Tasks(
         np.array([1.0, -1.0])[side],
@@ -180,7 +182,7 @@ def _refine(found: Extremes, start: Array, radius: float) -> None:
         np.full(side.size, radius),
     )
     for _ in range(STEPS):
-        with np.errstate(invalid="ignore"):  # of infinite results there is none
+        with np.errstate(invalid="ignore"):  # infinite values have no range
             spread = -(found.value[0] + found.value[1])
         going = _step(found, tasks, np.where(np.isfinite(spread), spread, 0.0))
         tasks = tasks[going]
@@ -189,7 +191,7 @@ def _refine(found: Extremes, start: Array, radius: float) -> None:
 
 
 def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
-    """One step of all tasks; which of them go on."""
+    """Do one step of all searches, and return which of them continue, (n,)."""
     low, high = found.lower[tasks.box], found.upper[tasks.box]
     reach = tasks.radius[:, None] * (high - low)
     first, last = np.maximum(low, tasks.at - reach), np.minimum(high, tasks.at + reach)
@@ -205,7 +207,7 @@ def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
         better = value < tasks.value
         tasks.at = np.where(better[:, None], point, tasks.at)
         tasks.value = np.where(better, value, tasks.value)
-    # A search that ends at an edge of the part it looks at, and not of the box, looks as far again.
+    # The trust region keeps its size if its best point is at its edge but not at an edge of the box.
     inside = (tasks.at == low) | (tasks.at == high) | ((tasks.at > first) & (tasks.at < last)) | (first == last)
     tasks.radius = np.where(inside.all(axis=1) | (tasks.at == at).all(axis=1), SHRINK * tasks.radius, tasks.radius)
     least = GAIN * spread[tasks.box, tasks.result]
@@ -216,26 +218,26 @@ def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
 
 
 def _stencil(k: int) -> Array:
-    """The middle, both ways along each input, and both inputs of each pair, in (-1, 1)^k."""
+    """Points in [-1, 1]^k: the middle, the ends along each axis, and one corner in the plane of each pair, (s, k)."""
     one = np.eye(k)
     pairs = [one[i] + one[j] for i, j in combinations(range(k), 2)]
     return np.concatenate([np.zeros((1, k)), one, -one, np.reshape(pairs, (-1, k))])
 
 
 def _placed(first: Array, last: Array, step: Array) -> Array:
-    """Points (n, s, k) of steps (..., s, k) from the middles of boxes (n, k), at their ends to the last bit."""
+    """Points (n, s, k) at relative steps (..., s, k) in [-1, 1] from the middles of boxes (n, k); ±1 gives the end."""
     middle, half = 0.5 * (first + last)[:, None], 0.5 * (last - first)[:, None]
     inner = np.clip(middle + half * step, first[:, None], last[:, None])
     return np.asarray(np.where(step == 1.0, last[:, None], np.where(step == -1.0, first[:, None], inner)))
 
 
 def _asked(found: Extremes, tasks: _Tasks, first: Array, last: Array, stencil: Array) -> Array:
-    """The own result of each task (n, s) at a stencil in its part of the box; like parts are asked once."""
+    """Signed result of each search at the stencil in its trust region, (n, s)."""
     return _own(found, tasks, _placed(first, last, stencil))
 
 
 def _own(found: Extremes, tasks: _Tasks, points: Array) -> Array:
-    """The result that each task is after, as it counts for it, (n, s), at its points (n, s, k)."""
+    """Signed result of each search, to be made smallest, at its points (n, s, k): (n, s), infinite for NaN."""
     n, s, k = points.shape
     out = np.empty((n, s))
     size = max(1, TOGETHER // max(s * found.value.shape[2], 1))
@@ -249,7 +251,7 @@ def _own(found: Extremes, tasks: _Tasks, points: Array) -> Array:
 
 
 def _least_of_model(values: Array, start: Array) -> tuple[Array, Array]:
-    """Where the quadratic through values (n, s) at a stencil is least in (-1, 1)^k, (n, k), and its value (n,)."""
+    """Minimum of the quadratic through values (n, s) at the stencil within [-1, 1]^k: points (n, k), values (n,)."""
     n, k = start.shape
     some = np.where(np.isfinite(values), values, np.nan)
     f, plus, minus = some[:, 0], some[:, 1 : k + 1], some[:, k + 1 : 2 * k + 1]

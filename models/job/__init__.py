@@ -1,1 +1,1 @@
-"""What the jobs of the command line share: stages, output folder, tables, figures."""
+"""Shared parts of the jobs of the command line: stages, output folder, tables, figures."""

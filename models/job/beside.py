@@ -1,4 +1,4 @@
-"""Work that a copy of this process does beside it, on another processor."""
+"""Work that a copy of this process does in parallel, on another processor."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from ...framework.interrupts import put_off
 from ..propagation.workers import processors
 
 T = TypeVar("T")
-# Signals that ask a process to end, and what Linux calls the request for one when the parent ends.
+# Signals that ask a process to end, and Linux's option of prctl for a signal when the parent ends.
 ENDING, PR_SET_PDEATHSIG = ("SIGINT", "SIGTERM", "SIGHUP"), 1
 
 
 class Beside(Generic[T]):
-    """Work that a copy of this process begins at once, and whose outcome this one asks for later.
+    """Work that a copy of this process starts at once, and whose outcome this process asks for later.
 
-    The copy has what there is when it is made, loaded packages among it, and comes to the same bits. Where none can be
-    made, or the copy could not do the work, this process does it when it is asked for the outcome.
+    The copy has the state of this process when it is made, with its loaded packages, and computes the same bits. If no
+    copy can be made, or it fails, this process does the work when it is asked for the outcome.
 
-    As a context manager it ends the copy where nobody has asked.
+    As a context manager it ends the copy if the outcome was not asked for.
 
     Parameters
     ----------
     work
-        What to do. It may write files; what it gives back can be pickled.
+        Function that does the work. It may write files; its result must be picklable.
     worth
         Whether this process has something to do meanwhile.
 
     Attributes
     ----------
     copy
-        Number of the process that is at work, and where it tells the outcome; None where there is none.
+        Process number of the copy, and the pipe with its outcome; None if there is no copy.
     """
 
     def __init__(self, work: Callable[[], T], *, worth: bool = True) -> None:
@@ -56,18 +56,18 @@ class Beside(Generic[T]):
             self._told()
 
     def outcome(self) -> T:
-        """Wait for what the work gives back.
+        """Wait for the outcome of the work.
 
         Returns
         -------
         object
-            What `work` gives back, or raises.
+            Result of `work`; its exceptions are raised.
         """
         told = self._told()
         return pickle.loads(told) if told else self._work()
 
     def _told(self) -> bytes:
-        """What the copy has told when it has ended; nothing where it was not done, or there is none."""
+        """Pickled outcome of the copy, after it has ended; empty if it failed or there is no copy."""
         if self.copy is None:
             return b""
         process, pipe = self.copy
@@ -77,19 +77,19 @@ class Beside(Generic[T]):
         os.close(pipe)
         try:
             _, code = os.waitpid(process, 0)
-        except ChildProcessError:  # where signals of ended processes are ignored, nobody knows how this one ended
+        except ChildProcessError:  # signals of ended processes are ignored, so that its exit code is lost
             return b""
         return b"" if code else told
 
 
 def copies() -> bool:
-    """Whether this process can be copied, and another processor is there to run the copy."""
-    alone = threading.active_count() == 1  # what other threads hold, the copy would wait for
+    """Whether this process can be copied, and there is another processor to run the copy."""
+    alone = threading.active_count() == 1  # the copy would wait for locks of other threads
     return sys.platform == "linux" and alone and processors() > 1
 
 
 def _begun(work: Callable[[], object]) -> tuple[int, int] | None:
-    """A copy of this process at work: its number, and the end of a pipe that gives what it tells."""
+    """Start a copy of this process with the work: its process number, and the pipe with its outcome."""
     here = os.getpid()
     try:
         reading, writing = os.pipe()
@@ -97,7 +97,7 @@ def _begun(work: Callable[[], object]) -> tuple[int, int] | None:
         return None
     process = 0
     try:
-        # A signal that came between would raise in the copy, too, which then went on as if it were this process.
+        # a signal in between would raise in the copy as well, which would then continue as if it were this process
         with put_off(*ENDING):
             process = _copied()
             if not process:
@@ -105,7 +105,7 @@ def _begun(work: Callable[[], object]) -> tuple[int, int] | None:
     except BaseException as error:
         os.close(reading)
         os.close(writing)
-        if process:  # the signal that was put off: nobody would know of the copy, which writes on
+        if process:  # a deferred signal: the copy must not continue unknown to anybody
             _end(process)
         if isinstance(error, OSError):  # no room for another process
             return None
@@ -125,25 +125,25 @@ def _end(process: int) -> None:
 
 
 def _copied() -> int:
-    """Copy this process; the number of the copy, and 0 in the copy itself."""
+    """Copy this process; returns the process number of the copy, and 0 in the copy itself."""
     with warnings.catch_warnings():
-        # The threads that Python may warn of are those of OpenBLAS, which ends them before a copy is made.
+        # the threads that Python may warn of are those of OpenBLAS, which ends them before a copy is made
         warnings.simplefilter("ignore", DeprecationWarning)
         return os.fork()
 
 
 def _end_by_signals() -> None:
-    """Have signals end this copy at once: what is to be tidied up is left to the process that it is a copy of."""
+    """Let signals end this copy at once: tidying up is left to the original process."""
     for each in (getattr(signal, name) for name in ENDING):
         if signal.getsignal(each) != signal.SIG_IGN:
             signal.signal(each, signal.SIG_DFL)
 
 
 def _work_and_end(work: Callable[[], object], writing: int, parent: int) -> NoReturn:
-    """Do the work and tell its outcome; whatever happens, do nothing of what a process does when it ends."""
+    """Do the work, send its outcome and exit, in any case without the exit handlers of a process."""
     code = 1
     try:
-        # It ends with its parent, even if that is killed: nobody would read what it tells, nor remove what it writes.
+        # end with the parent, even if that is killed: nobody would read the outcome or remove the files
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() == parent:
             with open(writing, "wb", closefd=False) as end:

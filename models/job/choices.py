@@ -1,4 +1,4 @@
-"""What single choices change: the outcome at one pose with each of them, line by line."""
+"""Effects of single choices: the outcome at one pose with each of them, one a line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .outcome import Outcome
 from .tables import markdown, readable
 
-# Samples that show what a choice changes.
+# Largest number of samples for a choice.
 COMPARED = 2000
 
 EXPLAINED = """\
@@ -19,7 +19,7 @@ standard errors. The condition numbers are those of the mean inputs."""
 
 
 def first(samples: int) -> str:
-    """Of how many samples the lines are, where not of all."""
+    """The number of samples in words, if not all are used."""
     return f", of the first {COMPARED} samples" if samples > COMPARED else ""
 
 
@@ -46,7 +46,7 @@ def _cells(outcome: Outcome) -> Iterable[tuple[str, str]]:
 
 
 def condition_ranges(outcome: Outcome) -> Iterable[tuple[str, str]]:
-    """Headings and cells of condition numbers in the plane, and of their ranges over the samples, at the first pose."""
+    """Headings and cells of the planar condition number, and of ranges over the samples, at the first pose."""
     whole, plane = (each[0] for each in outcome.sampled_kappa)
     if outcome.count > 1:
         yield "range of κ", _range(whole)
@@ -61,7 +61,7 @@ def _range(values: NDArray[np.float64]) -> str:
 
 
 def bounds(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Least and greatest of the samples that have a value; NaN where none has."""
+    """Least and largest of the samples that have a value; NaN if none has."""
     known = values[~np.isnan(values)]
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
@@ -73,7 +73,7 @@ def deviations(outcome: Outcome) -> Iterable[tuple[str, str]]:
 
 
 def micrometres(outcome: Outcome) -> str:
-    """Length of the compliance's displacement at the first pose."""
+    """Magnitude of the displacement by compliance at the first pose, in micrometres."""
     return f"{1e6 * np.linalg.norm(outcome.compliance[0]):.2f}"
 
 

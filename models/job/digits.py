@@ -1,4 +1,4 @@
-"""How many digits of each column of a job's table are certain."""
+"""Number of certain digits of each column of a job's table."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ of samples. How far linear mechanics holds is another matter (see the status).""
 
 
 def certain_digits(outcome: Outcome) -> Iterator[tuple[str, float, int, str]]:
-    """By column: its greatest absolute error, and the fewest significant digits that are certain with the pose.
+    """By column: its largest absolute error, and the fewest certain significant digits with their pose.
 
     Parameters
     ----------
     outcome
-        What was found.
+        Outcome of the job.
 
     Yields
     ------
     tuple
-        Name, bound on the error, digits, the pose in words.
+        Name, bound on the error, digits, and the pose in words.
     """
     regular = outcome.regular
     drives = np.array(outcome.drives)[regular]
@@ -47,7 +47,7 @@ def certain_digits(outcome: Outcome) -> Iterator[tuple[str, float, int, str]]:
 
 
 def _columns(outcome: Outcome) -> dict[str, tuple[Array, Array]]:
-    """Columns and bounds on their errors, (poses,) each."""
+    """By name of a column: its values and bounds on their errors, (poses,) each."""
     bound, place = outcome.error_bound, np.asarray(outcome.place_error)
     widened = bound * np.sqrt(outcome.count / max(outcome.count - 1, 1))
     means, moved = (outcome.mean, place + bound), (outcome.mean - outcome.rigid, bound)
@@ -70,13 +70,13 @@ def section(outcome: Outcome) -> list[str]:
 
 
 def as_markdown(outcome: Outcome) -> str:
-    """The digits as a table for the report, and beside them what sampling leaves uncertain."""
+    """Table of the certain digits for the report, with the standard errors of sampling."""
     heading, rows = _table(outcome)
     return markdown(heading, rows, left=1)
 
 
 def as_text(outcome: Outcome) -> str:
-    """The same with what it means, for a page that is no Markdown."""
+    """The table with its explanation, for a page that is not in Markdown."""
     heading, rows = _table(outcome)
     return "\n\n".join([EXPLAINED.replace("`", ""), aligned([heading, *rows])])
 
@@ -93,7 +93,7 @@ def _table(outcome: Outcome) -> tuple[list[str], list[list[str]]]:
 
 
 def _sampling_errors(outcome: Outcome) -> dict[str, str]:
-    """Least and greatest standard error over the regular poses of each sampled column."""
+    """Least and largest standard error of each sampled column over the regular poses."""
     if outcome.count < 2 or not outcome.regular.any():
         return {}
     columns = {"μ": outcome.standard_error, "u": outcome.standard_error, "σ": outcome.std_standard_error}

@@ -1,4 +1,4 @@
-"""The region that sampled paths of a point sweep, as outlines that can be drawn."""
+"""Outlines of the region that sampled paths of a point sweep."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Directions in which a cloud of points is touched from outside: 4 degrees apart.
+# Number of directions of tangents to a cloud of points, 4 degrees apart.
 DIRECTIONS = 90
 
 
 def swept(places: Array) -> list[Array]:
     """Outlines that together cover the sampled paths of a point.
 
-    Each is convex and holds all samples at a pose and at the next one, and with them the straight lines between. It
-    touches the samples in `DIRECTIONS` directions.
+    Each is convex and contains all samples at a pose and at the next one, with the straight lines between them. Its
+    edges are tangents to the samples in `DIRECTIONS` directions.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def swept(places: Array) -> list[Array]:
     Returns
     -------
     list of ndarray
-        Corners (k, 2) of each outline, in order; that of a pose alone where neither neighbour has positions.
+        Corners (k, 2) of each outline, in order; a pose without neighbours that have positions has its own outline.
     """
     there = np.asarray(np.isfinite(places).all(axis=-1).any(axis=-1))
     support_function = _support_function(places)
@@ -43,13 +43,13 @@ def _angles() -> Array:
 
 
 def _support_function(places: Array) -> Array:
-    """How far the samples reach in each direction, (poses, directions); -inf where there are none."""
+    """Support function of the samples in each direction, (poses, directions); -inf if there are none."""
     along = (places[..., 0] * np.cos(angle) + places[..., 1] * np.sin(angle) for angle in _angles())
     return np.stack([np.where(np.isnan(each), -np.inf, each).max(axis=1) for each in along], axis=1)
 
 
 def _corners(support_function: Array) -> Array:
-    """Where each tangent meets the next, (..., directions, 2)."""
+    """Intersections of each tangent with the next, (..., directions, 2)."""
     angles = _angles()
     cos, sin = np.cos(angles), np.sin(angles)
     after = np.roll(support_function, -1, axis=-1)

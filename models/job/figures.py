@@ -1,6 +1,6 @@
-"""The paper's Figures 6 and 7 for points of any linkage: their trajectories with their spread, and histograms.
+"""The paper's Figures 6 and 7 for points of any linkage: trajectories with their spread, and histograms.
 
-Every function returns a `matplotlib.figure.Figure`; nothing here touches pyplot or a display.
+Every function returns a `matplotlib.figure.Figure`; none uses pyplot or a display.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Name of a point, and of the directions in which it is drawn.
+# Name of a point, and names of the directions in which it is drawn.
 Point = tuple[str, str]
 
-# More sampled paths and points than this only make the picture darker.
+# Largest numbers of sampled paths and points that are drawn: more would only make the figure darker.
 MOST_PATHS, MOST_POINTS = 200, 2000
-# Name of the patches of the region that samples sweep, in the drawing.
+# Identifier in the figure of the patches of the region that samples sweep.
 ENVELOPE = "envelope"
-# Legends that lie over curves.
+# Style of legends that lie over curves.
 PAPER: Any = {"frameon": True, "facecolor": "white", "edgecolor": "none", "framealpha": 0.85}
 
 
 @dataclass(frozen=True, eq=False)
 class TracedPoint:
-    """What is drawn of a point.
+    """Path and samples of a point that are drawn.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class TracedPoint:
     path
         Positions along the whole path with rigid links and no clearance, (k, directions), metres.
     rigid
-        The same at the poses, (poses, directions).
+        Such positions at the poses, (poses, directions), metres.
     samples
         Displacements, (poses, samples, directions), metres; NaN at singular poses.
     """
@@ -59,24 +59,24 @@ class TracedPoint:
 
 @styled
 def draw_trajectories(points: Sequence[TracedPoint], magnify: float, pose: int, where: str) -> Figure:
-    """Figure 6 for points, one below the other: the rigid path, the sampled ones and the boundary of what they sweep.
+    """Figure 6 for points, one below the other: the rigid path, sampled paths and the boundary of the swept region.
 
     Parameters
     ----------
     points
-        At least one.
+        The points, at least one.
     magnify
-        Factor by which displacements are drawn larger than they are.
+        Factor on drawn displacements.
     pose
         Index of the pose that the right panel shows to true scale.
     where
-        Which pose that is, such as ``"θ = 30°"``.
+        That pose in words, such as ``"θ = 30°"``.
 
     Returns
     -------
     Figure
-        For each point its path with displacements magnified and one pose to true scale; of a point in space the
-        latter in the three coordinate planes.
+        For each point its path with magnified displacements and one pose to true scale; for a point in space the latter
+        in the three coordinate planes.
     """
     from matplotlib.figure import Figure
 
@@ -113,7 +113,7 @@ def _path(axes: Axes, point: TracedPoint, magnify: float, pose: int, where: str)
 
 
 def _rigid(axes: Any, point: TracedPoint, pose: int, where: str) -> None:
-    """The rigid path, where it has no answer, and the pose that is shown beside it."""
+    """Draw the rigid path, its singular poses, and the pose that is shown to true scale."""
     places, spread = 1e3 * point.rigid, point.samples
     axes.plot(*(1e3 * point.path.T), color=INK, lw=1.0, zorder=4, label="rigid path")
     regular = np.asarray(np.isfinite(spread).all(axis=-1).any(axis=-1))
@@ -138,7 +138,7 @@ def _path_in_space(axes: Any, point: TracedPoint, magnify: float, pose: int, whe
 
 
 def _cloud(axes: Axes, point: TracedPoint, pose: int, where: str, pair: tuple[int, int], *, legend: bool) -> None:
-    """Displacements at one pose in two directions, with their ellipses; zero only where it is not far off."""
+    """Draw displacements at one pose in two directions with their ellipses, and axes through zero if in view."""
     spread = 1e3 * point.samples[pose]
     cloud = spread[np.isfinite(spread).all(axis=-1)][:, pair]
     if not len(cloud):
@@ -150,7 +150,7 @@ def _cloud(axes: Axes, point: TracedPoint, pose: int, where: str, pair: tuple[in
     axes.plot(*cloud[:MOST_POINTS].T, "o", color=SKY, mec=BLUE, mew=0.4, ms=3.6, label="samples")
     _ellipses(axes, cloud)
     axes.plot(*cloud.mean(0), "+", color=ORANGE, ms=10, mew=1.8, label="mean")
-    # One that spreads in one direction alone is still as wide as it is far off by rounding.
+    # a cloud that spreads in one direction only still has the width of its rounding errors
     axes.set(aspect="equal", adjustable="datalim")
     low, high = zip(axes.get_xlim(), axes.get_ylim(), strict=True)
     for least, most, line in zip(low, high, (axes.axvline, axes.axhline), strict=True):
@@ -171,10 +171,10 @@ def draw_histograms(spreads: Sequence[tuple[Array, Point]], where: str) -> Figur
     Parameters
     ----------
     spreads
-        Of each point its displacements (samples, directions or more), in metres, of which those that are NaN do not
-        count; and its name and that of one to three directions.
+        For each point: displacements (samples, directions or more), in metres, without those that are NaN; and its name
+        with the names of one to three directions.
     where
-        Which pose that is, such as ``"θ = 30°"``.
+        The pose in words, such as ``"θ = 30°"``.
 
     Returns
     -------
@@ -197,7 +197,7 @@ def draw_histograms(spreads: Sequence[tuple[Array, Point]], where: str) -> Figur
 
 
 def small(values: Array) -> tuple[float, str]:
-    """What to multiply lengths in mm with, and the unit that they then have: smaller where all are."""
+    """Factor on lengths in mm, and their unit then: a smaller one if all lengths are small."""
     greatest = float(np.abs(values).max(initial=0.0, where=np.isfinite(values)))
     if greatest == 0.0 or greatest >= 0.1:
         return 1.0, "mm"
@@ -205,15 +205,15 @@ def small(values: Array) -> tuple[float, str]:
 
 
 def displacement_label(way: str, point: str, unit: str = "") -> str:
-    """Label with mathematics, of which the point's name is none."""
+    """Label with mathematical text, except for the point's name."""
     plain = point.replace("$", r"\$")
     return f"$u_{way}$ of {plain}{f' [{unit}]' if unit else ''}"
 
 
 def _envelope(axes: Axes, places: Array) -> None:
-    """Draw the boundary of what the sampled paths (poses, samples, 2) sweep.
+    """Draw the boundary of the region that the sampled paths (poses, samples, 2) sweep.
 
-    It is what is left of the outlines of all steps, drawn in twice the width, when all of them are filled.
+    The outlines of all steps are drawn with twice the width and then filled, so that only the boundary remains.
     """
     outlines = swept(places)
     for outline in outlines:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Over(NamedTuple):
-    """Where forces are drawn: values (k,), what they are with their unit, and whether they are angles in degrees."""
+    """Abscissa of force curves: values (k,), their name with unit, and whether they are angles in degrees."""
 
     values: Array
     name: str
@@ -25,7 +25,7 @@ class Over(NamedTuple):
 
     @classmethod
     def drive(cls, values: Array, name: str, turns: bool) -> Over:
-        """Values of a drive, or the numbers of its poses where it goes to and fro."""
+        """Values of a drive, or the numbers of its poses if its values do not increase."""
         if np.all(np.diff(values) > 0.0):
             return cls(values, name, turns)
         return cls(np.arange(float(len(values))), "pose", False)
@@ -36,21 +36,21 @@ _PUSHES = {"N": "drive force [N]", "N m": "drive torque [N m]"}
 
 @styled
 def draw_reactions(over: Over, forces: Mapping[str, Array], pushes: Mapping[str, tuple[str, Array]]) -> Figure:
-    """Draw the sizes of joint forces on the left, and forces or moments of drives on the right.
+    """Draw the magnitudes of joint forces on the left, and forces or moments of drives on the right.
 
     Parameters
     ----------
     over
-        What they are drawn over.
+        Abscissa of the curves.
     forces
-        Sizes by joint, newtons, (k,) each. The greatest are named, the rest stay grey; equal ones share a line.
+        Magnitudes by joint, newtons, (k,) each. The largest are named, the others are grey; equal ones share a curve.
     pushes
         By drive: "N" or "N m", and its forces or torques, (k,).
 
     Returns
     -------
     Figure
-        Both panels.
+        The figure with both panels.
     """
     drawn_on, (left, right) = figure(7.6, 3.4, ratios=(1.0, 1.0))
     draw_forces(left, over, forces, "joint force [N]", from_zero=True)
@@ -67,15 +67,15 @@ def draw_forces(axes: Any, over: Over, curves: Mapping[str, Array], label: str, 
     Parameters
     ----------
     axes
-        Where.
+        Axes of matplotlib.
     over
-        What they are drawn over.
+        Abscissa of the curves.
     curves
         Values by name, (k,) each.
     label
-        What they are, with their unit.
+        Label of the ordinate, with its unit.
     from_zero
-        Whether the axis of forces begins at zero.
+        Whether the axis of forces starts at zero.
     """
     draw_curves(axes, over.values, curves)
     axes.set(xlabel=over.name, ylabel=label)

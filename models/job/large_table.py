@@ -1,5 +1,4 @@
-"""What large displacement makes of the spread, in a table, and of which samples, in words; and which it takes past a
-singular configuration."""
+"""Table of the spread at large displacement, and sentences on its samples and on those that pass a singular pose."""
 
 from __future__ import annotations
 
@@ -17,17 +16,17 @@ displacement, at the poses that are singular or at which the two differ by a ten
 standard error of the last digits. Large displacement takes each sample's links, joints and clearances to the stable
 equilibrium to which its load leads; `{file}` holds it for all poses."""
 HEADING = "Where linear mechanics does not hold, beside the samples at large displacement:"
-# Samples of a pose that are named one by one.
+# Largest number of samples of a pose that are named individually.
 MOST_NAMED = 5
 
 
 def failed_samples(outcome: Outcome) -> list[str]:
-    """Sentences where large displacement is not that of all samples."""
+    """Sentences on samples without large displacement: those left out, and those without an equilibrium."""
     return [*_first(outcome), *_lost(outcome)]
 
 
 def _lost(outcome: Outcome) -> list[str]:
-    """How many samples came to no equilibrium, and at which poses."""
+    """Sentence on the samples without an equilibrium, and their poses."""
     large = outcome.large
     lost = np.isnan(large.samples[..., 0]) & outcome.closes[:, None]
     at = [f"{outcome.heading} = {outcome.drives[pose]}" for pose in np.flatnonzero(lost.any(axis=1))]
@@ -45,9 +44,9 @@ def _first(outcome: Outcome) -> list[str]:
 
 
 def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]]:
-    """Pose, linear and large means and deviations, their standard errors, and the status, of the poses that need it.
+    """Rows for the assembled poses outside the linear range.
 
-    Those are the poses that can be assembled and at which linear mechanics does not hold.
+    Pose, means and deviations by linear mechanics and at large displacement, their standard errors, and the status.
     """
     large, shown, step = outcome.large, list(outcome.axes), 1 if outcome.count > 1 else 2
     numbers = (outcome.mean, outcome.std, outcome.rigid + large.mean, large.std)[::step]
@@ -61,19 +60,19 @@ def rows(outcome: Outcome) -> Iterator[tuple[str, list[float], list[float], str]
 
 
 def passage(outcome: Outcome, width: int | None = None) -> list[str]:
-    """Paragraphs for a terminal of that width; no table where no pose needs it."""
+    """Paragraphs for a terminal of the given width, without a table if no pose needs it."""
     found = as_text(outcome, width)
     return [*([HEADING, found] if found else []), *passages(outcome)]
 
 
 def as_text(outcome: Outcome, width: int | None = None) -> str:
-    """The table for a terminal of that width; empty where no pose needs it."""
+    """The table for a terminal of the given width; empty if no pose needs it."""
     found = _cells(outcome)
     return aligned([_heading(outcome), *found], width) if found else ""
 
 
 def section(outcome: Outcome, file: str) -> list[str]:
-    """The section of the report, whose full table is in a file."""
+    """The section of the report; the full table is in `file`."""
     explained = EXPLAINED.format(point=outcome.point, file=file)
     return ["### Large displacement", explained, as_markdown(outcome), *passages(outcome)]
 
@@ -100,7 +99,7 @@ def _cells(outcome: Outcome) -> list[list[str]]:
 
 
 def passages(outcome: Outcome) -> Iterator[str]:
-    """A sentence for each pose at which samples ended near the other branch, and what they do to the spread."""
+    """A sentence for each pose at which samples pass to the other branch, with the spread of the others."""
     large, axes = outcome.large, list(outcome.axes)
     names = " and ".join(f"σ_{'xyz'[axis]}" for axis in axes)
     for pose in np.flatnonzero(large.passed.any(axis=1)):

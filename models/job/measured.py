@@ -1,4 +1,4 @@
-"""Measured positions of a point beside what a job predicts for them, with the band of its tolerances."""
+"""Measured positions of a point compared with those that a job predicts, with the band of its tolerances."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Array = NDArray[np.float64]
 
 LEVEL = 0.95
 AXES = "xyz"
-# Poses that the report names and shows; the table beside it has all.
+# Largest numbers of poses that the report names and shows; the file has all of them.
 MOST_NAMED, MOST_SHOWN = 8, 40
-# From the unit of a drive to what a linkage takes, and how it is written.
+# Factors from the units of drives to radians, and symbols of the units.
 UNITS = {"rad": 1.0, "deg": np.pi / 180.0}
 SIGNS = {"rad": "rad", "deg": "°"}
-# What is counted, the file, and the figure with what stands below it.
+# Name of this work in progress messages, file of the table, and file of the figure with its caption.
 MEASURED_WAY, TABLE_FILE, FIGURE_FILE = "at measured poses", "measured.csv", "measured.png"
 CAPTION = "Measured less predicted position, with the bands of measurement and tolerances together."
 
@@ -42,14 +42,14 @@ linkage alike at all of them: where they outweigh the measurement, p says too mu
 
 @dataclass(frozen=True, eq=False)
 class DriveValues:
-    """Where a driven coordinate goes.
+    """Values of a driven coordinate.
 
     Attributes
     ----------
     values
-        The coordinate at every pose, in `unit`, (poses,); of a single one, at all of them.
+        The coordinate at every pose, in `unit`, (poses,), or (1,) if it is the same at all poses.
     unit
-        ``rad``, ``deg``, or nothing for a length.
+        ``rad``, ``deg``, or empty for a length.
     """
 
     values: Array
@@ -57,29 +57,29 @@ class DriveValues:
 
     @property
     def sign(self) -> str:
-        """The unit as labels have it."""
+        """Symbol of the unit for labels."""
         return SIGNS.get(self.unit, "m")
 
     @property
     def factor(self) -> float:
-        """From the unit to what the linkage takes."""
+        """Factor from the unit to radians, or 1 for lengths."""
         return UNITS.get(self.unit, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredPoint:
-    """What was measured, and of which point.
+    """Measured positions of a point.
 
     Attributes
     ----------
     file
-        The table.
+        File of the table.
     point
-        The point.
+        Name of the point.
     level
         Probability with which a pose should lie within its band.
     table
-        What it holds.
+        Contents of the table.
     """
 
     file: Path
@@ -89,24 +89,24 @@ class MeasuredPoint:
 
     @property
     def about(self) -> list[object]:
-        """What the samples at its poses depend on."""
+        """Everything that the samples at the measured poses depend on."""
         drives = {name: values.tolist() for name, values in self.table.drives.items()}
         return [self.point, len(self.table.position), drives]
 
     def drive_values(self, drives: Mapping[str, DriveValues]) -> dict[str, Array]:
-        """Values of the drives that the table gives, by name and in their units, (poses,) each.
+        """Values of the drives in the table, by name and in their units, (poses,) each.
 
-        None where it gives none: then the poses are those of the job.
+        Empty if the table has no drives: then its poses are those of the job.
 
         Parameters
         ----------
         drives
-            Those of the job, by name.
+            Drives of the job, by name.
 
         Raises
         ------
         FrameError
-            If the table has no column for a drive that takes several values, or one that is no drive, or without such
+            If the table has a column that is not a drive, no column for a drive with several values, or without such
             columns another number of poses than the job.
         """
         own, name = self.table.drives, self.file.name
@@ -136,18 +136,18 @@ def _as_written(values: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredOutcome:
-    """Measured positions beside predicted ones.
+    """Measured positions compared with predicted ones.
 
     Attributes
     ----------
     given
-        What was measured.
+        The measured positions.
     drives
         Drives at the measured poses, by their names in the tables.
     predicted
-        Position that the job predicts, (poses, 3).
+        Positions that the job predicts, (poses, 3).
     comparison
-        Residuals and what lies outside.
+        Residuals, and the poses outside the band.
     """
 
     given: MeasuredPoint
@@ -159,10 +159,10 @@ class MeasuredOutcome:
     def of(
         cls, given: MeasuredPoint, drives: Mapping[str, DriveValues], predicted: Array, covariance: Array
     ) -> MeasuredOutcome:
-        """From the prediction (poses, 3) and its covariance (poses, 3, 3).
+        """Comparison with predicted positions (poses, 3) and their covariance (poses, 3, 3).
 
-        Where that leaves a direction without an uncertainty, as a single tolerance does across its line beside a
-        measurement without one, the deviations of the components count, as if these were independent.
+        If some direction then has no uncertainty, as with a single tolerance and a measurement without uncertainty, the
+        deviations of the components are used instead, as if these were independent.
         """
         spread = np.nan_to_num(covariance)
         try:
@@ -173,7 +173,7 @@ class MeasuredOutcome:
         return cls(given, drives, predicted, found)
 
     def as_csv(self) -> str:
-        """All at full precision, one row a pose."""
+        """Table with all numbers at full precision, one row for each pose."""
         found = self.comparison
         vectors = {
             "measured": self.given.table.position,
@@ -188,7 +188,7 @@ class MeasuredOutcome:
         return separated([*self.drives, *columns, "band"], rows)
 
     def in_words(self) -> str:
-        """Chi squared, and which poses lie outside."""
+        """Sentences with chi squared and the poses outside the band."""
         found, point = self.comparison, self.given.point
         outside = np.flatnonzero(found.outside)
         head = (
@@ -212,12 +212,12 @@ class MeasuredOutcome:
             yield f"{more} more in `{TABLE_FILE}`."
 
     def as_text(self) -> str:
-        """The same for a page that is no Markdown."""
+        """The section for a page that is not in Markdown."""
         heading, rows = self._table()
         return "\n\n".join([self.in_words(), self._explained.replace("`", ""), aligned([heading, *rows])])
 
     def draw(self) -> Figure:
-        """The residuals with their bands, over the drive where one alone moves."""
+        """Plot the residuals with their bands, over the drive if only one moves."""
         moved = [name for name, values in self._values.items() if np.ptp(values)]
         over = None
         if len(moved) == 1:

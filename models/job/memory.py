@@ -1,4 +1,4 @@
-"""Whether what a job is asked for fits the memory, told before it begins."""
+"""Check that the numbers of a job fit the memory, before it starts."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from pathlib import Path
 
 from ...framework.errors import FrameError
 
-# Share of what is free that a job may take.
+# Share of the free memory that a job may take.
 MOST = 0.9
 
 
 def available() -> int | None:
-    """Bytes of memory that are free for this process; None where the system does not tell."""
+    """Bytes of memory that are free for this process; None if the system does not tell."""
     found = []
     with suppress(OSError, ValueError, StopIteration):
         lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
@@ -29,21 +29,21 @@ def available() -> int | None:
 
 
 def check(bytes_each: int, count: int, what: str) -> None:
-    """Refuse what does not fit.
+    """Refuse a number of items that do not fit the free memory.
 
     Parameters
     ----------
     bytes_each
-        Memory that each takes.
+        Memory of each item, bytes.
     count
-        How many there are.
+        Number of items.
     what
-        What they are, such as ``"--samples"``.
+        Name of their number, such as ``"--samples"``.
 
     Raises
     ------
     FrameError
-        Where they take more than is free; it tells the bytes, and how many would fit.
+        If they do not fit; the message tells the bytes, and how many items would fit.
     """
     free = available()
     if free is not None and bytes_each * count > MOST * free:

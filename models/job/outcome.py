@@ -1,4 +1,4 @@
-"""What a job found of a point at all poses, as its tables show it."""
+"""Outcome of a job for a point at all poses, as its tables show it."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ from ..spread import Spread
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# What is counted while samples are computed.
+# Names of the kinds of samples in progress messages.
 LINEAR_WAY, LARGE_WAY = "samples at a pose", "at large displacement"
 
-# Share of the true spread by which linear means and spreads may be off before a pose is marked.
+# Error of linear means and deviations, as a share of the spread at large displacement, above which a pose is marked.
 APART = 0.1
-# A spread below this share of the whole displacement is none to be measured by.
+# Least spread for that comparison, as a share of the whole displacement.
 SHARE = 0.02
-# Samples that are taken to large displacement, each of which takes as long as hundreds by linear mechanics.
+# Largest number of samples at large displacement, each of which takes as long as hundreds by linear mechanics.
 MOST = 2000
-# Samples whose condition numbers are told.
+# Largest number of samples whose condition numbers are computed.
 SPECTRA = 200
 
 
 @dataclass(frozen=True, eq=False)
 class LargeSpread(Spread):
-    """Displacement of a point from its nominal position at large displacement, (poses, m, 3), NaN where it has none.
+    """Large displacement of a point from its nominal position, (poses, m, 3), NaN where it is not known.
 
     Attributes
     ----------
     passed
-        Samples that passed a singular pose on the way, so that they stand near another branch, (poses, m).
+        Samples that passed a singular pose on the way, and are now near another branch, (poses, m).
     """
 
     passed: Mask = field(kw_only=True)
 
 
 def taken(samples: int) -> int:
-    """How many of the samples are taken to large displacement, the first ones."""
+    """Number of samples, the first ones, that are computed at large displacement."""
     return min(samples, MOST)
 
 
 class Outcome(ABC):
-    """Position of a point at all poses, its spread over the samples, and how far both can be trusted.
+    """Position of a point at all poses, its spread over the samples, and measures of their accuracy.
 
-    Poses without a result hold NaN. Arrays are (poses,) or (poses, 3).
+    Poses without a result have NaN. Arrays are (poses,) or (poses, 3).
     """
 
     @property
@@ -60,7 +60,7 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def heading(self) -> str:
-        """What the poses are values of, such as ``"θ"``."""
+        """Name of the quantity whose values name the poses, such as ``"θ"``."""
 
     @property
     @abstractmethod
@@ -70,7 +70,7 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def singular_place(self) -> str:
-        """In words, where the linkage is singular and samples may pass to another branch."""
+        """Description of the singular configuration through which samples may pass to another branch."""
 
     @property
     @abstractmethod
@@ -80,12 +80,12 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def count(self) -> int:
-        """Number of samples; 1 where nothing is uncertain."""
+        """Number of samples; 1 if nothing is uncertain."""
 
     @property
     @abstractmethod
     def nan_policy(self) -> str:
-        """What is done with samples without a result."""
+        """Treatment of samples without a result."""
 
     @property
     @abstractmethod
@@ -105,7 +105,7 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the nominal displacement by its being linear."""
+        """Estimated relative error of linear mechanics for the nominal displacement."""
 
     @property
     @abstractmethod
@@ -125,17 +125,17 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def error_bound(self) -> Array:
-        """Bound on the numerical error of the displacement of every sample."""
+        """Bound on the numerical error of the displacement over all samples."""
 
     @property
     @abstractmethod
     def place_error(self) -> float:
-        """Bound on the numerical error of `rigid`; NaN where it has none."""
+        """Bound on the numerical error of `rigid`; NaN if it is not known."""
 
     @property
     @abstractmethod
     def kappa(self) -> Array:
-        """Condition number of the stiffness matrix as usually assembled, at the mean inputs; NaN where it has none."""
+        """Condition number of the stiffness matrix as usually assembled, at the mean inputs; NaN if there is none."""
 
     @property
     @abstractmethod
@@ -145,9 +145,10 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def sampled_kappa(self) -> tuple[Array, Array]:
-        """Condition numbers of the first samples, of the whole matrix and in the plane, (poses, some).
+        """Condition numbers of the first samples, of the whole matrix and of its planar part, (poses, some).
 
-        Of the first alone, as spectra cost far more than solutions; of the regular poses, or of all with NaN.
+        They are of the first samples only, as spectra take far more time than solutions; at the regular poses, or at
+        all poses with NaN at others.
         """
 
     @property
@@ -158,17 +159,17 @@ class Outcome(ABC):
     @property
     @abstractmethod
     def unknowns(self) -> int:
-        """Displacements of the frame's nodes: the size of the matrix that the condition number is of."""
+        """Number of nodal displacements of the frame: the size of the matrix of `kappa`."""
 
     @property
     @abstractmethod
     def large(self) -> LargeSpread:
-        """Displacement at large displacement, also where singular; of the first samples, where there are very many."""
+        """Large displacement, at singular poses too; of the first samples only if there are very many."""
 
     @property
     @abstractmethod
     def closes(self) -> Mask:
-        """Poses that are taken to large displacement: all samples of them can be assembled."""
+        """Poses at which large displacement is computed: those at which all samples can be assembled."""
 
     @property
     def samples(self) -> Array:
@@ -198,10 +199,10 @@ class Outcome(ABC):
 
     @cached_property
     def apart(self) -> Array:
-        """By how many true standard deviations mean and deviation are off for being linear, the greatest component.
+        """Largest error of the linear mean plus deviation, in standard deviations at large displacements.
 
-        What is true is large displacement; NaN where a pose has no result. A deviation that is less than a small
-        share of the whole displacement, as that across the way of a point, counts as that share.
+        NaN where a pose has no result. A deviation that is less than a small share of the whole displacement, as that
+        perpendicular to the path of a point, is replaced by that share.
         """
         shown = list(self.axes)
         moved, spread = self.large.mean[:, shown], self.large.std[:, shown]
@@ -214,12 +215,11 @@ class Outcome(ABC):
 
     @property
     def marked_status(self) -> NDArray[np.str_]:
-        """`status`, marked where what linear mechanics says does not hold.
+        """`status`, marked at poses outside the linear range.
 
-        ``"outside the linear range: estimated error 20 %"`` where that goes for the nominal displacements already, and
-        ``"outside the linear range: estimated error
-        off by 20 % of the spread"`` where the samples' mean and standard deviation differ from those at large
-        displacement.
+        ``"outside the linear range: estimated error 20 %"`` if the nominal displacement is outside it, and ``"outside
+        the linear range: estimated error 20 % of the spread"`` if the samples' mean and standard deviation differ from
+        those at large displacement.
         """
         by_load = self.regular & ~(self.nonlinearity < LINEAR)
         by_spread = self.regular & (self.apart > APART)
@@ -229,9 +229,9 @@ class Outcome(ABC):
 
 
 def magnification(displacement: Array, size: float) -> float:
-    """Factor on drawn displacements that makes them visible beside a size: 1, 2 or 5 times a power of ten.
+    """Factor on drawn displacements that makes them visible compared with a size: 1, 2 or 5 times a power of ten.
 
-    Most are to stay within that size; where a few are huge, as near singular poses, what is typical is to be seen.
+    With it most displacements are within that size; if a few are huge, as near singular poses, typical ones are.
     """
     middle, most = np.nanquantile(displacement, (0.5, 0.9)) if np.isfinite(displacement).any() else (0.0, 0.0)
     largest = float(min(3.0 * middle, most) or most)

@@ -1,4 +1,4 @@
-"""The folder for the results of a job, rid of what an earlier run left."""
+"""The folder for the results of a job, without files of an earlier run."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from ...framework.paraview.files import whole_or_nothing
 # Files that each job writes in every run; no other job writes all of them.
 SIGNS = {"four-bar": ("table1.csv", "reactions.csv"), "run": ("table.csv", "reactions.csv")}
 
-# Which figures a job draws: none, those in the plane, or these and the picture in space.
+# Figures that a job draws: none, those in the plane, or these and the picture in space.
 FIGURES = ("none", "2d", "all")
-# Forms in which figures in the plane can be written; that in space is made of pixels.
+# Formats of figures in the plane; the picture in space is always a PNG.
 FORMATS = ("png", "svg", "pdf")
 
 
 @contextmanager
 def results(out: Path, job: str, earlier: Iterable[str]) -> Iterator[Path]:
-    """Lend a folder to write in; its files replace those of an earlier run in `out`, all of them or none.
+    """Give a temporary folder to write in; its files replace those of an earlier run in `out`, all of them or none.
 
     Parameters
     ----------
     out
-        Folder for the results, made where it is missing.
+        Folder for the results, made if it is missing.
     job
         Key of `SIGNS`.
     earlier
-        Patterns of files that a run may leave; those that this one does not write are removed.
+        Patterns of files that an earlier run may have left; those that this run does not write are removed.
 
     Raises
     ------
     FrameError
-        If `out` cannot be made or written, or holds the results of another job, with which these would mix; then
-        nothing is left behind, and nothing there is changed.
+        If `out` cannot be made or written, or has the results of another job, with which these would mix; then nothing
+        in it is changed.
     """
     _refuse_mixing(out, job)
     with whole_or_nothing(out) as stage:
@@ -51,7 +51,7 @@ def results(out: Path, job: str, earlier: Iterable[str]) -> Iterator[Path]:
 
 
 def _any_format(patterns: Iterable[str]) -> Iterator[str]:
-    """Patterns of files, those of figures in every form."""
+    """Patterns of files, those of figures in every format."""
     for pattern in patterns:
         stem, dot, ending = pattern.rpartition(".")
         yield from (f"{stem}{dot}{each}" for each in FORMATS) if ending == "png" else (pattern,)
@@ -67,12 +67,12 @@ def _refuse_mixing(out: Path, job: str) -> None:
 
 
 def terminal_width() -> int | None:
-    """Characters in a line of the terminal; None where what is printed goes elsewhere."""
+    """Characters in a line of the terminal; None if the output does not go to a terminal."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
 
 
 def written(stage: Path) -> list[str]:
-    """Names of what stands in a folder lent by `results`, folders with a stroke behind."""
+    """Names of the files and folders in the folder of `results`, folders with a slash at the end."""
     return sorted(path.name + "/" * path.is_dir() for path in stage.iterdir())
 
 
@@ -84,16 +84,16 @@ def folder(text: str) -> Path:
 
 
 def add_output(parser: ArgumentParser | _ArgumentGroup, out: Path | None, text: str = "") -> None:
-    """Add the options that say where results go, and which figures are drawn.
+    """Add the options for the folder of the results and for the figures.
 
     Parameters
     ----------
     parser
-        Where to add them.
+        Parser to which they are added.
     out
-        Directory by default.
+        Default folder; None if it depends on other options.
     text
-        It in words, where `out` does not say it.
+        The default in words, if `out` is None.
     """
     parser.add_argument("--out", type=folder, metavar="DIR", default=out, help=f"directory for the results{text}")
     parser.add_argument(

@@ -1,4 +1,4 @@
-"""Tolerances that the command line gives."""
+"""The option of the command line for tolerances."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ WORDS = (
 
 
 def add_tolerance(parser: ArgumentParser | _ArgumentGroup, of: str) -> None:
-    """Add the option that gives a tolerance.
+    """Add the option for a tolerance.
 
     Parameters
     ----------
     parser
-        Where to add it.
+        Parser to which it is added.
     of
-        Whose tolerance, in words.
+        Description of the numbers that can have a tolerance.
     """
     parser.add_argument("--tolerance", type=_pair, action="append", metavar="NAME=VALUE", help=of + WORDS)
 

@@ -1,4 +1,4 @@
-"""Samples taken some at a time: memory holds what is asked for, not what it is computed from."""
+"""Samples computed some at a time, so that memory holds the results but not all that they are computed from."""
 
 from __future__ import annotations
 
@@ -14,33 +14,34 @@ from numpy.typing import NDArray
 
 Array = NDArray[Any]
 Make = Callable[[slice], object]
-# Told the range of a part and its results as soon as they are put to the others, in their order.
+# Called with the range and the results of each part, in order, as soon as they are stored.
 Check = Callable[[slice, Mapping[str, Array]], None]
 
-# Poses times samples that are computed at once: some 100 MB.
+# Number of poses times samples that are computed together, in some 100 MB.
 ENTRIES = 4096
-# The first part is by so much smaller, and the next ones grow: so it soon shows how long the rest will take.
+# The first part is smaller by this factor, and each next one larger by this one, so that the time of the rest is soon
+# known.
 FIRST, GROWTH = 32, 4
 
 
 @dataclass(frozen=True, eq=False)
 class PartTask:
-    """What is computed of a part: results by name, as arrays that any process or file can pass on.
+    """Computation of a part: results by name, as arrays that can be sent between processes and stored.
 
     Attributes
     ----------
     make
-        Makes an object with the results for some of the samples, as attributes or methods.
+        Function of a range of samples that returns an object with their results, as attributes or methods.
     names
-        Which of them are wanted.
+        Names of the results that are needed.
     axis
-        That of the samples.
+        Axis of the samples.
     greatest
-        Results of which the greatest over the samples is wanted.
+        Results of which the largest over the samples is needed.
     counted
         Results that are counts of texts.
     several
-        Whether there are other parts, before which memory is rid of what this one left.
+        Whether there are other parts, before which the memory of this one is freed.
     """
 
     make: Make
@@ -51,7 +52,7 @@ class PartTask:
     several: bool = False
 
     def __call__(self, cut: slice) -> dict[str, Array]:
-        """Results of some of the samples by name, as `Parts.put` takes them."""
+        """Results of a range of samples by name, for `Parts.put`."""
         part, found = self.make(cut), dict[str, Array]()
         for name in self.names:
             value = getattr(part, name)
@@ -62,30 +63,30 @@ class PartTask:
                 value = value.max(axis=self.axis, keepdims=True)
             found[name] = value
         if self.several:
-            # A frame and its solution hold each other, with arrays whose size Python does not see.
+            # a frame and its solution refer to each other, and Python does not see the size of their arrays
             del part
             gc.collect()
         return found
 
 
 class Parts:
-    """Results of samples at all poses, computed some samples at a time where there are many.
+    """Results of samples at all poses, computed some samples at a time if there are many.
 
     Parameters
     ----------
     make
-        Makes an object with the results (..., poses, some samples, ...) for some of the samples, as attributes or
-        methods. Other processes can call it if it can be pickled.
+        Function of a range of samples that returns an object with their results (..., poses, samples, ...), as
+        attributes or methods. Other processes can call it if it can be pickled.
     shape
-        Number of poses, and of samples; before them what else each result has.
+        Shape of the results: further axes, the number of poses, and the number of samples.
     soon
-        Whether the first part is a small one even if all would fit into one, as each takes long.
+        Whether the first part is small even if all samples would fit into one, as each takes long.
     greatest
-        Results of which only the greatest over the samples is held, (..., poses, 1, ...).
+        Results of which only the largest over the samples is kept, (..., poses, 1, ...).
     counted
-        Results that are counts of texts, of which the sums are held.
+        Results that are counts of texts, of which the sums are kept.
     check
-        Told of each part, in their order.
+        Called with each part, in order.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class Parts:
         self.make, self.check = make, check
         self.cuts = cuts(*shape[-2:], soon=soon)
         self._known: dict[str, Array] = {}
-        # Of what is being computed, and how many parts are still to come.
+        # results that are being computed, and the number of parts still to come
         self._begun: dict[str, Array] = {}
         self._left = 0
 
@@ -113,21 +114,21 @@ class Parts:
         return self._known[name]
 
     def knows(self, name: str) -> bool:
-        """Whether a result is there."""
+        """Whether a result is computed."""
         return name in self._known
 
     def taken(self, name: str) -> Array:
-        """A result by its name, (..., poses, n, ...), which is not held any longer."""
+        """A result by its name, (..., poses, n, ...), which is removed from memory here."""
         found = self[name]
         del self._known[name]
         return found
 
     def count(self, name: str) -> Counter[str]:
-        """Counts of texts by the name of that result."""
+        """Counts of texts, of the result with that name."""
         return _as_counter(self[name])
 
     def steps(self, names: Sequence[str]) -> Iterator[int]:
-        """Compute results, and tell after each part how many poses times samples it had."""
+        """Compute results; yields the number of poses times samples of each part when it is done."""
         task = self.begin(names)
         if not task.names:
             return
@@ -137,17 +138,17 @@ class Parts:
                 yield self.size(cut)
 
     def size(self, cut: slice) -> int:
-        """How many poses times samples a part has."""
+        """Number of poses times samples of a part."""
         return int(self.shape[-2] * (cut.stop - cut.start))
 
     def begin(self, names: Sequence[str]) -> PartTask:
-        """What is to be computed of each part for some results; those that are known already are left out."""
+        """Computation of each part for some results, without those that are known already."""
         wanted = tuple(name for name in names if name not in self._known)
         self._begun, self._left = {}, len(self.cuts)
         return PartTask(self.make, wanted, self._axis, self.greatest, self.counted, self._left > 1)
 
     def put(self, cut: slice, found: Mapping[str, Array]) -> None:
-        """Put the results of the next part to those before it; after the last one they are known."""
+        """Store the results of the next part; after the last part they are known."""
         for name, values in found.items():
             self._put(name, cut, values)
         if self.check is not None:
@@ -168,7 +169,7 @@ class Parts:
         return np.broadcast_to(values, (*values.shape[: self._axis], width, *values.shape[self._axis + 1 :]))
 
     def _put(self, name: str, cut: slice, found: Array) -> None:
-        """Put the results of a part where they belong; what does not vary with the samples is held once."""
+        """Store the results of a part; results that do not vary with the samples are stored once."""
         out, axis = self._begun, self._axis
         after = found.shape[axis + 1 :]
         once = *self.shape[:-1], 1, *after
@@ -186,7 +187,7 @@ class Parts:
 
 
 def _as_array(counts: Mapping[str, int]) -> Array:
-    """Counts of texts as an array that a file can hold."""
+    """Counts of texts as an array that can be stored in a file."""
     longest = max(map(len, counts), default=1) or 1
     return np.array(list(counts.items()), dtype=[("text", f"U{longest}"), ("count", np.int64)])
 
@@ -197,12 +198,11 @@ def _as_counter(counts: Array) -> Counter[str]:
 
 @contextmanager
 def sparing_what_is_there(several: bool) -> Iterator[None]:
-    """Let what is looked for after each part be sought among what it made, and not among all that was there before.
+    """Exclude all existing objects from the garbage collections after each part.
 
-    To look through the modules alone takes longer than a part. Where there are not several parts, nothing is looked
-    for.
+    Searching the modules alone takes longer than computing a part. With a single part there is no collection.
     """
-    if not several or gc.get_freeze_count():  # or somebody else does so
+    if not several or gc.get_freeze_count():  # or this is done by somebody else
         yield
         return
     gc.collect()
@@ -214,9 +214,9 @@ def sparing_what_is_there(several: bool) -> Iterator[None]:
 
 
 def one_by_one(parts: Sequence[slice]) -> Iterator[slice]:
-    """The parts, and after each of several memory is rid of what it left.
+    """The parts, with a garbage collection after each of several.
 
-    A frame and its solution hold each other, with arrays whose size Python does not see.
+    A frame and its solution refer to each other, and Python does not see the size of their arrays.
     """
     for part in parts:
         yield part
@@ -225,11 +225,11 @@ def one_by_one(parts: Sequence[slice]) -> Iterator[slice]:
 
 
 def cuts(poses: int, samples: int, *, soon: bool = False) -> list[slice]:
-    """The samples in parts, none of a single one, whose results would not be held as a batch."""
+    """Ranges of samples, none of a single sample, whose results would have no batch axis."""
     most = max(2, ENTRIES // max(poses, 1))
     if samples <= most and not soon:
         return [slice(0, samples)]
-    # Where each takes long, so does a part of few: it takes as many iterations as its slowest sample.
+    # if samples take long, so does a part of few, which takes as many iterations as its slowest sample
     size, growth = (2, most) if soon else (max(2, most // FIRST), GROWTH)
     start, out = 0, []
     while start < samples:

@@ -1,4 +1,4 @@
-"""What the reader of a job's numbers should know before using them."""
+"""Remarks that a reader should know before using the numbers of a job."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Poses that are named one by one.
+# Largest number of poses that are named individually.
 MOST_NAMED = 4
 
 
 def beyond_size(point: str, displacement: Array, size: float, where: Sequence[str]) -> list[str]:
-    """A sentence where a point moves further than its linkage is large, which no small displacement is.
+    """A sentence if a point is displaced by more than the size of its linkage, which is not a small displacement.
 
     Parameters
     ----------
     point
         Name of the point.
     displacement
-        Its displacement, (poses, 3 or more), metres; NaN where there is none.
+        Its displacement, (poses, 3 or more), metres; NaN where it is not known.
     size
         Extent of the linkage, metres.
     where
@@ -39,7 +39,7 @@ def beyond_size(point: str, displacement: Array, size: float, where: Sequence[st
 
 
 def named(places: Sequence[str]) -> str:
-    """Places in a row, the tail of a long one left out."""
+    """List of poses as text, shortened if it is long."""
     more = len(places) - MOST_NAMED
     return ", ".join(places[:MOST_NAMED]) + (f" and {more} more poses" if more > 0 else "")
 
@@ -50,11 +50,11 @@ def without_result(lost: Mapping[str, int], poses: int, samples: int, nan_policy
     Parameters
     ----------
     lost
-        How many, by reason, over all poses.
+        Number of such samples, by reason, over all poses.
     poses, samples
-        How many there are.
+        Number of poses and of samples.
     nan_policy
-        What was done with them.
+        Treatment of such samples.
     """
     if not lost:
         return []
@@ -70,13 +70,13 @@ def without_equilibrium(lost: int, shape: tuple[int, int], where: Sequence[str],
     Parameters
     ----------
     lost
-        How many, over all poses.
+        Number of such samples over all poses.
     shape
         Number of poses, and of samples.
     where
-        The poses in words at which some were lost.
+        The poses with such samples, in words.
     nan_policy
-        What was done with them.
+        Treatment of such samples.
     """
     if not lost:
         return []

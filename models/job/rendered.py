@@ -1,4 +1,4 @@
-"""The picture in space, where it is asked for and the machine can make it."""
+"""The picture in space, if it is asked for and the machine can render it."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Picture:
     Parameters
     ----------
     artist
-        The process that makes it; None where it is not asked for.
+        The process that renders it; None if it is not asked for.
     """
 
     def __init__(self, artist: Artist | None) -> None:
         self._artist, self._begun = artist, False
 
     def begin(self, solution: Solution, path: Path, entry: Entry) -> None:
-        """Begin to draw a solved frame."""
+        """Start drawing a solved frame."""
         from ...framework.paraview.entries import one
         from ...framework.pictures.drawing import drawing
 
@@ -35,7 +35,7 @@ class Picture:
             self._artist.draw(drawing(solution, one(solution.shape, entry, path.name), None, "von_mises"), path)
 
     def wait(self) -> list[str]:
-        """Wait until it is drawn; what there is to tell where that cannot be done."""
+        """Wait until it is drawn; returns a note if that is not possible."""
         from ...framework.pictures.rendering import RenderingError
 
         if self._artist is None or not self._begun:
@@ -49,7 +49,7 @@ class Picture:
 
 @contextmanager
 def picture(wanted: bool) -> Iterator[Picture]:
-    """The picture in space; what makes it is made ready while the job computes what it shows."""
+    """The picture in space; its process starts while the job computes the frame that it shows."""
     if not wanted:
         yield Picture(None)
         return

@@ -1,4 +1,4 @@
-"""report.md of a job: what went in, what came out, how it looks, how long it took."""
+"""``report.md`` of a job: inputs, results, figures and times."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ and the contributors follow."""
 
 @dataclass(frozen=True)
 class Report:
-    """What a job reports, as paragraphs in Markdown.
+    """Report of a job, as paragraphs in Markdown.
 
     Attributes
     ----------
     title
         Heading.
     summary
-        What came out in short.
+        Results in short.
     sections
         Inputs and tables, with their headings.
     paraview
-        How to look at the ParaView files.
+        How to view the files in ParaView.
     more
-        Sections behind the figures.
+        Sections after the figures.
     """
 
     title: str
@@ -46,18 +46,18 @@ class Report:
         pictures
             Caption of each figure that was drawn, by file.
         notes
-            What the reader should know of the run, such as what could not be drawn.
+            Notes for the reader, such as on a picture that could not be drawn.
         seconds
-            Time that each stage took.
+            Time of each stage, seconds.
         page
-            File for a browser, where there is one.
+            File for a browser; empty if there is none.
 
         Returns
         -------
         str
             Markdown.
         """
-        # A PDF cannot be shown in a page: it is linked to.
+        # Markdown cannot show a PDF, which is linked instead
         figures = [
             f"{'' if file.endswith('.pdf') else '!'}[{text}]({file})\n\n{text}" for file, text in pictures.items()
         ]

@@ -1,4 +1,4 @@
-"""A job of the command line: computed whole, then written, everything or nothing."""
+"""A job of the command line: it is computed completely and then written, all of its files or none."""
 
 from __future__ import annotations
 
@@ -26,37 +26,37 @@ if TYPE_CHECKING:
 
     from ...framework.solution import Solution
 
-# Level at which zlib packs the pixels of figures: up to a third larger than usual, in a fifth of the time.
+# Compression level of zlib for figures: files up to a third larger than by default, in a fifth of the time.
 FAST = 1
-# The page that opens in a browser.
+# File name of the page for a browser.
 PAGE = "index.html"
-# What keeps the date out of a file.
+# Options that keep the date out of a file.
 UNDATED: Mapping[str, Any] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 class JobResult(Protocol):
-    """What the result of any job has."""
+    """The part of a job's result that all jobs have."""
 
     @property
     def measured(self) -> MeasuredOutcome | None:
-        """What was measured beside what is predicted, with a table, a figure and words of its own; None for nothing."""
+        """Measured positions compared with predicted ones; None without measurements."""
 
     @property
     def solution(self) -> Solution:
-        """The frame that is shown in space."""
+        """Solution of the frame that is shown in space."""
 
 
 class Job(ABC):
-    """What a job computes and writes; `run` runs it.
+    """Base class of jobs, which `run` runs.
 
     Attributes
     ----------
     name
-        Its subcommand.
+        Name of the subcommand.
     optional
-        Patterns of files that a run may leave and another may not; those that this one does not write are removed.
+        Patterns of files that not every run writes; those of an earlier run that this run does not write are removed.
     result
-        What it computes.
+        Numbers of the job.
     """
 
     name: ClassVar[str]
@@ -66,21 +66,21 @@ class Job(ABC):
     @property
     @abstractmethod
     def has_beams(self) -> bool:
-        """Whether there is a beam to show in space."""
+        """Whether a link has a beam, to be shown in space."""
 
     @property
     @abstractmethod
     def work(self) -> Mapping[str, int]:
-        """How much there is of each thing to compute."""
+        """Amount of work, by part."""
 
     @abstractmethod
     def compute(self, advance: Advance) -> None:
-        """Compute all that can fail; `advance` is told how far it is."""
+        """Compute all that can fail; `advance` is called with the progress."""
 
     @property
     @abstractmethod
     def entry(self) -> int:
-        """Which of its poses is shown."""
+        """Number of the pose that is shown."""
 
     @abstractmethod
     def tables(self) -> Mapping[str, str]:
@@ -88,7 +88,7 @@ class Job(ABC):
 
     @abstractmethod
     def samples(self) -> Mapping[str, NDArray[Any]]:
-        """What ``samples.npz`` holds; nothing where there are no samples."""
+        """Arrays of ``samples.npz``; empty without samples."""
 
     @abstractmethod
     def figures(self) -> Iterator[tuple[str, Figure]]:
@@ -100,28 +100,27 @@ class Job(ABC):
 
     @abstractmethod
     def page(self, path: Path) -> None:
-        """Write the page that opens in a browser."""
+        """Write the page for a browser."""
 
     @abstractmethod
     def save(self, path: Path) -> None:
-        """Write the ParaView files, which take no samples."""
+        """Write the ParaView files, which need no samples."""
 
     def compared(self) -> object:
-        """What the report compares the job with, which takes none of its samples; it can be pickled."""
+        """Results that the report compares the job with, picklable and computed without the job's samples."""
         return None
 
     @abstractmethod
     def report(self, compared: Any = None) -> Report:
-        """What ``report.md`` holds beside figures, notes and times; `compared` is what the method of that name gives,
-        where it is known already."""
+        """Report without figures, notes and times; `compared` is the result of that method if it is known already."""
 
     @abstractmethod
     def remarks(self) -> list[str]:
-        """What the reader of the numbers should know before using them."""
+        """Remarks that a reader should know before using the numbers."""
 
     @abstractmethod
     def summary(self, width: int | None = None) -> str:
-        """What a terminal of that width shows: the table, and what explains it."""
+        """Table and explanations for a terminal of the given width."""
 
 
 def run(
@@ -137,23 +136,23 @@ def run(
     Parameters
     ----------
     job
-        What to compute.
+        The job.
     out
         Directory for the results; made if it does not exist. Files of an earlier run are replaced, others stay.
     figures
-        Which are drawn: ``"none"``, ``"2d"`` and the page for a browser, or with the picture in space ``"all"``.
+        Figures to draw: ``"none"``, ``"2d"`` with the page for a browser, or ``"all"`` with the picture in space too.
     formats
-        Forms of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
+        Formats of the figures in the plane, such as ``"svg"``; the picture in space is a PNG.
     wide
         Whether the table is printed in one piece, however wide the terminal is.
     begun
-        When the program began, on the clock of `time.perf_counter`, if its start is to count in the times told.
+        Start of the program on the clock of `time.perf_counter`, if the reported times should include its start.
 
     Raises
     ------
     FrameError
-        If something cannot be computed, or `out` cannot be written or holds the results of another job; then nothing
-        is written.
+        If something cannot be computed, or `out` cannot be written or has the results of another job; then nothing is
+        written.
     """
     space, plane = figures == "all" and job.has_beams, figures != "none"
     with (
@@ -204,17 +203,17 @@ def run(
 
 
 def _without_samples(job: Job, folder: Path) -> object:
-    """What needs none of the samples, and is done while they are computed."""
+    """Work that needs no samples, and is done while these are computed."""
     job.save(folder / "trajectory.pvd")
     return job.compared()
 
 
 def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:
-    """Write a figure in some forms; the text of an SVG stays text."""
+    """Write a figure in some formats; the text of an SVG stays text."""
     from matplotlib import rc_context
 
     for form in dict.fromkeys(formats):
-        # Two runs of the same inputs write the same bytes: without dates, and with the same names inside.
+        # without dates and with fixed identifiers, so that two runs of the same inputs write the same bytes
         with (
             rc_context({"svg.fonttype": "none", "svg.hashsalt": path.stem, "pdf.fonttype": 42}),
             _laid_out(figure, form),
@@ -225,9 +224,9 @@ def _write(figure: Figure, path: Path, formats: Sequence[str]) -> None:
 
 @contextmanager
 def _laid_out(figure: Figure, form: str) -> Iterator[None]:
-    """Find the layout of a PNG at once: to have it found, savefig would draw everything once more, on nothing.
+    """Compute the layout of a PNG now, as savefig would draw the whole figure once more to find it.
 
-    The other forms measure texts otherwise, and find their own.
+    Other formats measure texts differently, and compute their own layout.
     """
     layout = figure.get_layout_engine()
     if form != "png" or layout is None:
@@ -242,7 +241,7 @@ def _laid_out(figure: Figure, form: str) -> Iterator[None]:
 
 
 def _pictures(folder: Path, captions: Mapping[str, str], formats: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """Files that a report can show, with their captions; a PDF stands as a link where there is nothing else."""
+    """Files that a report can show, with their captions; a PDF only if there is no other format."""
     forms = sorted({*formats, "png"}, key=lambda form: (form == "pdf", formats.index(form) if form in formats else 99))
     for name, text in captions.items():
         found = (path.name for form in forms if (path := (folder / name).with_suffix(f".{form}")).exists())

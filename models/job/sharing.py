@@ -1,4 +1,4 @@
-"""Who computes the samples of a job, and where they are kept so that a run that was ended goes on."""
+"""Processes that compute the samples of a job, and the checkpoint from which an interrupted run continues."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class SamplePiece(NamedTuple):
     Attributes
     ----------
     start, stop
-        Number of the first sample, and of the one behind the last.
+        Number of the first sample, and of the one after the last.
     of
         Name of the kind.
     """
@@ -51,11 +51,11 @@ class SampleKind:
     Attributes
     ----------
     what
-        What is told of them.
+        Name in progress messages.
     parts
         Their results.
     names
-        Which of these are wanted.
+        Names of the results that are needed.
     """
 
     what: str
@@ -65,16 +65,16 @@ class SampleKind:
 
 @dataclass(frozen=True, eq=False)
 class Sharing:
-    """Who computes the samples of a job, and where they are kept.
+    """Processes that compute the samples of a job, and the folder of its checkpoint.
 
     Attributes
     ----------
     workers
         Number of processes; −1 for all processors.
     folder
-        Where each part is stored when it is done, or a moment later with others; None where it is not.
+        Folder in which each part is stored soon after it is done; None for no checkpoint.
     about
-        What tells this run from others, by what differs.
+        By name: everything that distinguishes this run from others.
     """
 
     workers: int = 1
@@ -82,14 +82,14 @@ class Sharing:
     about: Mapping[str, Any] = field(default_factory=dict)
 
     def compute(self, kinds: Mapping[str, SampleKind], advance: Advance) -> None:
-        """Compute samples of several kinds, by turns, so that the first parts tell how long the rest of all will take.
+        """Compute samples of several kinds in turns, so that the first parts show how long all will take.
 
         Parameters
         ----------
         kinds
-            By their names, of small letters.
+            Kinds by name, in lower-case letters.
         advance
-            Told what is done, and how many more poses times samples of it.
+            Called with the name of a kind in messages, and the number of poses times samples that were done.
 
         Raises
         ------
@@ -108,8 +108,8 @@ class Sharing:
         pieces = [piece for turn in turns for piece in turn if piece is not None]
         kept = self._opened()
         stored = {} if kept is None else covered(pieces, _stored(kept.checkpoint))
-        # A copy of this process would lack the thread that tells how far it is; and the first piece of each kind, which
-        # this process does, tells that soon.
+        # new processes are spawned, as a copy of this one would lack the thread that shows the progress; this process
+        # does the first piece of each kind, after which the remaining time is known
         with sparing_what_is_there(any(part.several for part in task.tasks.values())):
             gather(
                 pieces,
@@ -129,31 +129,31 @@ class Sharing:
         return StoredChunks(Checkpoint.open(self.folder, _plain(self.about)), packed_arrays, unpacked_arrays)
 
 
-# This process computes all, and nothing is kept.
+# This process computes all samples, without a checkpoint.
 ALONE = Sharing()
 
 
 @dataclass(frozen=True, eq=False)
 class PieceTask:
-    """What is computed of a piece, by its kind.
+    """Computation of a piece of any kind.
 
     Attributes
     ----------
     tasks
-        By kind.
+        Computation by kind.
     """
 
     tasks: Mapping[str, PartTask]
 
     def __call__(self, piece: SamplePiece) -> dict[str, NDArray[Any]]:
-        """Results of its samples by name."""
+        """Results of the piece's samples by name."""
         with expected_mechanisms():
             return self.tasks[piece.of](piece.cut)
 
 
 @dataclass(frozen=True, eq=False)
 class _Collected:
-    """Puts pieces together, and tells how far they are."""
+    """Stores the results of pieces, and reports the progress."""
 
     kinds: Mapping[str, SampleKind]
     advance: Advance
@@ -178,7 +178,7 @@ class _Collected:
 
 
 def _stored(checkpoint: Checkpoint) -> set[tuple[Any, ...]]:
-    """Pieces that are there and whole; of those that are damaged a line tells."""
+    """Complete pieces of a checkpoint; damaged ones are reported on the standard error."""
     with warnings.catch_warnings(record=True) as damaged:
         warnings.simplefilter("always", CheckpointWarning)
         found = checkpoint.stored()
@@ -188,7 +188,7 @@ def _stored(checkpoint: Checkpoint) -> set[tuple[Any, ...]]:
 
 
 def _plain(about: Mapping[str, Any]) -> dict[str, Any]:
-    """As a file of JSON has it."""
+    """The same data as read back from JSON."""
     found: dict[str, Any] = json.loads(json.dumps(about, default=str))
     return found
 
@@ -197,7 +197,7 @@ def _plain(about: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def add_sharing(parser: ArgumentParser | _ArgumentGroup) -> None:
-    """Add the options that say who computes the samples, and where they are kept."""
+    """Add the options for worker processes and the checkpoint."""
     parser.add_argument(
         "--workers", type=_workers, metavar="N", default=1,
         help="processes that compute samples, -1 for one a processor; the results are the same to the last bit",
@@ -222,11 +222,11 @@ def _workers(text: str) -> int:
 
 
 class SampledInputs(Protocol):
-    """What a job is asked for."""
+    """The part of a job's inputs that concerns its samples."""
 
     @property
     def about(self) -> Mapping[str, object]:
-        """What tells its samples from those of other runs."""
+        """Everything that the samples depend on, by name."""
 
     @property
     def uncertain(self) -> bool:
@@ -234,19 +234,19 @@ class SampledInputs(Protocol):
 
 
 def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
-    """What the options say of who computes the samples, checked before anything is computed.
+    """Worker processes and checkpoint by the options, checked before anything is computed.
 
     Parameters
     ----------
     options
-        Those of the command line.
+        Options of the command line.
     inputs
-        What is to be computed.
+        Inputs of the job.
 
     Raises
     ------
     FrameError
-        If the folder holds another run or cannot be read, or there is nothing to resume.
+        If the folder has another run or cannot be read, or there is nothing to resume.
     """
     given = {"--workers": options.workers != 1, "--checkpoint": options.checkpoint, "--resume": options.resume}
     for name in [name for name, there in given.items() if there]:
@@ -266,7 +266,7 @@ def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
 
 
 def _taken_up(found: Sharing, resume: bool) -> Iterator[str]:
-    """Refuse another run's folder, and with `resume` one that holds none; tell what is there."""
+    """Refuse the folder of another run, and with `resume` an empty one; yields notes on a run that is continued."""
     from ..propagation.checkpoint import CHUNK, Checkpoint
 
     if found.folder is None:

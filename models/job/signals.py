@@ -1,4 +1,4 @@
-"""Signals that end a job: it unwinds, so that nothing half written stays, and ends with the signal's exit code."""
+"""Signals that end a job: it unwinds, so that no incomplete files remain, and exits with the signal's exit code."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any, Self
 
 
 class Signals:
-    """While a job runs, the first signal to end raises `KeyboardInterrupt` in it, and later ones change nothing.
+    """While a job runs, the first signal to end raises `KeyboardInterrupt` in it; later ones are ignored.
 
     Parameters
     ----------
     last
-        Whether nothing is left to do behind it but to end the process, so that later signals have nothing to end.
+        Whether the process only has to exit afterwards, so that later signals are ignored then as well.
 
     Attributes
     ----------
     code
-        Exit code: 0, or 128 and the signal that came, also where something on the way swallowed the exception.
+        Exit code: 0, or 128 plus the number of the signal, even if the exception was caught on the way.
     """
 
     PIPE = 13
@@ -32,7 +32,7 @@ class Signals:
         if threading.current_thread() is threading.main_thread():
             names = ("SIGINT", "SIGTERM", "SIGHUP")
             ends = [getattr(signal, name) for name in names if hasattr(signal, name)]
-            # What was ignored before, as by nohup, stays so.
+            # signals that were ignored before, as by nohup, stay ignored
             self._before = {each: signal.getsignal(each) for each in ends if signal.getsignal(each) != signal.SIG_IGN}
             for each in self._before:
                 signal.signal(each, self._end)

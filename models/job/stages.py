@@ -1,4 +1,4 @@
-"""The stages of a job: how far it is, and how long each took."""
+"""The stages of a job, with their progress and times."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from ...framework.clock import watched
 if TYPE_CHECKING:
     from tqdm import tqdm
 
-# Seconds of work before a job that nobody watches on a terminal says how far it is, and that must be left if it is to
-# be worth saying; and between two such lines a share of what it has taken, up to this.
+# Without a terminal: seconds before the first line on the progress, which must also be left to be done; time between
+# two lines as a share of the time so far; and largest such time, seconds.
 FIRST, SHARE, SELDOM = 1.0, 0.5, 30.0
-# Seconds until which the first line waits for an estimate, and after which it is looked for again.
+# Longest time that the first line waits for an estimate, and time between two looks for it, seconds.
 WAIT, MOMENT = 3.0, 0.05
 
-# Told what was done, by its name, and how much more of it.
+# Called with the name of a kind of work, and the amount that was done of it.
 Advance = Callable[[str, int], None]
 
 
 class Stages:
-    """The stages of a job: how far it is, as a bar on a terminal and as lines elsewhere, and how long each took.
+    """The stages of a job, with their progress, as a bar on a terminal and as lines elsewhere, and their times.
 
     Parameters
     ----------
     count
         Number of stages to come.
     begun
-        When the program began, on the clock of `perf_counter`; what it has done since then is the stage "start". None
-        where that is not known.
+        Start of the program on the clock of `perf_counter`; the time since then is the stage "start". None if it is not
+        known.
     """
 
     def __init__(self, count: int, begun: float | None = None) -> None:
@@ -47,15 +47,15 @@ class Stages:
 
     @contextmanager
     def __call__(self, name: str, work: Mapping[str, int] | None = None) -> Iterator[Advance]:
-        """Time the body as the stage `name`, and tell of it where it takes long.
+        """Time the body as the stage `name`, and show its progress if it takes long.
 
         Parameters
         ----------
         name
-            What is told of it.
+            Name of the stage.
         work
-            How much there is of each thing to do. The body says what it has done of it, and before that by 0 that it
-            begins; what it has not begun was done by an earlier run, whose time tells nothing.
+            Amount of work, by kind. The body calls the yielded function with the amounts done, and with 0 when it
+            starts a part; parts that it did not start were done by an earlier run, whose time is not known.
         """
         if self.bar is not None:
             self.bar.set_description_str(name)
@@ -93,18 +93,18 @@ class Stages:
 
     @property
     def spent(self) -> str:
-        """Time of the whole and of each stage, for a terminal."""
+        """Total time and that of each stage, for a terminal."""
         split = ", ".join(f"{name} {seconds:.2f}" for name, seconds in self.seconds.items())
         return f"{sum(self.seconds.values()):.2f} s: {split}"
 
 
 class Progress:
-    """How much has been done of several things that take different times each, and how long the rest will take.
+    """Progress of several kinds of work that take different times, with an estimate of the remaining time.
 
     Parameters
     ----------
     total
-        How much there is to do, by what it is.
+        Amount of work, by kind.
     """
 
     def __init__(self, total: Mapping[str, int]) -> None:
@@ -112,16 +112,16 @@ class Progress:
         self.done = dict.fromkeys(self.total, 0)
         self._parts: dict[str, list[tuple[int, float]]] = {what: [] for what in self.total}
         self._last = perf_counter()
-        # What is being done, and how much of its part is done already.
+        # the kind that is being done, and the amount of its part that is done already
         self._doing: str | None = None
         self._inside = 0
 
     def inside(self, solved: int) -> None:
-        """Take note of how much is done of the part that is being computed."""
+        """Note the amount that is done of the part that is being computed."""
         self._inside = max(solved, self._inside)
 
     def count(self, what: str, more: int) -> None:
-        """Count what has been done since it began; with 0 it only begins."""
+        """Count the amount done since the part started; 0 starts a part."""
         now, begun = perf_counter(), self._doing == what
         if more:
             self.done[what] += more
@@ -131,12 +131,12 @@ class Progress:
 
     @property
     def left(self) -> float | None:
-        """Seconds that the rest will take; None as long as nothing is known of some of it."""
+        """Estimated time of the rest, seconds; None as long as some kind has no estimate."""
         rests = [self._rest(what) for what in self.total]
         return None if None in rests else sum(filter(None, rests))
 
     def _rest(self, what: str) -> float | None:
-        # What is set up once is in the first part, and must not count for the others.
+        # the first part includes the time to set up, which must not count for the others
         parts = self._parts[what][1:] or self._parts[what]
         done, seconds = sum(more for more, _ in parts), sum(each for _, each in parts)
         whole = self.done[what]
@@ -156,20 +156,20 @@ class Progress:
 
 
 class Lines:
-    """How far a long stage is, in lines on the standard error; nothing of what is done soon.
+    """Progress of a long stage, in lines on the standard error.
 
     Parameters
     ----------
     name
         Name of the stage.
     progress
-        What there is to do in it; of nothing, only the time that it has taken is told.
+        Its progress; without any work the lines only have the time so far.
     """
 
     def __init__(self, name: str, progress: Progress) -> None:
         self.name, self.progress = name, progress
         self.start, self.ended = perf_counter(), Event()
-        # A part may take long, and is told of all the same.
+        # a thread, as a part may take longer than the time between two lines
         self.thread = Thread(target=self._tell, daemon=True)
 
     def __enter__(self) -> Self:
@@ -191,7 +191,7 @@ class Lines:
                 continue
             pause = min(max(FIRST, SHARE * spent), SELDOM)
             if left is None or left > FIRST:
-                # Who does not listen is not told.
+                # the standard error may be closed
                 with suppress(OSError, ValueError):
                     print(self._line(spent), file=sys.stderr, flush=True)
 

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 # A number below this share of those that it comes from is their rounding.
 ROUNDING = 1e-12
-# What stands between this run's numbers and others, and a space at which no line ends.
+# Separator of this run's numbers from others, and a non-breaking space.
 BAR, HARD = "│", "\u00a0"
 
 
@@ -31,16 +31,16 @@ def separated(heading: Sequence[str], rows: Iterable[Sequence[float | str | None
 
 
 def aligned(lines: Sequence[Sequence[str]], width: int | None = None) -> str:
-    """Columns for a terminal, aligned to the right but for the last.
+    """Columns for a terminal, aligned to the right except for the last.
 
     Parameters
     ----------
     lines
         A heading and rows, as cells.
     width
-        Characters that a line may have: what is wider comes in several tables below each other, each beginning with
-        the first column. Components of one vector stay together where they fit. The last column, in words, may go
-        beyond where it must. None for one table however wide.
+        Largest number of characters in a line: a wider table is split into several, one below the other, which all
+        start with the first column. Components of a vector stay together if they fit. The last column, of texts, may
+        exceed the width. None for one table of any width.
     """
     columns = list(zip(*lines, strict=True))
     widths = [max(map(len, column)) for column in columns]
@@ -50,14 +50,14 @@ def aligned(lines: Sequence[Sequence[str]], width: int | None = None) -> str:
 
 
 def _joined(columns: Sequence[Sequence[str]], widths: Sequence[int], numbers: Sequence[int]) -> str:
-    """Some of the columns side by side; the last of all to the left."""
+    """Lines of some of the columns; the last of all columns is aligned to the left."""
     last = len(columns) - 1
     cells = [columns[k] if k == last else [text.rjust(widths[k]) for text in columns[k]] for k in numbers]
     return "\n".join("  ".join(row) for row in zip(*cells, strict=True))
 
 
 def _parts(heading: Sequence[str], widths: Sequence[int], width: int | None) -> list[list[int]]:
-    """Numbers of the columns of each table; the last counts with its heading alone where no table can hold it."""
+    """Indices of the columns of each table; the last counts with its heading only if it fits in no table."""
     whole = width is None or widths[0] + 2 + widths[-1] <= width
     counted = [*widths[:-1], widths[-1] if whole else len(heading[-1])]
     bar = heading.index(BAR) if BAR in heading else len(heading)
@@ -67,7 +67,7 @@ def _parts(heading: Sequence[str], widths: Sequence[int], width: int | None) -> 
         return width is None or sum(counted[n] + 2 for n in (*used, *more)) - 2 <= width
 
     for family in _families(heading):
-        # What stands right of the bar has it before it in each table.
+        # columns to the right of the bar have the bar before them in each table
         begun = [0, bar] if bar < family[0] < len(heading) - 1 else [0]
         if not fits(parts[-1], family) and fits(begun, family) and len(parts[-1]) > 1:
             parts.append(list(begun))
@@ -79,7 +79,7 @@ def _parts(heading: Sequence[str], widths: Sequence[int], width: int | None) -> 
 
 
 def _families(heading: Sequence[str]) -> list[list[int]]:
-    """Numbers of columns that belong together, without the first: components of one vector, and a bar before them."""
+    """Indices of columns that belong together, without the first: components of a vector, and a bar before them."""
     kinds = [re.sub(r"(^|_)[xyz]\b", "", name) for name in heading]
     families: list[list[int]] = []
     for k in range(1, len(heading)):
@@ -91,7 +91,7 @@ def _families(heading: Sequence[str]) -> list[list[int]]:
 
 
 def folded(text: str, width: int | None) -> str:
-    """Sentences in lines for a terminal of that width; a paragraph that has several lines is a table, and stays."""
+    """Sentences wrapped for a terminal of the given width; a paragraph of several lines is a table and stays."""
     if width is None:
         return text
     parts = (part if "\n" in part else _filled(part, width) for part in text.split("\n\n"))
@@ -99,7 +99,7 @@ def folded(text: str, width: int | None) -> str:
 
 
 def _filled(text: str, width: int) -> str:
-    """One paragraph in lines; a number or name stays whole, as does a unit in brackets."""
+    """One paragraph in lines, without breaks in numbers, names and units in brackets."""
     bound = re.sub(r"\[[^\]]*\]", lambda unit: unit[0].replace(" ", HARD), text)
     return fill(bound, width, break_long_words=False, break_on_hyphens=False).replace(HARD, " ")
 
@@ -111,7 +111,7 @@ def markdown(heading: Sequence[str], rows: Iterable[Sequence[str]], left: int = 
 
 
 def _cell(text: str) -> str:
-    """A name may hold what ends a cell."""
+    """Content of a cell, with the characters escaped that would end it."""
     return " ".join(text.replace("|", "\\|").splitlines())
 
 
@@ -143,7 +143,7 @@ def with_error(value: float, error: float, form: str) -> str:
     value, error
         The number and its standard error; a dash for NaN.
     form
-        Format of the number, which rules its digits: of kind ``f`` or ``e``.
+        Format of the number, of kind ``f`` or ``e``, which determines its digits.
     """
     text = readable(value, form)
     if value != value or error != error:
@@ -151,7 +151,7 @@ def with_error(value: float, error: float, form: str) -> str:
     mantissa, sign, exponent = text.partition("e")
     decimals = len(mantissa.partition(".")[2])
     if sign and error > abs(value):
-        # The error is greater than the number, and gives the power of ten.
+        # if the error is larger than the number, it determines the power of ten
         exponent = f"{math.floor(math.log10(error)):+03d}"
         mantissa = format(value / 10.0 ** int(exponent), f"z.{decimals}f")
     units = error / 10.0 ** (int(exponent or 0) - decimals)
@@ -159,11 +159,11 @@ def with_error(value: float, error: float, form: str) -> str:
 
 
 def spent(seconds: Mapping[str, float]) -> str:
-    """Time that each stage took and all together, in Markdown."""
+    """Time of each stage and total time, in Markdown."""
     stages = [[name, f"{time:.2f}"] for name, time in seconds.items()]
     return markdown(["stage", "seconds"], [*stages, ["**all**", f"**{sum(seconds.values()):.2f}**"]], left=1)
 
 
 def drawn_by(sampler: str) -> str:
-    """How samples are drawn, in words, where they are not random."""
+    """The sampler in words; empty if it is random."""
     return {"lhs": " (Latin hypercube)", "sobol": " (Sobol sequence)", "halton": " (Halton sequence)"}.get(sampler, "")

@@ -64,7 +64,7 @@ __all__ = [
     "write_linkage",
 ]
 
-# Each name is loaded where it is first used: a motion needs neither tolerances nor files.
+# Each name is loaded when it is first used: a motion needs neither tolerances nor files.
 _LATER = {
     "AccuracyStudy": ".study.study",
     "Contributors": ".worst_case.contributors",

@@ -35,7 +35,7 @@ def save(motion: Kinematics, path: str | Path, times: ArrayLike | None) -> None:
 
 
 def _links(motion: Kinematics, poses: NDArray[np.int64]) -> Part:
-    """Links as lines from point to point, closed where a link has more than two."""
+    """Links as lines: their beams, or else from point to point, closed if a link has more than two points."""
     points: list[Array] = []
     cells: list[tuple[int, int]] = []
     owner: list[int] = []

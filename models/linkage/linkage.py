@@ -1,4 +1,4 @@
-"""The description of a linkage: one assembled position, links, joints, drives, springs and loads."""
+"""The linkage: its description in one assembled position, and its methods."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
 
 
 class Linkage(RangeOfMotion):
-    """Links joined by joints, drawn in one position in which it is assembled.
+    """Links connected by joints, described in one assembled position, the reference configuration.
 
-    Every number may carry a batch; all broadcast.
+    Every number may be an array, a batch; all broadcast.
 
     Parameters
     ----------
     points
-        Coordinates by the name of the point, (..., 2) or (..., 3), length, for names that are no Python identifiers.
+        Coordinates by name of the point, (..., 2) or (..., 3), length, for names that are not Python identifiers.
     **named
-        The same by keyword, (..., 2) or (..., 3).
+        Coordinates of points by keyword, (..., 2) or (..., 3), length.
 
     Attributes
     ----------
@@ -90,53 +90,54 @@ class Linkage(RangeOfMotion):
         other_modes: bool = False,
         **named: ArrayLike,
     ) -> Motion:
-        """Move the drives and let everything follow.
+        """Compute the motion of the linkage at given values of its drives.
 
-        A pose depends on its own drives and dimensions and on the reference configuration alone, the linkage as it
-        was drawn: not on the other poses of the batch, nor on any order. It is what the linkage comes to as its drives
-        go there from their reference values on a straight line, all at once. A drive that turns goes the whole way, to
-        370° through 360°; where it moves alone and cannot turn fully, it goes round the other way to what lies beyond
-        an end of its range. Of a batch of dimensions each member starts from its own reference configuration.
+        A pose depends only on its own drives and dimensions and on the reference configuration, not on other poses of
+        the batch or on their order. It is the pose that the linkage reaches when its drives move from their reference
+        values there along a straight line, all at once. A drive that turns goes all the way, to 370° through 360°; a
+        single drive that cannot make full turns goes the other way round to values beyond an end of its range. In a
+        batch of dimensions each linkage starts from its own reference configuration.
 
-        Where that path ends before, or crosses a singular pose beyond which it could go on in several ways, positions
-        are NaN and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a
-        path with a bend may reach it. A change point through which the linkage goes on in one smooth way, as a
-        parallelogram does, is passed: lengths that are equal to eight digits count as equal there.
+        If that path ends before, or crosses a singular pose beyond which several motions are possible, positions are
+        NaN, and the status says whether the pose lies in another assembly mode or cannot be assembled at all; a path
+        with a bend may reach it. A change point with one smooth continuation, as in a parallelogram, is passed: lengths
+        that are equal to eight digits count as equal there.
 
-        What the drives leave free, such as a rod's spin between two balls, moves as little as it can. A single drive
-        may go round any number of times; beyond 1000 radians the angles of other joints come without the whole turns.
+        Idle motions that the drives leave free, such as the spin of a rod between two spherical joints, are as small as
+        possible. A single drive may make any number of turns; beyond 1000 radians the angles of other joints do not
+        include whole turns.
 
         Parameters
         ----------
         drives
-            Values of the driven coordinates by joint, (...), or (..., f) where f of a joint are driven, for names
-            that are no Python identifiers. A drive without values keeps its reference value.
+            Values of the driven coordinates by joint, (...), or (..., f) if f coordinates of a joint are driven, for
+            names that are not Python identifiers. A drive without values keeps its reference value.
         rates, accelerations
-            First and second time derivatives of these values by joint, (...) or (..., f); 0 where not given. Those of a
+            First and second time derivatives of these values by joint, (...) or (..., f); 0 by default. Those of a
             spherical joint are its angular velocity and acceleration, in the joint's axes on the first link.
         branch
-            ``"keep"``: through a change point the motion goes on smoothly; ``"switch"``: it takes the other branch.
+            ``"keep"``: the motion continues smoothly through a change point; ``"switch"``: it takes the other branch.
         tolerance
-            Greatest gap, a length, with which a pose counts as assembled; `Motion.gap` tells it. An overconstrained
-            linkage drawn with few digits moves only so: where its loops cannot close, each pose has the least gap that
-            it can (least squares, angles times the linkage's size). At 0, a pose is closed to rounding.
+            Largest gap of an assembled pose, a length; `Motion.gap` returns the gaps. An overconstrained linkage given
+            with few digits needs such a tolerance: if its loops cannot close, each pose has the least possible gap
+            (least squares, angles times the linkage's size). At 0, loops are closed to rounding.
         other_modes
-            Give positions also where the linkage can be assembled in another assembly mode only, to which no path
-            leads: of those found that which is most like the reference configuration, open or crossed.
+            Whether to give positions also at poses that can be assembled in another assembly mode only, to which no
+            path leads: out of those found, the one most similar to the reference configuration, open or crossed.
         **named
             Values of the driven coordinates by keyword, (...) or (..., f).
 
         Returns
         -------
         Motion
-            Where everything is, batch shape the broadcast of drives and points.
+            The motion; its batch shape is the broadcast of drives and points.
 
         Raises
         ------
         FrameError
             If a drive is unknown or given twice, shapes do not broadcast, the linkage is not connected to ground, its
-            reference configuration cannot be assembled, its drives leave points free to move, or a stiffness is inf
-            where a joint is free.
+            reference configuration cannot be assembled, its drives leave points free to move, or the stiffness of a
+            free coordinate is inf.
 
         Examples
         --------
@@ -183,32 +184,31 @@ class Linkage(RangeOfMotion):
         temperatures: Mapping[str, Uncertain] | None = None,
         expansion: Expansion | None = None,
     ) -> AccuracyStudy:
-        """Where points go under load with tolerances on the numbers of the linkage, at every pose, in one call.
+        """Study the displacements of points under load with tolerances on the linkage's numbers, at every pose.
 
         Parameters
         ----------
         tolerances
-            By the name of a number, as a file of the linkage has it (see `read_linkage`, `write_linkage`), such as
+            By name of a number, as in a file of the linkage (see `read_linkage`, `write_linkage`), such as
             ``"joints.B.clearance"``, ``"joints.B.stiffness"``, ``"points.C.x"``, ``"loads.0.fy"`` or
-            ``"materials.material1.E"``: what `propagate` takes for an input, a deviation such as ``"± 5 %"``,
-            ``"± 0.1"`` or ``"+0.2/-0.1"``, or half the width of an interval about the nominal value. By any other name
-            a table as in the file, ``{"of": [...], "distribution": "norm", "scale": "5 %"}``, whose numbers share one
-            draw.
+            ``"materials.material1.E"``: an input as for `propagate`, a deviation such as ``"± 5 %"``, ``"± 0.1"`` or
+            ``"+0.2/-0.1"``, or the half width of an interval about the nominal value. By any other name: a table as in
+            the file, ``{"of": [...], "distribution": "norm", "scale": "5 %"}``, whose numbers share one draw.
         points
             Name of the point, or of several.
         drives, rates, accelerations
-            As `move` takes them, (poses,), or (poses, f) where f coordinates of a joint are driven.
+            As for `move`, (poses,), or (poses, f) if f coordinates of a joint are driven.
         branch, tolerance
-            As `move` takes them.
+            As for `move`.
         inertia
-            Let the inertia forces of the rigid motion act as well.
+            Whether the inertia forces of the rigid motion act as well.
         n, rng, sampler, progress, nan_policy, workers, checkpoint, replicates
-            As `propagate` takes them.
+            As for `propagate`.
         correlation
-            As `propagate` takes it: by pair, a matrix (k, k) of the k tolerances, or a `GaussianCopula`.
+            As for `propagate`: by pair, a matrix (k, k) of the k tolerances, or a `GaussianCopula`.
         temperatures
-            Rise of temperature by link, or of the ``"ground"``, K: what `propagate` takes for an input, called
-            ``temperature.NAME`` in the results. The link grows evenly, to first order, and moves the others.
+            Rise of temperature by link, or of the ``"ground"``, K: inputs as for `propagate`, called
+            ``temperature.NAME`` in the results. The link expands uniformly, to first order, and moves the others.
         expansion
             Coefficient of thermal expansion of these links, 1/K, or by link.
 
@@ -216,17 +216,17 @@ class Linkage(RangeOfMotion):
         -------
         AccuracyStudy
             Mean, standard deviation, worst case and contributors at every pose, the probability of leaving a zone, and
-            all of it as a table; in `parts` what geometry, clearance, compliance, load and heat do by themselves.
+            all of it as a table; its `parts` have the effects of geometry, clearance, compliance, load and temperature.
 
         Raises
         ------
         FrameError
-            If there is no such number, point or drive, a tolerance cannot be meant, the linkage carries a batch, or it
-            has parts for which a file has no words.
+            If there is no such number, point or drive, a tolerance cannot be meant, the linkage has a batch, or a file
+            cannot describe it.
 
         Examples
         --------
-        The end of an arm of 2 m whose length is good to 0.1 mm, on a pin with 0.2 mm of clearance.
+        The end of an arm of 2 m with a length tolerance of 0.1 mm, on a pin with 0.2 mm of clearance.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(2, 0))
@@ -250,14 +250,14 @@ class Linkage(RangeOfMotion):
     ) -> Axes:
         """Draw the reference configuration: links, joints by their kind, ground, drives, springs, forces and names.
 
-        Drives are orange, with an arrow the way in which they go; what stands on the ground is hatched.
+        Drives are orange, with an arrow in their positive direction; the ground is hatched.
 
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on, in space for a linkage in space; new ones where None.
+            Axes of matplotlib to draw on, in space for a linkage in space; new ones if None.
         entry
-            Number of the linkage drawn, where the description carries a batch.
+            Number of the linkage drawn, if the description has a batch.
         names
             Whether points are named.
         loads
@@ -268,7 +268,7 @@ class Linkage(RangeOfMotion):
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on, in the linkage's own lengths.
+            The axes, in the linkage's unit of length.
 
         Raises
         ------
@@ -288,32 +288,32 @@ class Linkage(RangeOfMotion):
         return plot_linkage(self, ax, entry, names, loads, units)
 
     def save(self, path: str | Path, *, entry: int = 0, unit: str = "m") -> None:
-        """Write the linkage to a file that its ending tells: a drawing, or what describes it.
+        """Write the linkage to a file, a description or a drawing by the file's ending.
 
-        As ``.toml``, ``.xml`` (MJCF), ``.urdf`` or ``.sdf`` it is what `write_linkage` writes. As ``.dxf`` (extra
-        ``dxf``) it is a drawing of the reference configuration for CAD, on layers by the names of the links. Links are
-        lines, with the outlines of their sections where they have beams; joints are circles on a layer of
-        their kind, with a second circle about drives and a line along slides; points have their names.
+        For ``.toml``, ``.xml`` (MJCF), ``.urdf`` and ``.sdf`` see `write_linkage`. A ``.dxf`` file (extra ``dxf``) is a
+        drawing of the reference configuration for CAD, with a layer for each link. Links are lines, with the outlines
+        of the sections of their beams; joints are circles on a layer of their kind, with a second circle about drives
+        and a line along slides; points have their names.
 
         Parameters
         ----------
         path
-            The file; it is replaced, and its folder made where it is missing.
+            The file; it is replaced, and its folder made if it is missing.
         entry
-            Number of the linkage drawn, where the description carries a batch.
+            Number of the linkage drawn, if the description has a batch.
         unit
             Unit of the coordinates, for the header of a drawing: m, cm, mm, in or ft.
 
         Raises
         ------
         FrameError
-            If the name ends otherwise, there are no points, the unit is unknown, ezdxf is not installed or the folder
-            cannot be written; of the other formats as by `write_linkage`.
+            If the name has another ending, there are no points, the unit is unknown, ezdxf is not installed or the
+            folder cannot be written; for the other formats as for `write_linkage`.
 
         Warns
         -----
         ConversionWarning
-            If a format has no words for something, which is left out.
+            If a format cannot describe something, which is left out.
         """
         path = Path(path)
         if path.suffix.lower() == ".dxf":
@@ -338,28 +338,28 @@ class Linkage(RangeOfMotion):
         units: Units = SI,
         **deviations: Any,
     ) -> None:
-        """Write a page that opens in a browser, of the linkage at the poses of its drive; see `Motion.page`.
+        """Write a page for a browser, of the linkage at the poses of its drives; see `Motion.page`.
 
         Parameters
         ----------
         path
-            ``name.html``.
+            Page to write, ``name.html``.
         point, link
-            The point that is looked at, and the link on which it is taken.
+            The point that the page is about, and the link on which it lies.
         drives
             Values of the drives by joint, (poses,), or along an axis for each, such as (n, 1) and (m,), so that each
-            can be moved by itself. Of a single drive its whole range, a turn in steps of 2°, where None.
+            can be moved separately. If None, the whole range of a single drive, in steps of 2° for a full turn.
         title, command
-            Heading, and what made it.
+            Heading, and the command that made the page.
         units
             Units of length and force, for its table.
         **deviations
-            Clearances and tolerances beside those of the description, as for `Motion.worst_case`.
+            Clearances and tolerances in addition to those of the description, as for `Motion.worst_case`.
 
         Raises
         ------
         FrameError
-            If there are several drives and no values, or as `Motion.page`.
+            If there are several drives and no values, or as for `Motion.page`.
 
         Examples
         --------
@@ -380,5 +380,5 @@ class Linkage(RangeOfMotion):
         write_page(motion, path, point, link, worst, PageText(title, command, units), grid=grid)
 
     def _repr_html_(self) -> str:
-        """In a notebook: the drawing."""
+        """Drawing for a notebook."""
         return html_of(self)

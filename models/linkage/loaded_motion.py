@@ -1,4 +1,4 @@
-"""What acts on a moving linkage, and how far it deflects."""
+"""Forces in a moving linkage, and its deflection under load."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .statics.reactions import Reactions, reactions
 
 
 class LoadsWarning(UserWarning):
-    """What is asked of a motion does not contain the loads that one of its frames was given."""
+    """A result of a motion does not contain the loads that were added to one of its frames."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -33,11 +33,11 @@ class LoadedMotion(FramedPoses):
         """Joint reactions and drive forces of the rigid linkage, by the Newton-Euler equations of all links.
 
         Inertia forces (Eq. 1 and 2 of the accuracy paper), gravity, loads, springs and dampers are in equilibrium with
-        what the joints hold and the drives push. Where equilibrium alone does not tell all reactions, those follow
-        from the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are
-        given (moments divided by half of what the linkage spans). ``.method`` says which.
+        the joint reactions and drive forces. If equilibrium alone does not determine all reactions, they follow from
+        the compliance of links and joints; if these are rigid, the reactions with the least sum of squares are given
+        (moments divided by half the linkage's largest extent). ``.method`` says which.
 
-        Loads that were given to a frame of the motion alone are not among them.
+        Loads that were added to a frame of the motion are not included.
 
         Returns
         -------
@@ -53,7 +53,7 @@ class LoadedMotion(FramedPoses):
         Warns
         -----
         LoadsWarning
-            Where a frame of the motion was given loads.
+            If loads were added to a frame of the motion.
 
         Examples
         --------
@@ -77,7 +77,7 @@ class LoadedMotion(FramedPoses):
         Returns
         -------
         ndarray
-            Energy, (...); zero where no link has a mass.
+            Energy, (...); zero if no link has a mass.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class LoadedMotion(FramedPoses):
 
         Examples
         --------
-        A mass of 3 kg that goes round at 2 m with 5 rad/s.
+        A mass of 3 kg that rotates at a radius of 2 m with 5 rad/s.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(2, 0))
@@ -100,13 +100,13 @@ class LoadedMotion(FramedPoses):
     def free_accelerations(self, forces: Mapping[str, ArrayLike] | None = None) -> dict[str, Array]:
         """Acceleration of each drive under given drive forces, at the motion's poses and rates.
 
-        With the rates as they are, the drive forces of `reactions` are linear in the accelerations,
-        ``M a + h``; this solves ``M a = f - h`` (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6).
+        At given rates, the drive forces of `reactions` are linear in the accelerations, ``M a + h``; this solves
+        ``M a = f - h`` (Featherstone, *Rigid Body Dynamics Algorithms*, 2008, ch. 6).
 
         Parameters
         ----------
         forces
-            Force or moment by driven joint, (...), or (..., f) where f coordinates are driven; zero where not given.
+            Force or moment by driven joint, (...), or (..., f) if f coordinates are driven; zero by default.
 
         Returns
         -------
@@ -120,7 +120,7 @@ class LoadedMotion(FramedPoses):
 
         Examples
         --------
-        A pendulum let go from the level, its mass at its end: ``g / l`` (Featherstone 2008).
+        A pendulum with its mass at the end, released from a horizontal position: ``g / l`` (Featherstone 2008).
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(2, 0))
@@ -133,51 +133,51 @@ class LoadedMotion(FramedPoses):
         return free_accelerations(self, forces or {})
 
     def frame(self, *, clearance: bool = True, loads: bool = True, inertia: bool = False) -> Frame:
-        """The linkage at every pose as a frame of beams, joints and springs, held at its drives.
+        """Make the frame of beams, joints and springs of the linkage at every pose, with its drives locked.
 
-        Each link is a body, in whose own axes its nodes do not move, so that its stiffness is computed once for all
-        poses. A point that only one link has gives the node of its name; where joints part it each link has its own,
-        ``point.link``, and the bare name means that of the first link. Members are called as their link, or
-        ``link.1``, ``link.2``, ...; joints by their names; springs ``spring.1``, ... A universal joint is two: the
-        cross turns about the axis on the first link in ``joint.rz``, all else is in ``joint``.
+        Each link is a body, in whose axes its nodes do not move, so that its stiffness is computed once for all poses.
+        A point of one link gives a node of the same name. A point of several links gives each its own node,
+        ``point.link``, and the plain name stands for that of the first link. Members have the name of their link, or
+        ``link.1``, ``link.2``, ...; joints have their names; springs are ``spring.1``, ... A universal joint becomes
+        two: in ``joint.rz`` the cross turns about the axis on the first link, and ``joint`` is between the cross and
+        the second link.
 
-        A slider loads the link that carries it where it is at each pose: on any of the beams along which its slot
-        runs, at a point of the link, or, where it is beyond them all, on a rigid prolongation of the nearest end. A
-        beam counts where it leans from the slot by less than 0.01 radians and is off it by less than a hundredth of
-        its length. Where the slot runs along no beam, as that of a yoke, the slider stands on a rigid arm from the
-        joint's point. Where it changes from seat to seat with the pose, each seat is a joint ``joint.link.on.seat``
-        between the link and the slider's node, rigid at the poses at which the slider stands there and free else.
+        A slider loads its guiding link at its place at each pose: on one of the beams along which its slot runs, at a
+        point of the link, or, beyond them all, on a rigid extension of the nearest end. The slot runs along a beam if
+        the angle between them is less than 0.01 radians and their distance less than a hundredth of the beam's length.
+        If the slot does not run along a beam, as that of a yoke, the slider stands on a rigid arm from the joint's
+        point. If it stands on different nodes at different poses, each of them is connected to the slider's node by a
+        joint ``joint.link.on.node``, rigid at the poses at which the slider stands there and free at others.
 
-        A mass that was given alone is spread along the link's beams as their own is. One that was given its place sits,
-        rigid, on the link's point nearest to its centre, the first of those that are equally near, and the beams weigh
-        nothing.
+        A mass that is given alone is distributed along the link's beams as their own mass is. A mass that is given with
+        its centre or inertia is attached rigidly to the link's point nearest to its centre, the first of several that
+        are equally near, and the beams are then massless.
 
-        A rod between two balls spins about itself: nothing resists that, and it has no part in any other result. As
-        long as no load works on the spin, it rotates about itself as its neighbour does at that of both balls whose
-        name comes first in the alphabet; a load that does, a moment about the rod, moves it without bound
-        (``mechanism``, NaN). Under `inertia` the spin accelerates as the loads make it.
+        A rod between two spherical joints can spin about itself: nothing resists the spin, and it does not affect any
+        other result. While no load works on the spin, the rod rotates about itself with its neighbour at the joint
+        whose name comes first in the alphabet; under a moment about the rod its displacement has no bound
+        (``mechanism``, NaN). With `inertia` the spin is accelerated by the loads.
 
-        The frame is linear about the linkage without loads: its links, joints and springs resist with their stiffness
-        alone, and what springs exert at rest is one of the loads. That forces turn with the links, joints and springs
-        that carry them (geometric stiffness) is in `compliance_matrix`, `stiffness` and `frequencies` of the motion,
-        and of the frame in ``buckling`` and ``solve(large=True)``, where springs pull along their line wherever they
-        are.
+        The frame is linear about the linkage without loads: links, joints and springs have their elastic stiffness, and
+        the force of springs at rest is one of the loads. The effect of forces that rotate with their links, joints and
+        springs (geometric stiffness) is included in `compliance_matrix`, `stiffness` and `frequencies` of the motion,
+        and in ``buckling`` and ``solve(large=True)`` of the frame, where springs act along their line.
 
         Parameters
         ----------
         clearance
-            Give the joints their clearance.
+            Whether joints have their clearance.
         loads
-            Apply what the linkage was loaded with: loads, torques, gravity, and the forces of springs and dampers.
-            What the frame is loaded with later acts in it alone, and neither in `reactions` nor in `stress`.
+            Whether the linkage's loads, torques, gravity, and forces of springs and dampers act. Loads that are added
+            to the frame later act in the frame only, not in `reactions` or `stress`.
         inertia
-            Apply the inertia forces of the rigid motion.
+            Whether the inertia forces of the rigid motion act.
 
         Returns
         -------
         Frame
-            The frame, batch shape (...) and that of beams, stiffnesses and loads. Poses that are not assembled are
-            left out: their status is ``absent``.
+            The frame; its batch shape is the broadcast of (...) with beams, stiffnesses and loads. Poses that are not
+            assembled are excluded: their status is ``absent``.
 
         Examples
         --------
@@ -198,11 +198,11 @@ class LoadedMotion(FramedPoses):
 
     @cached_property
     def frames(self) -> WeakKeyDictionary[Frame, tuple[object, ...]]:
-        """Frames that were made of the motion and are still in use, and how many loads they then had."""
+        """Frames made from the motion that are still in use, with their loads when they were made."""
         return WeakKeyDictionary()
 
     def _check_frames(self, what: str) -> None:
-        """Warn where a frame of the motion was given loads, which what is asked of the motion does not contain."""
+        """Warn if loads were added to a frame of the motion, which results of the motion do not contain."""
         if any(loads_of(frame) != before for frame, before in self.frames.items()):
             warnings.warn(
                 f"motion.{what} does not contain the loads that were given to a frame of this motion: loads given by "
@@ -221,40 +221,41 @@ class LoadedMotion(FramedPoses):
         expansion: Expansion | None = None,
         **load: ArrayLike,
     ) -> PointAccuracy:
-        """Where a point of the loaded linkage really goes: by compliance, clearance and expansion, and in total.
+        """Displacement of a point of the loaded linkage: by compliance, clearance and expansion, and in total.
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
         inertia
-            Let the inertia forces of the rigid motion act as well.
+            Whether the inertia forces of the rigid motion act as well.
         temperature
-            Rise of temperature of all links, (...), or by link, the ``"ground"`` among them, K. Links grow evenly and
-            move each other, to first order; the ground grows about its first pivot, the thread of a screw with the
-            link that carries its axis, and what a drive holds stays as it is.
+            Rise of temperature of all links, (...), or by link, which may include the ``"ground"``, K. Links expand
+            uniformly and move each other, to first order; the ground expands about its first pivot, the thread of a
+            screw with the first link of its joint, and driven coordinates keep their values.
         expansion
             Coefficient of thermal expansion of these links, 1/K, or by link.
         **load
-            Forces and moments on the point beside the linkage's own loads, ``fx fy fz mx my mz``, global, (...).
+            Forces and moments on the point in addition to the linkage's own loads, ``fx fy fz mx my mz``, global,
+            (...).
 
         Returns
         -------
         PointAccuracy
             Displacements ``ux uy uz rx ry rz`` by ``compliance``, by ``clearance``, ``thermal`` and in ``total``,
-            (..., 6) each, length and radians, computed when read. What tolerances do to them, `Linkage.study` tells.
+            (..., 6) each, length and radians, computed when they are read. For tolerances see `Linkage.study`.
 
         Raises
         ------
         FrameError
-            If there is no such point or link, the link has it not, or a component of the load is unknown.
+            If there is no such point or link, the link does not have the point, or a load component is unknown.
 
         Examples
         --------
-        An arm of 1 m on a pin with 0.1 mm of clearance, loaded across: its compliance ``F L^3 / (3 E I)`` (Timoshenko,
-        *Strength of Materials* I), and what the pin gives.
+        An arm of 1 m on a pin with 0.1 mm of clearance under a transverse load: its deflection ``F L^3 / (3 E I)``
+        (Timoshenko, *Strength of Materials* I), and the clearance.
 
         >>> from linkframe.elements import Beam, Material, Rectangle
         >>> from linkframe.models import Linkage
@@ -268,27 +269,26 @@ class LoadedMotion(FramedPoses):
         return accuracy(self, point, link, load, inertia=inertia, temperature=temperature, expansion=expansion)
 
     def compliance_matrix(self, point: str, link: str | None = None) -> Array:
-        """Displacement and rotation of a point by unit forces and moments on it, drives locked, clearances closed.
+        """Displacement and rotation of a point by unit forces and moments on it, drives locked, without clearance.
 
-        About the pose under the linkage's springs, loads and weights: these make links stiffer or softer as they turn
-        (geometric stiffness), rigid ones as well. On a linkage of one degree of freedom whose drive has a stiffness k
-        it is ``1 / (k + V'')`` with the potential V of springs, loads and weights (Thompson & Hunt, *A General Theory
-        of Elastic Stability*, 1973). Loads keep the direction that they have at the pose, those that turn with a link,
-        too.
+        It is taken at the pose under the linkage's springs, loads and weights, whose geometric stiffness makes elastic
+        and rigid links stiffer or softer. For a linkage of one degree of freedom whose drive has a stiffness k it is
+        ``1 / (k + V'')`` with the potential V of springs, loads and weights (Thompson & Hunt, *A General Theory of
+        Elastic Stability*, 1973). All loads keep the direction that they have at the pose, even follower loads.
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
 
         Returns
         -------
         ndarray
-            ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6); symmetric. Length per force, and
-            radians per moment. NaN in the rotations of a rod that spins between two balls, and by moments on it, as a
-            moment about it turns it without bound.
+            ``ux uy uz rx ry rz`` by ``fx fy fz mx my mz``, global, (..., 6, 6), symmetric; length per force, and
+            radians per moment. NaN for rotations of, and moments on, a rod that can spin between two spherical joints,
+            as its rotation under a moment about itself has no bound.
 
         Examples
         --------
@@ -312,22 +312,22 @@ class LoadedMotion(FramedPoses):
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
 
         Returns
         -------
         ndarray
-            ``fx fy fz mx my mz`` by ``ux uy uz rx ry rz``, global, (..., 6, 6); NaN where nothing holds the point in
-            some direction. Force per length, and moment per radian.
+            ``fx fy fz mx my mz`` by ``ux uy uz rx ry rz``, global, (..., 6, 6), force per length and moment per radian;
+            NaN where the point is kinematically unstable in some direction.
 
         Raises
         ------
         FrameError
-            If links and joints are rigid on the way to the point, so that it cannot deflect in some direction.
+            If links and joints between the ground and the point are rigid, so that it cannot deflect in some direction.
 
         Examples
         --------
-        The tip of an arm of 1 m while it does not rotate, ``12 E I / L^3`` (Przemieniecki 1968, Eq. 5.116).
+        The tip of an arm of 1 m without rotation, ``12 E I / L^3`` (Przemieniecki 1968, Eq. 5.116).
 
         >>> from linkframe.elements import Beam, Material, Rectangle
         >>> from linkframe.models import Linkage
@@ -340,7 +340,7 @@ class LoadedMotion(FramedPoses):
         return stiffness(self, point, link)
 
     def frequencies(self, count: int) -> Array:
-        """The lowest natural frequencies at every pose, under springs, loads and weights; drives locked, no clearances.
+        """The lowest natural frequencies at every pose under springs, loads and weights, drives locked, no clearance.
 
         Parameters
         ----------
@@ -350,8 +350,8 @@ class LoadedMotion(FramedPoses):
         Returns
         -------
         ndarray
-            Hz, (..., count); NaN where the pose is unstable. The zeros of rods that spin between two balls are left
-            out.
+            Frequencies in Hz, (..., count); NaN where the pose is unstable. The zero frequencies of rods that can spin
+            between two spherical joints are left out.
 
         Examples
         --------
@@ -369,9 +369,9 @@ class LoadedMotion(FramedPoses):
         return frequencies(self, count)
 
     def stress(self, link: str) -> Stress:
-        """Stress along the members of a link under the linkage's loads and its inertia, clearances closed.
+        """Stress along the members of a link under the linkage's loads and inertia forces, without clearance.
 
-        Loads that were given to a frame of the motion alone are not among them.
+        Loads that were added to a frame of the motion are not included.
 
         Parameters
         ----------
@@ -381,7 +381,7 @@ class LoadedMotion(FramedPoses):
         Returns
         -------
         Stress
-            At stations along the members of the link, (..., members, stations, 3), its extremes by pose, and the
+            Stress at stations along the members of the link, (..., members, stations, 3), its extremes by pose, and the
             envelope over all poses, force per area.
 
         Raises
@@ -391,7 +391,8 @@ class LoadedMotion(FramedPoses):
 
         Examples
         --------
-        An arm of 1 m under 10 N across, ``s = M / W`` with ``W = b h^2 / 6`` (Timoshenko, *Strength of Materials* I).
+        An arm of 1 m under a transverse load of 10 N, ``s = M / W`` with ``W = b h^2 / 6`` (Timoshenko, *Strength of
+        Materials* I).
 
         >>> from linkframe.elements import Beam, Material, Rectangle
         >>> from linkframe.models import Linkage

@@ -1,4 +1,4 @@
-"""A motion beside what was measured of it."""
+"""Comparison of a motion with measurements, and calibration of its dimensions."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .poses.kinematics import Kinematics
 from .uncertain_motion import UncertainMotion
 from .zone import Build, built, check_build, driven_values
 
-# Differences of the description, by which it depends on the dimensions, are taken over this share of their size.
+# Step of the differences of the description by the dimensions, as a share of their size.
 STEP = 1e-5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MeasuredMotion(UncertainMotion):
-    """A motion that can be compared with what was measured; see `Motion`."""
+    """A motion that can be compared with measurements; see `Motion`."""
 
     def compare(
         self,
@@ -36,7 +36,7 @@ class MeasuredMotion(UncertainMotion):
         covariance: ArrayLike | None = None,
         level: float = 0.95,
     ) -> Comparison:
-        """Compare where a point is with where it was measured.
+        """Compare the positions of a point with measured ones.
 
         Parameters
         ----------
@@ -45,17 +45,16 @@ class MeasuredMotion(UncertainMotion):
         measured
             Its measured positions at the poses of this motion, with their uncertainty; see `read_measured`.
         deviation
-            Standard deviation of the prediction, (poses, 3) or what broadcasts to it, a length, such as that of the
-            tolerances.
+            Standard deviation of the prediction, such as that by tolerances, a length, (poses, 3) or broadcast to it.
         covariance
-            Covariance of the prediction in its place, (poses, 3, 3) or (poses, 3, poses, 3); see `compare`.
+            Covariance of the prediction instead of it, (poses, 3, 3) or (poses, 3, poses, 3); see `compare`.
         level
             Probability with which a pose should lie within its band.
 
         Returns
         -------
         Comparison
-            Residuals, their sum of squares, and the poses outside.
+            Residuals, their sum of squares, and the poses outside the band.
 
         Raises
         ------
@@ -74,7 +73,7 @@ class MeasuredMotion(UncertainMotion):
         *,
         scales: Mapping[str, float] | None = None,
     ) -> Calibration:
-        """Find the dimensions with which a point goes where it was measured.
+        """Find the dimensions with which the positions of a point fit measured ones best.
 
         Parameters
         ----------
@@ -83,26 +82,27 @@ class MeasuredMotion(UncertainMotion):
         measured
             Its measured positions at the poses of this motion.
         build
-            Called with dimensions by name, (m, 1) or (m,) each, as keywords; returns the linkage with them. Derivatives
-            come from `sensitivity`, so that each step of the search takes two motions, however many dimensions.
+            Function of dimensions by name, (m, 1) or (m,) each, as keywords, which returns the linkage with them.
+            Derivatives are those of `sensitivity`, so that each step of the search takes two motions, however many
+            dimensions there are.
         start
-            Where to begin, by name: the dimensions of this motion.
+            Initial dimensions by name: those of this motion.
         scales
-            Sizes by which they may change; see `calibrate`.
+            Typical changes of the dimensions; see `calibrate`.
 
         Returns
         -------
         Calibration
-            Dimensions with their covariance, and the combinations of them that the data cannot tell.
+            Dimensions with their covariance, and the combinations of them that the data do not determine.
 
         Raises
         ------
         FrameError
-            If the motion is at other poses than the measurement, or as `calibrate`.
+            If the motion is at other poses than the measurement, or as for `calibrate`.
 
         Examples
         --------
-        The length of a crank, from two places that its end was seen at.
+        The length of a crank, from two measured positions of its end.
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage, Measured
@@ -146,7 +146,7 @@ class MeasuredMotion(UncertainMotion):
 
 
 def _check(motion: Kinematics, measured: Measured) -> None:
-    """Refuse a motion at other poses than those that were measured."""
+    """Refuse a motion whose poses are not the measured ones."""
     if motion.shape != measured.position.shape[:1]:
         raise FrameError(
             f"the motion has shape {motion.shape} and {len(measured.position)} poses were measured: move the linkage "

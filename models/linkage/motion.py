@@ -1,4 +1,4 @@
-"""The motion of a linkage: where it is, and what can be asked of it there."""
+"""The motion of a linkage over a batch of poses, and its methods."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .poses.states import PoseState, closure_states
 from .statics.transmission import transmission_angle
 from .worst_case.worst_case import WorstCase
 
-# Poses up to which what is printed of a motion tells singular ones; beyond, whether they are assembled.
+# Largest number of poses whose singular ones are counted in the printed form; of more poses only assembled ones are.
 COUNTED = 100_000
 
 
@@ -33,19 +33,19 @@ COUNTED = 100_000
 class Motion(DrawnMotion, MeasuredMotion):
     """Motion of a linkage over a batch of poses; made by `Linkage.move`.
 
-    Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN throughout, as have those in another
-    assembly mode than the reference configuration unless these were asked for.
+    Poses that cannot be assembled have the status ``"not assembled: ..."`` and NaN in all results, as do those in
+    another assembly mode than the reference configuration unless ``other_modes`` was given.
 
     Attributes
     ----------
     linkage
-        The description.
+        Description of the linkage.
     mechanism
         Its compiled form.
     drives
         Values, rates and accelerations of the drives.
     assembly
-        The closed states.
+        The closed states of the mechanism.
     """
 
     def __repr__(self) -> str:
@@ -54,35 +54,36 @@ class Motion(DrawnMotion, MeasuredMotion):
         return f"<Motion of shape {self.shape} of {self.linkage!r}: {counted(states, PoseState)}>"
 
     def __getstate__(self) -> dict[str, object]:
-        """What another process needs; frames that are in use in this one are not known there."""
+        """State for another process, without the frames that are in use in this one."""
         return {name: value for name, value in vars(self).items() if name != "frames"}
 
     def explain(self) -> str:
-        """How the poses were found: how many there are, and whether NumPy or machine code closes their loops.
+        """Explain how the poses were found: their number, and whether NumPy or machine code closes the loops.
 
         Returns
         -------
         str
-            What is done, what that is expected to take, and why it is not done otherwise.
+            The method, its expected time, and why it was chosen.
         """
         count, left = self.assembly.reached.size, int((~self.assembly.reached).sum())
         beside = f", {left} of them not reached from the reference configuration" if left else ""
         return f"{count} poses{beside}\nNewton's method on the loops: {self.assembly.told}"
 
     def transmission_angle(self, joint: str) -> Array:
-        """Angle of transmission at a joint: best at π/2, none at 0.
+        """Transmission angle at a joint: best at π/2; at 0 the joint cannot transmit motion.
 
-        The angle between the force that the joint passes on to its second link and the direction square to the motion
-        of that link's half of the joint; 90° less the pressure angle. For a four-bar at the joint between coupler and
-        rocker it is the angle between the two, acute (Norton, Design of Machinery, section 4.10); between a connecting
-        rod and its piston it is the angle between the rod and the line square to the slide. In general, with drives
-        held, the joint can pass on those forces that the links before it take without moving, and its second link can
-        move as it can without the joint: the angle of transmission has the sine of the best of them.
+        It is the angle between the force that the joint transmits to its second link and the direction perpendicular to
+        the motion of that link's half of the joint: 90° minus the pressure angle. For a four-bar at the joint between
+        coupler and rocker it is the acute angle between the two (Norton, *Design of Machinery*, section 4.10); for a
+        piston it is the angle between the connecting rod and the perpendicular to the slide. In general, with locked
+        drives, the joint can transmit the forces that the links before it can take without moving, and its second link
+        has the motions that it has without the joint; the sine of the angle is the largest cosine between a force and a
+        motion of these.
 
         Parameters
         ----------
         joint
-            The joint; its second link is the one that is driven.
+            Name of the joint, which transmits motion to its second link.
 
         Returns
         -------
@@ -96,7 +97,7 @@ class Motion(DrawnMotion, MeasuredMotion):
 
         Examples
         --------
-        A square four-bar passes its force on at a right angle.
+        In a square four-bar the angle is 90°.
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -111,7 +112,7 @@ class Motion(DrawnMotion, MeasuredMotion):
         return transmission_angle(self, joint)
 
     def coordinate(self, joint: str) -> Array:
-        """Relative position of the two links of a joint: its coordinates, of the second relative to the first.
+        """The coordinates of a joint: the position of its second link relative to the first.
 
         Parameters
         ----------
@@ -121,9 +122,9 @@ class Motion(DrawnMotion, MeasuredMotion):
         Returns
         -------
         ndarray
-            In the order of the kind's coordinates, lengths and radians, (..., f); ``reference`` in the reference
-            configuration. Angles go on beyond a turn: they count the turns that the joint makes while the drives go to
-            the pose from their reference values. Of a ball: the rotation vector, of length at most π.
+            Lengths and radians in the order of the kind's coordinates, (..., f); in the reference configuration they
+            are its ``reference``. Angles include the whole turns that the joint makes while the drives move to the pose
+            from their reference values. Those of a spherical joint are the rotation vector, of length π at most.
 
         Raises
         ------
@@ -132,7 +133,7 @@ class Motion(DrawnMotion, MeasuredMotion):
 
         Examples
         --------
-        A parallelogram: the pin between crank and coupler turns back as the crank turns on.
+        In a parallelogram the coupler turns relative to the crank by minus the crank angle.
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -157,8 +158,8 @@ class Motion(DrawnMotion, MeasuredMotion):
         Returns
         -------
         ndarray
-            Lengths and radians per time, (..., f); of a ball the angular velocity, in the joint's axes on its first
-            link.
+            Lengths and radians per time, (..., f); for a spherical joint the angular velocity, in the joint's axes on
+            its first link.
 
         Raises
         ------
@@ -178,8 +179,8 @@ class Motion(DrawnMotion, MeasuredMotion):
         Returns
         -------
         ndarray
-            Lengths and radians per time squared, (..., f); of a ball the rate of the components that `coordinate_rate`
-            gives.
+            Lengths and radians per time squared, (..., f); for a spherical joint the time derivatives of the components
+            of `coordinate_rate`.
 
         Raises
         ------
@@ -206,14 +207,14 @@ class Motion(DrawnMotion, MeasuredMotion):
             for each pose on a layer of its own, and the paths of points (extra ``dxf``; see `Linkage.save`). Poses that
             are not assembled are left out.
         times
-            Increasing times (or angles) of the poses, (poses,), for ParaView; their numbers where None.
+            Increasing times (or angles) of the poses, (poses,), for ParaView; their numbers if None.
         unit
             Unit of the coordinates, for the header of a ``.dxf``: m, cm, mm, in or ft.
 
         Raises
         ------
         FrameError
-            If the name ends otherwise, the motion is not one row of poses, or the folder cannot be written.
+            If the name has another ending, the motion has several axes of poses, or the folder cannot be written.
 
         Examples
         --------
@@ -229,7 +230,7 @@ class Motion(DrawnMotion, MeasuredMotion):
         ...     sorted(path.name for path in Path(folder).iterdir())
         ['arm', 'arm.pvd']
         """
-        from .export import save  # what it writes with takes long to load
+        from .export import save  # its modules take long to load
 
         if Path(path).suffix == ".dxf":
             if times is not None:
@@ -252,36 +253,37 @@ class Motion(DrawnMotion, MeasuredMotion):
         units: Units = SI,
         **deviations: Any,
     ) -> None:
-        """Write a page that opens in a browser and follows what is dragged: one file, without a network or server.
+        """Write an interactive page for a browser: one file, without a network or server.
 
-        It shows the linkage, the path of a point, what its loads, clearances and tolerances do to it, the share of each
-        contributor, and the forces in its joints. The drive, the load and every clearance and tolerance can be moved;
-        all numbers follow, computed in the page from what is linear in them. Springs, gravity and, with rates of the
-        drives, inertia act whatever the load's factor. Of very many poses it shows as many as fit, and says so.
+        It shows the linkage, the path of a point, its displacement by loads, clearances and tolerances, the share of
+        each contributor, and the forces in the joints. The drive, the load and every clearance and tolerance can be
+        changed; the page updates all numbers, which are linear in these. Springs, gravity and, with rates of the
+        drives, inertia act independently of the factor on the loads. Of very many poses it shows as many as fit, and
+        says so.
 
         Parameters
         ----------
         path
-            ``name.html``.
+            Page to write, ``name.html``.
         point
-            Name of the point that is looked at.
+            Name of the point that the page is about.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
         title
-            Its heading.
+            Heading of the page.
         drive
-            The drive whose values name the poses; the first that moves where None.
+            The drive whose values label the poses; the first that moves if None.
         command
-            What made it, for its foot.
+            Command that made the page, for its footer.
         units
             Units of length and force, for its table.
         **deviations
-            Clearances and tolerances beside those of the description, as for `worst_case`.
+            Clearances and tolerances in addition to those of the description, as for `worst_case`.
 
         Raises
         ------
         FrameError
-            If the motion has not one axis of poses, a name is unknown, or the file cannot be written.
+            If the motion does not have one axis of poses, a name is unknown, or the file cannot be written.
 
         Examples
         --------
@@ -310,35 +312,35 @@ class Motion(DrawnMotion, MeasuredMotion):
         units: Units = SI,
         **deviations: Any,
     ) -> Any:
-        """The page as a widget of a notebook, which gives back what is set on it (extra ``notebook``).
+        """The page as a notebook widget, whose settings can be read and changed in Python (extra ``notebook``).
 
         Parameters
         ----------
         point, link
-            The point that is looked at, and the link on which it is taken.
+            The point that the page is about, and the link on which it lies.
         title, drive, units
             As for `page`.
         **deviations
-            Clearances and tolerances beside those of the description, as for `worst_case`.
+            Clearances and tolerances in addition to those of the description, as for `worst_case`.
 
         Returns
         -------
         anywidget.AnyWidget
-            Its traits follow the page and move it: ``pose``, the number of the pose; ``load``, the factor on the loads;
-            ``factors``, one on each clearance and tolerance; and ``numbers``, the table by its headings, once it is
-            shown. ``drives``, ``clearances`` and ``deviations`` are the values that are set, as `Linkage.move` and
-            `worst_case` take them; ``observe`` calls a function when one moves.
+            Its traits follow the page and change it: ``pose``, the number of the pose; ``load``, the factor on the
+            loads; ``factors``, one on each clearance and tolerance; and ``numbers``, the table by its headings, once it
+            is shown. ``drives``, ``clearances`` and ``deviations`` are the values set on the page, as for
+            `Linkage.move` and `worst_case`; ``observe`` calls a function when a trait changes.
 
         Raises
         ------
         FrameError
-            If anywidget is not installed, or as `page`.
+            If anywidget is not installed, or as for `page`.
         """
         worst = limits_of(self, point, link, deviations)
         return widget(self, point, link, worst, PageText(title, units=units), drive)
 
     def _repr_html_(self) -> str | None:
-        """In a notebook: the page of the point that is loaded, or that alone lies off the joints; else nothing."""
+        """Page for a notebook, of the only loaded point or else the only one without a joint; None if there is none."""
         point = framed_point(self)
         if point is None:
             return None
@@ -348,6 +350,6 @@ class Motion(DrawnMotion, MeasuredMotion):
 
 
 def limits_of(motion: Motion, point: str, link: str | None, deviations: Mapping[str, Any]) -> WorstCase | None:
-    """What clearances and tolerances let a point reach; None where nothing deviates."""
+    """Worst case of a point under clearances and tolerances; None if nothing deviates."""
     has_clearance = any(pair.clearance is not None for pair in motion.linkage.joints.values())
     return motion.worst_case(point, link, **deviations) if deviations or has_clearance else None

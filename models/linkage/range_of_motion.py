@@ -1,4 +1,4 @@
-"""How far a linkage goes: its degrees of freedom, dead points, the range of its drives, and its workspace."""
+"""Range of motion of a linkage: degrees of freedom, dead points, the range of its drives, and its workspace."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .workspace.workspace import Workspace, workspace
 
 
 class RangeOfMotion(LinkageDescription):
-    """A linkage that tells how far it goes; see `Linkage`."""
+    """A linkage with methods for its range of motion; see `Linkage`."""
 
     def mobility(self, tolerance: float = 0.0, entry: int | tuple[int, ...] | None = None) -> Mobility:
         """Count the degrees of freedom, by Grübler and Kutzbach, and actual; see `mobility.mobility`.
@@ -24,12 +24,12 @@ class RangeOfMotion(LinkageDescription):
         tolerance
             As for `move`.
         entry
-            Which entry is meant where the points carry a batch: one index an axis; the first where None.
+            Entry of the batch if the points have one: one index an axis; the first if None.
 
         Returns
         -------
         Mobility
-            Freedoms, idle links, redundant constraints.
+            Degrees of freedom, idle links, redundant constraints.
 
         Raises
         ------
@@ -38,7 +38,7 @@ class RangeOfMotion(LinkageDescription):
 
         Examples
         --------
-        Flat, a parallelogram can begin to move in two ways; it has one degree of freedom all the same.
+        A parallelogram with all links in line has two independent velocities, but one degree of freedom.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(3, 0), D=(2, 0))
@@ -61,15 +61,16 @@ class RangeOfMotion(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> tuple[DeadPoint, ...]:
-        """Dead points and change points on the way through the reference configuration; see `dead_points.dead_points`.
+        """Find dead points and change points on the path through the reference configuration.
+
+        See `dead_points.dead_points`.
 
         Parameters
         ----------
         joint
-            The joint that drives: one of the drives, the others standing still, or any joint in place of a single
-            drive.
+            The driving joint: one of the drives, with the others locked, or any joint instead of a single drive.
         coordinate
-            Which of its coordinates, such as ``"rz"``, where there are several.
+            The coordinate, such as ``"rz"``, if the joint has several.
         tolerance
             As for `move`.
         entry
@@ -78,17 +79,17 @@ class RangeOfMotion(LinkageDescription):
         Returns
         -------
         tuple of DeadPoint
-            In the order of the drive's coordinate.
+            The points in the order of the drive's coordinate.
 
         Raises
         ------
         FrameError
-            If there is no such joint or coordinate, it cannot move, other drives than one are not locked, or the
-            linkage is overconstrained and described with too few digits to go on.
+            If there is no such joint or coordinate, it cannot move, more than one degree of freedom is not locked, or
+            the linkage is overconstrained and described with too few digits to follow its path.
 
         Examples
         --------
-        A piston is powerless where crank and rod, 1 and 3 long, lie in line.
+        A piston cannot drive its crank where crank and rod, of lengths 1 and 3, are in line.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(0, 1), C=(8**0.5, 0))
@@ -111,7 +112,7 @@ class RangeOfMotion(LinkageDescription):
         tolerance: float = 0.0,
         entry: int | tuple[int, ...] | None = None,
     ) -> DriveRange:
-        """How far a drive can go from the reference configuration; see `dead_points.drive_range`.
+        """Find the range of a drive from the reference configuration; see `dead_points.drive_range`.
 
         Parameters
         ----------
@@ -121,7 +122,7 @@ class RangeOfMotion(LinkageDescription):
         Returns
         -------
         DriveRange
-            Least and greatest coordinate, and the joints that stop the drive there.
+            Smallest and largest coordinate, and the joints that stop the drive there.
 
         Raises
         ------
@@ -151,25 +152,25 @@ class RangeOfMotion(LinkageDescription):
         z: ArrayLike | None = None,
         link: str | None = None,
     ) -> Workspace:
-        """Place a point on a grid: what drives it takes, and how stiff and well conditioned the linkage is there.
+        """Place a point on a grid: the drive values it takes, and the stiffness and condition of the linkage there.
 
-        The point is led to each place on a straight line from its reference position or, beyond what it cannot cross,
-        from the places beside; what is left is sought from poses all over the range of the drives, so that legs may
-        fold the other way there. The drives that it takes bring it there by `move`, on a straight path of theirs.
+        The point is moved to each place on a straight line from its reference position or, beyond obstacles, from
+        neighbouring places; remaining places are tried from poses all over the range of the drives, so that legs may
+        fold the other way. `move` reaches the place with the drive values found, on a straight path of the drives.
         Places beyond singular poses, which that path would cross, or to which only a path with a bend leads, stay
-        blank, as other assembly modes do in `move`; ``elsewhere`` tells which they are. Where the drives do more than
-        place the point, its link keeps the orientation of the reference configuration: the constant-orientation
-        workspace of a parallel robot.
+        blank, as other assembly modes do in `move`; ``elsewhere`` has them. If there are more drives than placing the
+        point takes, its link keeps the orientation of the reference configuration: the constant-orientation workspace
+        of a parallel robot.
 
         Parameters
         ----------
         point
             Name of the point.
         x, y, z
-            Two of them as rows of coordinates, (columns,) and (rows,), and the third as one number; where it is left
-            out, the grid lies at the reference position.
+            Two of them as rows of coordinates, (columns,) and (rows,), and the third as one number, by default that of
+            the reference position.
         link
-            The link on which the point is taken; the first that has it where None.
+            The link on which the point lies; the first that has it if None.
 
         Returns
         -------
@@ -179,12 +180,12 @@ class RangeOfMotion(LinkageDescription):
         Raises
         ------
         FrameError
-            If there is no such point, the grid cannot be meant, nothing of it is reached, or the linkage has a batch.
+            If there is no such point, the grid is not valid, no place of it is reached, or the linkage has a batch.
 
         Examples
         --------
-        Two bars of 1 m, driven at the base and at the elbow: ``k(J) = 1`` nowhere, least where they are at 135°
-        (Salisbury & Craig 1982, with bars of ratio 1/sqrt(2)).
+        Two bars of ``sqrt(2)`` and 1 m, driven at the base and at the elbow: the condition number is 1 where they are
+        at 135° (Salisbury & Craig 1982).
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -200,7 +201,7 @@ class RangeOfMotion(LinkageDescription):
 
 
 def whole_range(linkage: RangeOfMotion) -> dict[str, Array]:
-    """Values of the only drive of a linkage from end to end."""
+    """Values of the only drive of a linkage over its range, by joint, (poses,)."""
     if linkage.shape:
         raise FrameError(
             f"the linkage has a batch of shape {linkage.shape}: give a drive value for each in drives, on one axis"
@@ -215,6 +216,6 @@ def whole_range(linkage: RangeOfMotion) -> dict[str, Array]:
             raise FrameError(f"nothing stops the drive {name!r}: give its values in drives")
         start = joint.reference[joint.kind.coordinates.index(coordinate)]
         return {name: start + np.radians(np.arange(0.0, 361.0, 2.0))}
-    # The ends are dead points, at which nothing is known to first order.
+    # the ends are dead points, without derivatives
     inside = 1e-3 * (found.upper - found.lower)
     return {name: np.linspace(found.lower + inside, found.upper - inside, 181)}

@@ -1,4 +1,4 @@
-"""What dimensions, clearances and tolerances do to a moving linkage."""
+"""Effects of dimensions, clearances and tolerances on a moving linkage."""
 
 from __future__ import annotations
 
@@ -25,31 +25,32 @@ class UncertainMotion(LoadedMotion):
     """Derivatives, worst cases and probabilities of a motion; see `Motion`."""
 
     def sensitivity(self, point: str, link: str | None = None) -> PositionSensitivity:
-        """How the position of a point depends on dimensions, drives and displacements in the joints, to first order.
+        """Differentiate the position of a point by dimensions, drives and displacements in the joints.
 
-        One equilibrium of the rigid linkage for each component serves all dimensions, at all poses at once: a unit load
-        at the point works on its displacement as much as the forces in the joints work on theirs.
+        One equilibrium of the rigid linkage for each component gives the derivatives by all dimensions, by virtual
+        work: a unit load at the point does as much work as the joint forces that balance it do on displacements in the
+        joints.
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
 
         Returns
         -------
         PositionSensitivity
-            Derivatives of ``ux uy uz rx ry rz`` by each, (..., 6, n).
+            Derivatives of ``ux uy uz rx ry rz``, (..., 6, n) by n components each.
 
         Raises
         ------
         FrameError
-            If there is no such point or link, or the link has it not.
+            If there is no such point or link, or the link does not have the point.
 
         Examples
         --------
-        Of an arm of 2 m that points along y: by its drive, and by a shift of its pivot.
+        Derivatives of the end of an arm of 2 m along y, by its drive and by a shift of its pivot.
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -76,34 +77,34 @@ class UncertainMotion(LoadedMotion):
         places: Mapping[tuple[str, str], ArrayLike] | None = None,
         drives: Mapping[str, ArrayLike] | None = None,
     ) -> WorstCase:
-        """The worst that clearances and tolerances can do to a point and the orientation of its link, at every pose.
+        """Worst case of clearances and tolerances for a point and the orientation of its link, at every pose.
 
-        Links and joints are rigid, the drives locked. Each deviation e_j is a vector in an interval, a disc or a ball
-        of radius eps_j, and displaces the point by ``J_j e_j``. In a direction n the point then reaches
-        ``h(n) = sum eps_j |J_j^T n|``, exactly to first order: the support function of all that it can reach
-        (Voglewede & Ebert-Uphoff, Journal of Mechanical Design 126, 2004, have the workspace of clearances).
+        Links and joints are rigid, and the drives locked. Each deviation e_j is a vector in an interval, a disc or a
+        ball of radius eps_j, and displaces the point by ``J_j e_j``. In a direction n the point then reaches
+        ``h(n) = sum eps_j |J_j^T n|``, exactly to first order: the support function of its reachable region (Voglewede
+        & Ebert-Uphoff, *Journal of Mechanical Design* 126, 2004, on clearances).
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
         clearances
-            Radial clearance by joint, (...), in place of those of the description: of a pin, slider or screw across its
-            axis, of a ball in all directions, of a planar joint along its normal.
+            Radial clearance by joint, (...), instead of that of the description: of a pin, slider or screw
+            perpendicular to its axis, of a spherical joint in all directions, of a planar joint along its normal.
         journals
-            Length of the bearing by joint, (...), of pins, sliders and screws that can tilt: both ends of the journal
-            then lie anywhere within the clearance. Of a universal joint that of both pins of its cross, or a tuple of
-            the one on the first link and the one on the second.
+            Bearing length by joint, (...), of pins, sliders and screws that can tilt: each end of the journal can be
+            anywhere within the clearance. For a universal joint that of both pins of its cross, or a tuple of the one
+            on the first link and the one on the second.
         end_play
-            How far a pin, or a nut on its thread, can go along its axis, to either side, by joint, (...); of a
-            universal joint both pins, or a tuple.
+            Largest displacement of a pin, or of a nut on its thread, along its axis to either side, by joint, (...);
+            for a universal joint that of both pins, or a tuple.
         lengths
             Tolerance by link of two points, or by (link, point, point) on a link or the ``"ground"``: half width (...),
             or a pair of a lower and an upper deviation.
         places
-            Radius of the zone in which a point of a link lies, by (link, point), (...).
+            Radius of the zone in which a point of a link lies on its link, by (link, point), (...).
         drives
             Tolerance of the values of drives by joint, as for `lengths`.
 
@@ -115,11 +116,11 @@ class UncertainMotion(LoadedMotion):
         Raises
         ------
         FrameError
-            If a name is unknown, a limit below zero, or nothing deviates.
+            If a name is unknown, a limit is negative, or nothing deviates.
 
         Examples
         --------
-        The end of an arm of 2 m whose pin has 0.1 mm of clearance and whose drive is good to 0.2 mrad.
+        The end of an arm of 2 m whose pin has 0.1 mm of clearance and whose drive has a tolerance of 0.2 mrad.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(2, 0))
@@ -135,23 +136,23 @@ class UncertainMotion(LoadedMotion):
     def fuzzy(
         self, point: str, link: str | None = None, *, levels: int | ArrayLike = 11, **deviations: Mapping[Any, Any]
     ) -> FuzzyReach:
-        """Where a point can be at each level of membership of fuzzy clearances and tolerances, to first order.
+        """Reachable region of a point at each level of membership of fuzzy clearances and tolerances, to first order.
 
         Cuts of the deviations give cuts of the position, each the `worst_case` of that level; no pose is solved again.
-        What lies beyond first order, `propagate_fuzzy` finds by search.
+        `propagate_fuzzy` finds cuts beyond first order by search.
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
         levels
-            Number of evenly spaced levels, or the levels, (a,), which rise from 0 to 1.
+            Number of evenly spaced levels, or the levels, (a,), which increase from 0 to 1.
         **deviations
             ``clearances``, ``journals``, ``end_play``, ``lengths``, ``places``, ``drives`` as for `worst_case`; any of
-            them may be a `FuzzyNumber`, a triangle (low, peak, high), or the four corners of a trapezium: of lengths
-            and drives the deviation, of the others the size.
+            them may be a `FuzzyNumber`, a triangle (low, peak, high), or the four corners of a trapezium: that of the
+            deviation for lengths and drives, of the size for the others.
 
         Returns
         -------
@@ -161,11 +162,11 @@ class UncertainMotion(LoadedMotion):
         Raises
         ------
         FrameError
-            If a name is unknown, a limit below zero, or nothing deviates.
+            If a name is unknown, a limit is negative, or nothing deviates.
 
         Examples
         --------
-        The end of an arm of 2 m whose drive is most likely right, and at most 0.2 mrad behind or 0.1 mrad ahead.
+        The end of an arm of 2 m whose drive is most likely exact, and at most 0.2 mrad behind or 0.1 mrad ahead.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(2, 0))
@@ -189,7 +190,7 @@ class UncertainMotion(LoadedMotion):
         combine: str = "worst case",
         **deviations: Mapping[Any, ArrayLike],
     ) -> FitAllocation:
-        """Choose the fits of the joints with which a point stays in its zone at every pose, and which cost least.
+        """Choose the cheapest fits of the joints that keep a point in its zone at every pose.
 
         Parameters
         ----------
@@ -198,36 +199,36 @@ class UncertainMotion(LoadedMotion):
         limit
             Radius of its zone, a ball about the nominal position, a length.
         link
-            The link on which it is taken; the first that has it where None.
+            The link on which it lies; the first that has it if None.
         diameters
             Diameter of the pin of each joint whose fit is to be chosen, m.
         fits
             Fits of ISO 286 that each joint may have.
         costs
-            Cost by name of the fit, or a function of the `Fit`. By default hole and shaft cost the inverse of
-            their tolerance, in units of that of grade IT7: a grade finer some 1.6 times as much.
+            Cost by name of the fit, or a function of the `Fit`. By default the costs of hole and shaft are inverse to
+            their tolerances, in units of that of grade IT7: a finer grade costs some 1.6 times as much.
         combine
-            ``"worst case"``: all deviations at once as bad as can be. ``"statistical"``: the root of the sum of their
-            squares.
+            ``"worst case"``: the largest effects of all deviations are added. ``"statistical"``: the root of the sum of
+            their squares.
         **deviations
-            What deviates beside the clearances that are chosen: ``clearances`` of other joints, ``journals``,
+            Deviations in addition to the clearances to be chosen: ``clearances`` of other joints, ``journals``,
             ``end_play``, ``lengths``, ``places``, ``drives`` as for `worst_case`.
 
         Returns
         -------
         FitAllocation
-            The cheapest fits, with the poses and the joints that bind. They hold the limit in all directions, to a
-            millionth of it.
+            The cheapest fits, with the critical poses and joints. They keep the limit in all directions, to a millionth
+            of it.
 
         Raises
         ------
         FrameError
-            If no fits hold the limit, a name is unknown, a fit can have an interference, a pose is singular, or
+            If no fits keep the limit, a name is unknown, a fit can have an interference, a pose is singular, or
             clearances open redundant constraints.
 
         Examples
         --------
-        The end of two arms, one behind the other: one of their pins may be loose, and not both.
+        The end of two arms in series: one of their pins may have a loose fit, but not both.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0), B=(1, 0), C=(2, 0))
@@ -251,34 +252,35 @@ class UncertainMotion(LoadedMotion):
         compliance: bool = False,
         **options: Any,
     ) -> Reliability:
-        """Probability that a point leaves its zone, for uncertain dimensions and, where asked for, displaced by loads.
+        """Probability that a point leaves its zone, for uncertain dimensions and, optionally, under load.
 
-        Likely failures are sought at all poses in one batch an iteration, whose size does not grow with the number of
-        inputs: `sensitivity` tells the derivatives by points, lengths, axes, pitches and drives, and `build` how these
-        depend on the inputs, without another solution.
+        Design points are searched at all poses together, with one batch of motions in each iteration, whose size does
+        not increase with the number of inputs: `sensitivity` gives the derivatives by points, lengths, axes, pitches
+        and drives, and `build` the dependence of these on the inputs, without another solution.
 
         Parameters
         ----------
         point
             Name of the point.
         limit
-            Radius of its zone, a ball about the position that it has in this motion, a length.
+            Radius of its zone, a ball about its position in this motion, a length.
         build
-            Called with samples of the inputs by name, (m,) each, as keywords; returns the linkage with them, with the
-            same drives. What of it cannot be assembled has failed.
+            Function of samples of the inputs by name, (m,) each, as keywords, which returns the linkage with them, with
+            the same drives. Samples that cannot be assembled count as failures.
         distributions
-            By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+            By name of the input: a frozen `scipy.stats` distribution, an interval or a tolerance, as for `propagate`.
         compliance
-            Whether the point is taken where the loads of the linkage displace it to: by compliance and clearance of
-            links and joints, the drives locked. Anything that `build` makes of the inputs may then be uncertain:
-            sections, moduli, stiffness and clearance of joints, loads. Derivatives are differences of solutions, all in
-            one batch, or of adjoints (see `options`). The middle of the zone stays the rigid position in this motion.
+            Whether the point is displaced by the loads of the linkage: by compliance and clearance of links and joints,
+            with locked drives. Anything in the linkage of `build` may then be uncertain: sections, moduli, stiffness
+            and clearance of joints, loads. Derivatives are differences of solutions, all in one batch, or by adjoints
+            (see `options`). The middle of the zone is still the rigid position in this motion.
         **options
             Those of `reliability`: ``method``, ``anywhere``, ``correlation``, ``accuracy``, ``samples``, ``rng`` ...;
-            ``gradient=None`` takes differences of solutions, ``gradient="adjoint"`` exact derivatives also under load,
-            of one solution for each point of the search however many the inputs. From a hundred inputs on it does so by
-            itself; with fewer, differences take less time. Adjoints know the displacement without clearances, springs
-            and loads that turn with links, by all numbers but axes of joints, Poisson's ratio, gravity and density.
+            ``gradient=None`` takes differences of solutions, ``gradient="adjoint"`` exact derivatives, under load too,
+            with one solution for each point of the search however many inputs there are. That is the default for a
+            hundred inputs or more; with fewer, differences take less time. Adjoints under load are not available with
+            clearances, springs and follower loads, nor if axes of joints, Poisson's ratio, gravity or density under
+            gravity are uncertain.
 
         Returns
         -------
@@ -289,8 +291,8 @@ class UncertainMotion(LoadedMotion):
         Raises
         ------
         FrameError
-            If the motion has more than one axis or lacks a pose, or a displacement there, adjoints are asked for and
-            do not tell all derivatives, or as `reliability`.
+            If the motion has more than one axis, a pose or displacement is missing, adjoints are asked for and not
+            available, or as for `reliability`.
 
         Examples
         --------
@@ -322,25 +324,25 @@ class UncertainMotion(LoadedMotion):
         compliance: bool = False,
         **options: Any,
     ) -> OpenTURNSProblem:
-        """Hand the question whether a point leaves its zone to OpenTURNS.
+        """State the problem whether a point leaves its zone for OpenTURNS.
 
         Parameters
         ----------
         point, limit, build, distributions, compliance
-            As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
+            As for `Motion.reliability`. The gradient is zero at the middle of the zone: start searches elsewhere.
         **options
             Those of `to_openturns`: ``anywhere``, ``correlation`` ...
 
         Returns
         -------
         OpenTURNSProblem
-            The function, with a result for each pose, ``1 - (off / limit)²`` of the distance off; the distribution of
-            its inputs, and the events of failure.
+            The function, whose result at each pose is ``1 - (off / limit)²`` with the distance ``off`` from the middle
+            of the zone; the distribution of its inputs, and the failure events.
 
         Raises
         ------
         FrameError
-            If OpenTURNS is not installed, or as `Motion.reliability`.
+            If OpenTURNS is not installed, or as for `Motion.reliability`.
         """
         left, slopes = share_left(self, point, limit, build, distributions, compliance)
         own = {"gradient": slopes, **options}
@@ -356,12 +358,12 @@ class UncertainMotion(LoadedMotion):
         compliance: bool = False,
         **options: Any,
     ) -> PystraProblem:
-        """Hand the question whether a point leaves its zone to Pystra.
+        """State the problem whether a point leaves its zone for Pystra.
 
         Parameters
         ----------
         point, limit, build, distributions, compliance
-            As for `Motion.reliability`. The middle of the zone has no slope: let a search begin elsewhere.
+            As for `Motion.reliability`. The gradient is zero at the middle of the zone: start searches elsewhere.
         **options
             Those of `to_pystra`: ``anywhere``, ``correlation`` ...
 
@@ -373,7 +375,7 @@ class UncertainMotion(LoadedMotion):
         Raises
         ------
         FrameError
-            If Pystra is not installed, or as `Motion.reliability`.
+            If Pystra is not installed, or as for `Motion.reliability`.
         """
         left, slopes = share_left(self, point, limit, build, distributions, compliance)
         own = {"gradient": slopes, **options}

@@ -1,4 +1,4 @@
-"""How likely it is that a point of a linkage leaves its zone."""
+"""Probability that a point of a linkage leaves its zone."""
 
 from __future__ import annotations
 
@@ -29,33 +29,34 @@ from .poses.kinematics import Kinematics
 from .statics.accuracy import accuracy, nodes_of_links
 from .statics.frame import FramedPoses, is_even
 
-# Points from which likely failures are sought: the middle of the zone has no slope, and the zone is left on all sides.
+# Number of starting points of the search for design points: the gradient is zero at the middle of the zone, and failure
+# is possible in all directions.
 STARTS = 5
-# Differences of the description, by which it depends on the inputs, are taken over this share of their deviation.
+# Step of the differences of the description by the inputs, as a share of their deviation.
 STEP = 0.01
-# The name of derivatives by adjoints, and inputs from which on they take less time than differences of solutions under
-# load: a solution more in a batch takes a hundredth of what the adjoints and what is made of them do.
+# Option for derivatives by adjoints, and number of inputs above which adjoints take less time than differences of
+# solutions under load: a further solution in a batch takes about a hundredth of the adjoints' time.
 ADJOINT, MANY = "adjoint", 100
 
 
 class Movable(DescribedNumbers, Protocol):
-    """What is asked of a linkage."""
+    """A linkage that can be moved."""
 
     def move(self, drives: Mapping[str, ArrayLike], /) -> FramedPoses:
-        """Its motion at values of its drives."""
+        """Motion at values of the drives."""
 
 
 Build = Callable[..., Movable]
 
 
 def check_build(build: object, names: Collection[str]) -> None:
-    """Refuse what cannot be called with the dimensions of these names."""
+    """Refuse a function that cannot be called with inputs of these names."""
     given = ", ".join(names)
     if not callable(build):
         raise FrameError(f"build is {build!r}: give a function of {given} that returns the linkage")
     try:
         inspect.signature(build).bind(**dict.fromkeys(names))
-    except ValueError:  # functions that are not written in Python need not tell
+    except ValueError:  # functions that are not written in Python may have no signature
         return
     except TypeError as error:
         raise FrameError(
@@ -64,7 +65,7 @@ def check_build(build: object, names: Collection[str]) -> None:
 
 
 def built(build: Build, dimensions: Mapping[str, Array]) -> Movable:
-    """The linkage of some dimensions."""
+    """The linkage that `build` returns for some dimensions, checked."""
     found = build(**dimensions)
     if not hasattr(found, "move"):
         raise FrameError(f"build returned {found!r}: return the linkage that it describes")
@@ -94,13 +95,13 @@ def reliability_of(
 
 
 def check_radius(point: str, limit: float) -> None:
-    """Refuse a zone that has no size."""
+    """Refuse a radius of a zone that is not positive and finite."""
     if not (np.ndim(limit) == 0 and np.isfinite(limit) and limit > 0.0):
         raise FrameError(f"limit of point {point!r} is {limit!r}: give the radius of its zone, a length above zero")
 
 
 def check_zone(motion: FramedPoses, point: str, limit: float, compliance: bool) -> None:
-    """Refuse a zone that has no size, or no middle at some pose."""
+    """Refuse a zone whose radius is not valid, or that has no middle at some pose."""
     if len(motion.shape) > 1:
         raise FrameError(f"reliability of a motion of shape {motion.shape}: give it one axis of poses")
     check_radius(point, limit)
@@ -121,7 +122,7 @@ def check_zone(motion: FramedPoses, point: str, limit: float, compliance: bool) 
 
 
 def loaded_position(motion: FramedPoses, point: str) -> Array:
-    """Position of a point displaced by the linkage's loads, with compliance and clearance, (..., 3); NaN where none."""
+    """Position of a point displaced by the linkage's loads, with compliance and clearance, (..., 3)."""
     found = accuracy(motion, point, None, {}, inertia=False)
     with expected_mechanisms():
         return np.asarray(found.rigid + found.total[..., :3])
@@ -130,20 +131,20 @@ def loaded_position(motion: FramedPoses, point: str) -> Array:
 def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: DescribedBeside) -> dict[str, Array] | None:
     """Derivatives (m,) of a weighted sum of the components of `loaded_position`, by each input.
 
-    They are None where adjoints do not offer them: beside clearances and springs, and where axes of joints, Poisson's
-    ratio, gravity or masses under it depend on an input; and where the ball of a rod between two balls is as stiff in
-    all directions, and not so beside, as its springs are taken along the rod then.
+    None if adjoints are not available: with clearances, springs or follower loads, if axes of joints, Poisson's ratio,
+    gravity or densities under gravity depend on an input, or if a spherical joint of a rod between two of them is
+    equally stiff in all directions at the inputs only, as its springs are along the rod otherwise.
 
     Parameters
     ----------
     motion
-        The linkage of the inputs, (m,).
+        Motion of the linkage built from the inputs, (m,).
     point
         Name of the point.
     weight
         Weights of the components, (m, 3).
     beside
-        The linkage described anew of inputs beside.
+        The linkage described with lower and upper inputs.
     """
     linkage, bare = motion.linkage, motion.bare
     if any(pair.clearance is not None and np.any(pair.clearance) for pair in linkage.joints.values()):
@@ -160,12 +161,12 @@ def loaded_slopes(motion: FramedPoses, point: str, weight: Array, beside: Descri
             each = [found.closed.sensitivity(found.point, component) for component in ("ux", "uy", "uz")]
             along = weighed_sum(each, weight)
             return LoadedPlace(motion, point, weight, along, members, nodes_of_links(motion)).along_inputs(beside)
-    except FrameError:  # it has a part by which a displacement has no derivatives
+    except FrameError:  # some part of the linkage has no derivatives
         return None
 
 
 def _becomes_uneven(pair: Pair, beside: Pair) -> bool:
-    """Whether a ball that is as stiff in all directions is not so where inputs lie beside."""
+    """Whether a spherical joint is equally stiff in all directions at the inputs, but not at lower or upper ones."""
     if pair.stiffness is None or beside.stiffness is None:
         return pair.stiffness is not beside.stiffness
     return is_even(pair.stiffness) and not is_even(beside.stiffness)
@@ -179,9 +180,9 @@ def share_left(
     distributions: Mapping[str, Uncertain],
     compliance: bool,
 ) -> tuple[Callable[..., Array], Callable[..., tuple[Array, dict[str, Array]]] | None]:
-    """What is left of the zone as a share of it, and that with its derivatives where they are known.
+    """Limit state function divided by the radius of the zone, and that with its derivatives, None if there are none.
 
-    Other programs hold limit states against tolerances without units.
+    It is dimensionless, as other programs compare it with absolute tolerances.
     """
     check_zone(motion, point, limit, compliance)
     margin = _Margin(motion, point, float(limit), build, distributions, compliance)
@@ -197,7 +198,7 @@ def share_left(
 
 
 class _Margin:
-    """What is left of the zone, smooth at its middle: ``(limit² - off²) / limit`` of the distance off."""
+    """Limit state function ``(limit² - off²) / limit`` of the distance ``off``, smooth at the middle of the zone."""
 
     def __init__(
         self,
@@ -221,13 +222,13 @@ class _Margin:
 
     @property
     def gradient(self) -> Callable[..., tuple[Array, dict[str, Array]]] | None:
-        """`with_gradient`; None where differences of solutions take less time, or adjoints do not offer all of it."""
+        """`with_gradient`; None if differences of solutions take less time, or adjoints are not available."""
         if self.compliance and (len(self.reach) < MANY or not self._offered):
             return None
         return self.with_gradient
 
     def by_adjoint(self) -> Callable[..., tuple[Array, dict[str, Array]]]:
-        """`with_gradient`, refused where adjoints do not offer all of it."""
+        """`with_gradient`, refused if adjoints are not available."""
         if self.compliance and not self._offered:
             raise FrameError(
                 f"gradient={ADJOINT!r}: the displacement of {self.point!r} has no adjoint derivatives by all inputs: "
@@ -238,7 +239,7 @@ class _Margin:
 
     @cached_property
     def _offered(self) -> bool:
-        """Whether adjoints tell the derivatives at the medians of the inputs."""
+        """Whether adjoints give the derivatives at the medians of the inputs."""
         median = {name: np.atleast_1d(at_scores(each, np.zeros(1))) for name, each in self.distributions.items()}
         pose = np.zeros(1, dtype=np.int64) if self.nominal.ndim > 1 else None
         return self._linearised(median, pose)[1] is not None
@@ -246,14 +247,14 @@ class _Margin:
     def with_gradient(
         self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None
     ) -> tuple[Array, dict[str, Array]]:
-        """What is left, and its derivatives by the inputs: one linkage moved for each sample, however many inputs."""
+        """Limit state function (m,) and its derivatives by the inputs, with one motion for each of m samples."""
         left, slopes = self._linearised(samples, pose)
         return left, self._differences(samples, pose) if slopes is None else slopes
 
     def _linearised(
         self, samples: Mapping[str, Array], pose: NDArray[np.int64] | None
     ) -> tuple[Array, dict[str, Array] | None]:
-        """What is left, and its derivatives where adjoints offer them."""
+        """Limit state function (m,) and its derivatives by adjoints, None if these are not available."""
         motion, ends = self._moved(samples, pose), self._ends(samples)
         off = self._off(motion, pose)
         weight = np.broadcast_to(-2.0 * off / self.limit, (len(next(iter(samples.values()))), 3))
@@ -276,7 +277,7 @@ class _Margin:
         at = () if pose is None else pose
         drives = {name: values[at] for name, values in self.drives.items()}
         if self.compliance and pose is None:
-            # A pose for each sample, also where nothing that varies moves the linkage.
+            # one pose for each sample, even if no input changes the motion
             count = len(next(iter(samples.values())))
             drives = {name: np.broadcast_to(values, (count, *values.shape)) for name, values in drives.items()}
         return built(self.build, samples).move(drives)
@@ -290,7 +291,7 @@ class _Margin:
         return left
 
     def _ends(self, samples: Mapping[str, Array]) -> dict[str, tuple[Array, Array]]:
-        """Values a little to either side of the samples that the inputs can have."""
+        """Values a little below and above the samples, within the range of the inputs, (m,) each."""
         out = {}
         for name, values in samples.items():
             deviation, low, high = self.reach[name]
@@ -300,13 +301,13 @@ class _Margin:
 
 
 def _reach(distribution: Distribution) -> tuple[float, float, float]:
-    """Deviation of an input, half of what lies between scores -1 and 1, and its least and its greatest value."""
+    """Deviation of an input, half the distance of its values at scores -1 and 1, and its least and largest value."""
     lower, upper = np.asarray(at_scores(distribution, np.array([-1.0, 1.0])), dtype=np.float64)
     least, greatest = np.asarray(distribution.ppf(np.array([0.0, 1.0])), dtype=np.float64)
     return float(0.5 * (upper - lower)), float(least), float(greatest)
 
 
 def driven_values(motion: Kinematics, name: str) -> Array:
-    """Values of a drive as `move` takes them, (...) or (..., f)."""
+    """Values of a drive as for `Linkage.move`, (...) or (..., f)."""
     values = some_coordinates(motion, name, motion.linkage.drives[name])
     return values[..., 0] if values.shape[-1] == 1 else values

@@ -1,4 +1,4 @@
-"""Measured positions: compared with a prediction, and used to find the dimensions behind it."""
+"""Measured positions: comparison with predicted ones, and calibration of dimensions from them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Calibration", "Comparison", "Measured", "calibrate", "compare", "read_measured"]
 
-# Each name is loaded where it is first used: to read a table needs nothing that fits dimensions to it.
+# Each module is imported when a name of it is first used: reading a table does not need calibration.
 _LATER = {
     "Calibration": ".calibration",
     "Comparison": ".comparison",

@@ -1,4 +1,4 @@
-"""Parameters of a model from what was measured of it, by weighted least squares."""
+"""Parameters of a model from measurements, by weighted least squares."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from ..intervals import ConfidenceInterval, by_error
 from .table import checked_uncertainty
 
 Array = NDArray[np.float64]
-# Called with the parameters by name, (m,) each; returns what would be measured with each set, (m, ...).
+# Function of the parameters by name, (m,) each; returns the predicted measurements for each set, (m, ...).
 Predict = Callable[..., Any]
 Gradient = Callable[..., Mapping[str, ArrayLike]]
 
 # Step of the central differences, as a share of a parameter's scale: the cube root of rounding.
 STEP = 6e-6
-# Share of a prediction by which one that a parameter does not change may differ over a step: some times its rounding.
+# Relative change of a prediction over a step that may be rounding.
 ROUNDING = 64.0 * np.finfo(np.float64).eps
-# Singular value, of effects of unit size, below which the data cannot tell a combination of parameters: well above
-# what differences leave of one that is zero. And its share of a parameter below which that is not in it.
+# Singular value, as a share of the largest, below which the data do not determine a combination of parameters: well
+# above the error of differences. And the coefficient in a combination below which a parameter counts as not part of it.
 LEAST, PART = 1e-7, 0.03
 
 
@@ -37,17 +37,17 @@ class Calibration:
     values
         Parameters by name, in their units.
     covariance
-        Of the parameters in their order, (p, p); infinite where the data cannot tell one.
+        Covariance of the parameters in their order, (p, p); infinite variance if the data do not determine a parameter.
     residual
-        Measured less predicted values, (...) as measured; NaN where there is none.
+        Measured minus predicted values, (...) as measured; NaN where nothing was measured.
     chi_squared
         Sum of the squares of the residuals over their uncertainties.
     freedom
-        Measured numbers less parameters that could be told.
+        Number of measured values minus number of determined combinations of parameters.
     known_uncertainty
-        Whether the uncertainty of the measurements was given; else it is taken from the residuals.
+        Whether the uncertainty of the measurements was given; else it is estimated from the residuals.
     undetermined
-        Combinations of parameters of which the data says nothing: for each the share of every parameter in it, by name.
+        Combinations of parameters that the data do not determine: for each the coefficients of its parameters, by name.
     """
 
     values: Mapping[str, float]
@@ -60,34 +60,34 @@ class Calibration:
 
     @property
     def standard_error(self) -> dict[str, float]:
-        """Of the parameters by name, in their units."""
+        """Standard errors of the parameters by name, in their units."""
         return dict(zip(self.values, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     @property
     def correlation(self) -> Array:
-        """Correlation matrix of the parameters, (p, p); NaN where one cannot be told."""
+        """Correlation matrix of the parameters, (p, p); NaN if one of the two is not determined."""
         error = np.sqrt(np.diag(self.covariance))
         with np.errstate(invalid="ignore"):
             return np.asarray(self.covariance / np.outer(error, error))
 
     def confidence_interval(self, level: float = 0.95) -> dict[str, ConfidenceInterval]:
-        """Give bounds of each parameter, by name.
+        """Confidence interval of each parameter.
 
         Parameters
         ----------
         level
-            Confidence, between 0 and 1.
+            Confidence level, between 0 and 1.
 
         Returns
         -------
         dict
-            Bounds by name, in the parameters' units; infinite where the data cannot tell one.
+            Bounds by name, in the parameters' units; infinite if the data do not determine a parameter.
         """
         freedom = np.inf if self.known_uncertainty else self.freedom
         return {name: by_error(self.values[name], error, level, freedom) for name, error in self.standard_error.items()}
 
     def __repr__(self) -> str:
-        """One line a parameter, and what the data cannot tell."""
+        """A line for each parameter and for each combination of parameters that is not determined."""
         rows = [f"{name} = {value:.6g} ± {self.standard_error[name]:.2g}" for name, value in self.values.items()]
         rows += [f"not told by the data: {' with '.join(each)}" for each in self.undetermined]
         return "\n  ".join([f"Calibration: chi squared {self.chi_squared:.4g} of {self.freedom}", *rows])
@@ -102,36 +102,36 @@ def calibrate(
     scales: Mapping[str, float] | None = None,
     gradient: Gradient | None = None,
 ) -> Calibration:
-    """Find the parameters with which a model predicts best what was measured.
+    """Find the parameters for which a model agrees best with measurements.
 
     Parameters
     ----------
     predict
-        Called with the parameters by name, (m,) each, as keywords; returns what each set of them predicts, (m, ...).
+        Called with the parameters by keyword, (m,) each; returns the predicted values for each set, (m, ...).
     start
-        Where to begin, such as the nominal values, by name.
+        Initial values by name, such as the nominal ones.
     measured
-        Measured values (...), NaN where there is none.
+        Measured values (...), NaN where nothing was measured.
     uncertainty
-        Their standard uncertainty, (...) or what broadcasts to it. Where it is not given all are taken as equally
-        uncertain, by as much as the residuals spread.
+        Standard uncertainty of the measured values, in a shape that broadcasts to (...). If None all values are taken
+        as equally uncertain, with the spread of the residuals.
     scales
-        Sizes by which parameters may change, by name. By default their own sizes in the course of the search, from
-        their values in `start` on, which must not be 0 then.
+        Typical changes of the parameters, by name, in their units. By default the sizes of the parameters themselves,
+        which must then not be 0 in `start`.
     gradient
-        Called with the parameters by name, one number each, as keywords; returns the derivatives of what is predicted
-        by each, by name, (...). Left out, and where one of them is NaN, differences are taken.
+        Called with the parameters by keyword, one number each; returns the derivatives of the prediction with respect
+        to each parameter, by name, (...). If None, or if a derivative is NaN, differences are taken.
 
     Returns
     -------
     Calibration
         Values with their covariance ``(JᵀWJ)⁻¹`` (Å. Björck, *Numerical Methods for Least Squares Problems*, 1996),
-        and the combinations that the data cannot tell.
+        and the combinations of parameters that the data do not determine.
 
     Raises
     ------
     FrameError
-        If a name or shape does not fit, the model predicts nothing at the start, or the search does not end.
+        If a name or shape does not match, the model predicts no value at the start, or the search does not converge.
 
     Examples
     --------
@@ -167,7 +167,7 @@ def calibrate(
 
 
 def checked_start(start: object) -> dict[str, float]:
-    """Where the parameters begin, checked."""
+    """Check the initial values of the parameters and return them as floats, by name."""
     if not isinstance(start, Mapping) or not start:
         raise FrameError(f"calibrate was given {start!r} for start: name the parameters to be found, with numbers")
     found = {name: _number(value) for name, value in start.items()}
@@ -178,7 +178,7 @@ def checked_start(start: object) -> dict[str, float]:
 
 
 def checked_scales(scales: object, start: Mapping[str, float]) -> dict[str, float]:
-    """Sizes by which the parameters may change: those given, and of the others those with which they begin."""
+    """Scales of the parameters by name: those given, and for the others the sizes of the initial values."""
     given = {} if scales is None else scales
     if not isinstance(given, Mapping):
         raise FrameError(f"scales is {scales!r}: give sizes by the names of parameters")
@@ -194,7 +194,7 @@ def checked_scales(scales: object, start: Mapping[str, float]) -> dict[str, floa
 
 
 def _number(value: Any) -> float:
-    """One number; NaN of what is none."""
+    """The value as a number, NaN if it is not one."""
     try:
         return np.nan if isinstance(value, str) or np.ndim(value) else float(value)
     except (TypeError, ValueError):
@@ -203,7 +203,7 @@ def _number(value: Any) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Model:
-    """A prediction as a function of changes of the parameters in terms of their scales."""
+    """Prediction of a model as a function of the changes of the parameters divided by their scales."""
 
     predict: Predict
     start: Mapping[str, float]
@@ -219,15 +219,15 @@ class _Model:
         return np.array(list(self.scales.values()))
 
     def values(self, changes: Array) -> Array:
-        """Parameters (m, p) or (p,)."""
+        """Parameters at changes (m, p) or (p,), of the same shape."""
         return np.array(list(self.start.values()), dtype=np.float64) + changes * self.sizes
 
     def told(self, changes: Array) -> str:
-        """The parameters in words."""
+        """The parameters at changes (p,), as text."""
         return ", ".join(f"{name} = {value:.6g}" for name, value in zip(self.start, self.values(changes), strict=True))
 
     def residual(self, changes: Array) -> Array:
-        """What is predicted at changes (m, p), of what was measured, (m, n), over its uncertainty."""
+        """Predictions of the n measured values at changes (m, p), divided by the uncertainties, (m, n)."""
         several = np.atleast_2d(changes)
         found = numbers(self.predict(**dict(zip(self.start, self.values(several).T, strict=True))), "prediction")
         if found.shape != (len(several), *self.shape):
@@ -241,7 +241,7 @@ class _Model:
         return np.asarray(self.residual(changes)[0] - target[self.there] * self.weight)
 
     def slopes(self, changes: Array) -> Array:
-        """Derivatives of the residuals, (n, p): as they are given, or by differences in one batch."""
+        """Derivatives of the weighted predictions, (n, p), from the gradient or by differences in one batch."""
         given = None if self.gradient is None else self._given(changes, self.gradient)
         if given is not None and np.isfinite(given).all():
             return given
@@ -256,14 +256,15 @@ class _Model:
         return np.asarray((found[: len(steps)] - found[len(steps) :]).T / (2.0 * size))
 
     def _steps(self, changes: Array) -> Array:
-        """Steps of differences, (p,): of scales that are given, or else of what the parameters have grown to."""
+        """Steps of the differences in changes, (p,): relative to given scales, or to the current sizes if larger."""
         grown = np.maximum(1.0, np.abs(self.values(changes)) / self.sizes)
         return STEP * np.where(self.given, 1.0, grown)
 
     def effects(self, changes: Array) -> tuple[Array, Array]:
-        """Effects on the residuals, of unit size or, where they are rounding, zero, (n, p), and of what changes, (p,).
+        """Columns of derivatives scaled to unit length, (n, p), and the changes of the parameters they stand for, (p,).
 
-        So what the data can tell does not depend on the scales of the parameters.
+        A column that is only rounding is set to zero. With columns of unit length it does not depend on the scales of
+        the parameters which combinations count as determined.
         """
         slopes = self.slopes(changes)
         size = np.linalg.norm(slopes, axis=0)

@@ -1,4 +1,4 @@
-"""Measured positions beside predicted ones."""
+"""Comparison of measured with predicted positions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
-# Least eigenvalue of a matrix of correlations with an inverse.
+# Smallest eigenvalue of a correlation matrix that counts as regular.
 LEAST = 1e-10
 
 
@@ -28,14 +28,14 @@ class Comparison:
     Attributes
     ----------
     residual
-        Measured less predicted position, (poses, 3); NaN where one of them is missing.
+        Measured minus predicted position, (poses, 3), a length; NaN where one of them is missing.
     uncertainty
-        Standard deviation of the residual, of measurement and prediction together, (poses, 3).
+        Standard deviation of the residual, from measurement and prediction together, (poses, 3).
     level
-        Probability with which a pose lies within its band.
+        Probability that a pose lies within its band.
     covariance
-        Covariance of the residual, (poses, 3, 3), or (poses, 3, poses, 3) where that of one pose with another is known;
-        None where components are independent.
+        Covariance of the residual, (poses, 3, 3), or (poses, 3, poses, 3) with the covariance between poses; None if
+        all components are independent.
     """
 
     residual: Array
@@ -45,7 +45,7 @@ class Comparison:
 
     @property
     def normalised(self) -> Array:
-        """Residual over its uncertainty, (poses, 3)."""
+        """Residual divided by its uncertainty, (poses, 3)."""
         return self.residual / self.uncertainty
 
     @property
@@ -55,9 +55,9 @@ class Comparison:
 
     @property
     def chi_squared(self) -> float:
-        """Sum of squares ``r V⁻¹ r`` of the residuals r; about `count` where the prediction holds.
+        """Sum of squares ``r V⁻¹ r`` of the residuals r with covariance V; about `count` if the prediction is right.
 
-        That of `normalised`, where the covariance V is not given.
+        Without a covariance it is the sum of squares of `normalised`.
         """
         if self.covariance is None:
             return float(np.nansum(self.normalised**2))
@@ -65,14 +65,14 @@ class Comparison:
 
     @property
     def p_value(self) -> float:
-        """Probability of a greater sum of squares where the prediction holds and errors are normal."""
+        """Probability of a larger sum of squares if the prediction is right and the errors are normal."""
         from scipy.special import chdtrc
 
         return float(chdtrc(self.count, self.chi_squared))
 
     @property
     def outside(self) -> NDArray[np.bool_]:
-        """Poses that lie outside their band: whose own sum of squares is greater than that of `level`, (poses,)."""
+        """Whether each pose lies outside its band, (poses,): its sum of squares exceeds the quantile at `level`."""
         from scipy.special import chdtri
 
         known = np.isfinite(self.residual)
@@ -83,7 +83,7 @@ class Comparison:
 
     @property
     def root_mean_square(self) -> Array:
-        """Of the residuals, by component, (3,), lengths; NaN where none was measured."""
+        """Root mean square of the residuals by component, (3,), a length; NaN if none was compared."""
         count = np.isfinite(self.residual).sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(np.sqrt(np.nansum(self.residual**2, axis=0) / np.where(count, count, np.nan)))
@@ -101,24 +101,24 @@ class Comparison:
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on; new ones where None.
+            Axes of matplotlib to draw on; new ones if None.
         units
             Units of length and force, for the labels.
         over
-            Name and values (poses,) of what the poses are drawn over, such as ``("A [°]", angles)``, if it goes only
-            forward or only back; the number of the pose otherwise.
+            Label and values (poses,) of the horizontal axis, such as ``("A [°]", angles)``. The number of the pose is
+            used if None, or if the values neither rise nor fall throughout.
 
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on: each component with the band that holds it by itself with the probability `level`.
+            The axes, with a band for each component that contains it alone with the probability `level`.
 
         Raises
         ------
         FrameError
-            If nothing was compared, or the values are not one a pose.
+            If nothing was compared, or `over` does not have one value for each pose.
         """
-        from .residual_plot import draw_residuals  # with what draws, which a comparison in numbers does not need
+        from .residual_plot import draw_residuals  # drawing is imported only if needed
 
         if not self.count:
             raise FrameError("no component was both measured and predicted: there is nothing to plot")
@@ -137,7 +137,7 @@ class Comparison:
         return found
 
     def __repr__(self) -> str:
-        """What it comes to, in a line."""
+        """The sum of squares, its probability, the largest residual and the poses outside, in a line."""
         poses = np.flatnonzero(self.outside)
         some = ", ".join(map(str, poses[:8])) + (", ..." if poses.size > 8 else "")
         off = f"poses {some} outside the {100.0 * self.level:g} % band" if poses.size else "every pose within its band"
@@ -161,28 +161,28 @@ def compare(
     Parameters
     ----------
     predicted
-        Positions (poses, 3).
+        Predicted positions (poses, 3), lengths.
     measured
-        What was measured at the same poses.
+        Positions measured at the same poses.
     deviation
-        Standard deviation of the prediction, (poses, 3) or what broadcasts to it, such as that of the tolerances.
+        Standard deviation of the prediction, such as that due to tolerances, in a shape that broadcasts to (poses, 3).
     covariance
-        Covariance of the prediction in place of `deviation`, (poses, 3, 3), a length squared: tolerances move a point
-        along lines. Or (poses, 3, poses, 3): those of one linkage move it alike at all poses, so that without it
-        `chi_squared` counts one deviation many times.
+        Covariance of the prediction in place of `deviation`, (poses, 3, 3), a length squared, because a tolerance moves
+        a point along a line. Or (poses, 3, poses, 3), with the covariance between poses: a tolerance of one linkage
+        moves the point at all poses together, and without this `chi_squared` counts one deviation many times.
     level
-        Probability with which a pose should lie within its band.
+        Probability that a pose lies within its band.
 
     Returns
     -------
     Comparison
-        Residuals, sum of squares, and what lies outside.
+        Residuals, their sum of squares, and the poses outside their bands.
 
     Raises
     ------
     FrameError
-        If shapes do not fit, nothing measured is predicted, neither of the two has an uncertainty, the covariance
-        is none or leaves a direction without one, or the level is no probability.
+        If shapes do not match, no measured pose has a prediction, neither measurement nor prediction has an
+        uncertainty, the covariance is invalid or singular, or the level is not between 0 and 1.
 
     Examples
     --------
@@ -211,7 +211,7 @@ def compare(
 
 
 def _checked(covariance: ArrayLike, deviation: Array, shape: tuple[int, ...]) -> Array:
-    """Covariance of the prediction as numbers, of one of the two shapes."""
+    """Covariance of the prediction as an array, after checks of its shape."""
     found, poses = numbers(covariance, "covariance"), shape[0]
     if deviation.any():
         raise FrameError("the prediction was given a deviation and a covariance: give one of them")
@@ -221,7 +221,7 @@ def _checked(covariance: ArrayLike, deviation: Array, shape: tuple[int, ...]) ->
 
 
 def _of_both(covariance: Array, own: ArrayLike, known: NDArray[np.bool_]) -> Array:
-    """Covariance of measurement and prediction together; unity by itself where a component is not known."""
+    """Covariance of measurement and prediction together; a missing component has variance 1 and no correlation."""
     matrix = _matrices(covariance)
     there = known.reshape(*matrix.shape[:-1])
     matrix = np.where(there[..., None] & there[..., None, :], matrix, 0.0)
@@ -238,7 +238,7 @@ def _of_both(covariance: Array, own: ArrayLike, known: NDArray[np.bool_]) -> Arr
 
 
 def _check_correlations(matrix: Array) -> None:
-    """Refuse what is no covariance (..., n, n): not finite, not symmetric, or correlated beyond one."""
+    """Raise an error unless a covariance (..., n, n) is finite and symmetric with correlations within ±1."""
     deviation = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), 0.0))
     with np.errstate(invalid="ignore"):
         most = deviation[..., None] * deviation[..., None, :]
@@ -252,7 +252,7 @@ def _check_correlations(matrix: Array) -> None:
 
 
 def _matrices(covariance: Array) -> Array:
-    """Covariance as matrices, one a pose (poses, 3, 3), or one of all (1, 3 poses, 3 poses)."""
+    """Covariance as a matrix for each pose, (poses, 3, 3), or one for all poses, (1, 3 poses, 3 poses)."""
     return covariance if covariance.ndim == 3 else covariance.reshape(1, 3 * len(covariance), -1)
 
 
@@ -263,7 +263,7 @@ def _of_poses(covariance: Array) -> Array:
 
 
 def _squares(residual: Array, covariance: Array) -> Array:
-    """Sums of squares ``r V⁻¹ r``, one a matrix of the covariance; what is missing counts nothing."""
+    """Sums of squares ``r V⁻¹ r``, one for each matrix of the covariance, without the missing components."""
     matrix = _matrices(covariance)
     r = np.nan_to_num(residual).reshape(*matrix.shape[:-1])
     return np.asarray(np.einsum("...i,...i->...", r, np.linalg.solve(matrix, r[..., None])[..., 0]))

@@ -15,7 +15,7 @@ from ...framework.graphics.units import scaled
 Array = NDArray[np.float64]
 
 MARKS = ("o", "s", "^")
-# How far the components of one pose stand apart, as a share of the least distance of two poses.
+# Distance between the components of one pose, as a share of the smallest distance between two poses.
 APART = 0.16
 
 
@@ -28,18 +28,19 @@ def draw_residuals(
     level: float,
     length: str,
 ) -> None:
-    """Draw components with bars of their bands.
+    """Draw the components of the residuals with their bands as error bars.
 
     Parameters
     ----------
     axes
-        Of matplotlib.
+        Axes of matplotlib.
     over
-        Name and values (poses,) of what the poses are drawn over, no two the same.
+        Label and values (poses,) of the horizontal axis; all values differ.
     residual, uncertainty
-        Measured less predicted, and its standard deviation, (poses, 3); NaN where nothing was compared.
+        Measured minus predicted position and its standard deviation, (poses, 3), lengths; NaN where nothing was
+        compared.
     outside
-        Poses to mark, (poses,).
+        Whether to mark each pose, (poses,).
     level
         Probability of the bands.
     length

@@ -1,4 +1,4 @@
-"""Measured positions of a point, as a table has them."""
+"""Measured positions of a point, and reading them from a table."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ class Measured:
     position
         Positions (poses, 3), lengths; NaN where a component was not measured.
     uncertainty
-        Standard uncertainty of each, (poses, 3) or what broadcasts to it; None where it is not known.
+        Standard uncertainty of the positions, in a shape that broadcasts to (poses, 3); None if unknown.
     drives
-        Values of the drives at which they were measured, (poses,) each, in the drives' units.
+        Values of the drives at the measured poses, by name, (poses,) each, in the drives' units.
     """
 
     position: Array
@@ -57,7 +57,7 @@ class Measured:
 
 
 def checked_positions(position: ArrayLike) -> Array:
-    """Measured positions (poses, 3), of which something is there."""
+    """Measured positions as an array (poses, 3) with at least one finite component."""
     found = numbers(position, "measured position")
     if found.ndim != 2 or found.shape[1] != 3:
         raise FrameError(f"measured position has shape {found.shape}: give (poses, 3), NaN where nothing was measured")
@@ -69,7 +69,7 @@ def checked_positions(position: ArrayLike) -> Array:
 
 
 def checked_uncertainty(uncertainty: ArrayLike | None, shape: tuple[int, ...]) -> Array | None:
-    """Standard uncertainty in the shape of what was measured; None where it is not known."""
+    """Standard uncertainty in the shape of the measured values; None if unknown."""
     if uncertainty is None:
         return None
     found = numbers(uncertainty, "uncertainty")
@@ -88,19 +88,20 @@ def read_measured(path: str | Path) -> Measured:
     Parameters
     ----------
     path
-        A CSV file whose first line names its columns: ``x``, ``y``, ``z`` (lengths; at least one of them, empty cells
-        where nothing was measured), ``ux``, ``uy``, ``uz`` (standard uncertainty), and any other for the values of a
-        drive; such a name may end in its unit, ``[deg]``, ``[°]`` or ``[rad]``: degrees are turned into radians.
+        A CSV file whose first line names the columns: ``x``, ``y``, ``z`` (lengths; at least one of them, with empty
+        cells where nothing was measured), ``ux``, ``uy``, ``uz`` (standard uncertainties), and any other name for the
+        values of a drive. Such a name may end in its unit, ``[deg]``, ``[°]`` or ``[rad]``; degrees are converted to
+        radians.
 
     Returns
     -------
     Measured
-        What it holds.
+        Positions, uncertainties and values of the drives.
 
     Raises
     ------
     FrameError
-        If it cannot be read, its columns are not those, a cell is no number, or no position is in it.
+        If the file cannot be read, its columns are not those, a cell is not a number, or there is no position.
 
     Examples
     --------

@@ -1,17 +1,17 @@
 """Where a linkage really goes: rigid motion, compliance, joint clearance, and their spread under tolerances.
 
-Three packages, each usable by itself:
+There are three packages, each usable by itself:
 
 ``linkframe.framework``
     Frames of members and joints: description, solution, error bounds, modes, buckling, ParaView files.
 ``linkframe.elements``
-    What frames are made of: beams with their sections and materials, joints, springs, point masses.
+    Parts of frames: beams with their sections and materials, joints, springs, point masses.
 ``linkframe.models``
     Linkages and the four-bar on top of frames, and the propagation of tolerances.
 
 Every public name of the three can be imported from here, such as ``Frame``, ``Beam``, ``Linkage`` and ``FourBar``; its
-package is loaded when the name is first used. ``dir(linkframe)`` lists them all, and ``help(linkframe.Frame)`` tells of
-one. On the command line: ``linkframe --help``, or ``python -m linkframe --help``.
+package is loaded when the name is first used. ``dir(linkframe)`` lists them all, and ``help(linkframe.Frame)``
+describes one. On the command line: ``linkframe --help``, or ``python -m linkframe --help``.
 
 Examples
 --------
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
 
 
 def _packages() -> Iterator[object]:
-    """The three packages, the one that is quickest to load first."""
+    """The three packages, in the order of the time they take to load."""
     for name in ("framework", "elements", "models"):
         yield import_module(f"linkframe.{name}")
 
 
-if not TYPE_CHECKING:  # so that a type checker finds names that do not exist
+if not TYPE_CHECKING:  # hidden from type checkers, which then report names that do not exist
 
     def __getattr__(name: str) -> object:
         if name == "__version__":

@@ -4,12 +4,12 @@ import sys
 
 
 def main() -> int:
-    """Run the command line; an interrupt while it is loaded ends as quietly as one while it runs.
+    """Run the command line; an interrupt during the imports ends as quietly as one later.
 
     Returns
     -------
     int
-        Exit code, as of `linkframe.models.command_line.main`.
+        Exit code, as returned by `linkframe.models.command_line.main`.
     """
     try:
         from linkframe.models.command_line import main as run

@@ -22,7 +22,7 @@ from .readings import readings
 if TYPE_CHECKING:
     from .result import Result
 
-# A printed offset that turns P by more than this many degrees is told of.
+# Rotation of P by a printed offset above which it is reported, degrees.
 TURNED = 1.0
 
 OTHER = "This run is not the paper's linkage: its printed numbers are laid beside Eq. (15), and not beside this run."
@@ -36,7 +36,7 @@ def points(result: Result, compared: ComparedChoices | None = None) -> list[str]
     result
         The run.
     compared
-        What the choices change at the run's pose, where that is known already.
+        Effects of the choices at the run's pose, if they are known already.
 
     Returns
     -------
@@ -153,7 +153,7 @@ def _offsets(result: Result, table: Printed) -> Iterable[str]:
 
 
 def _on_the_circle(places: NDArray[np.float64], degrees: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """Turn about (l, 0), degrees, and way outwards, mm, from the paper's rigid positions of P to `places` (rows, 2)."""
+    """Rotation about (l, 0), degrees, and radial displacement, mm, of `places` (rows, 2) from P's rigid positions."""
     start, end = (at @ [1.0, 1.0j] - ORIGIN for at in (np.stack(_equation_15(degrees), axis=-1), places))
     return np.degrees(np.angle(end / start)), 1e3 * (np.abs(end) - np.abs(start))
 
@@ -164,7 +164,7 @@ def _rotated(
     turn: NDArray[np.float64],
     radial: NDArray[np.float64],
 ) -> str:
-    """What the printed offsets look like where they are large, and what clearance can do there."""
+    """Paragraph on the large printed offsets, compared with those that clearance can cause."""
     rows = np.abs(turn) > TURNED
     motion = FourBar().move(np.radians(degrees[rows]))
     most = sum(np.linalg.norm(part[..., 0, :], axis=-1) for part in clearance_map(motion).values())
@@ -246,7 +246,7 @@ def _silent(result: Result, compared: ComparedChoices | None) -> Iterable[str]:
 
 
 def _conditions(result: Result, table: Printed, sampled: tuple[float, float]) -> Iterable[str]:
-    """κ of both matrices beside the printed one, at the poses that are printed."""
+    """κ of both matrices compared with the printed one, at the printed poses."""
     rows = [i for i in np.flatnonzero(result.regular) if table.row(result.degrees[i])]
     if not (rows and result.inputs.is_paper_linkage and result.has_kappa):
         return
@@ -274,7 +274,7 @@ def _conditions(result: Result, table: Printed, sampled: tuple[float, float]) ->
 
 
 def _trend(degrees: NDArray[np.float64], *columns: NDArray[np.float64]) -> str:
-    """How κ goes from 30° to 90°, and whether it is equal at 30° and its mirror image 150°."""
+    """Sentence on the trend of κ from 30° to 90°, and on its difference between 30° and the mirror image 150°."""
     at = {angle: np.flatnonzero(np.isclose(degrees, angle)) for angle in (30.0, 90.0, 150.0)}
     if not all(found.size for found in at.values()):
         return ""
@@ -291,7 +291,7 @@ def _trend(degrees: NDArray[np.float64], *columns: NDArray[np.float64]) -> str:
 
 
 def _readings(table: Printed) -> Iterable[str]:
-    """The stated distributions of the clearances, read in different ways, beside the printed deviations."""
+    """Standard deviations by different readings of the clearances' distributions, compared with the printed ones."""
     theirs = np.stack([table.std_x, table.std_y], axis=-1)[table.regular]
     degrees = table.theta[table.regular]
     found = readings(table)
@@ -322,7 +322,7 @@ def _readings(table: Printed) -> Iterable[str]:
 
 
 def _span(std: NDArray[np.float64]) -> str:
-    """Deviations in metres as text, in mm; one number where they are equal."""
+    """Range of deviations in metres as text, in mm; one number if they are equal."""
     low, high = (f"{1e3 * value:.3f}" for value in (std.min(), std.max()))
     return low if low == high else f"{low} to {high}"
 

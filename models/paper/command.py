@@ -46,7 +46,7 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
         epilog=WRITES,
         formatter_class=_Formatter,
     )
-    # Before Python 3.14 argparse takes -1e-3 for an option.
+    # before Python 3.14 argparse mistakes -1e-3 for an option
     parser._negative_number_matcher = re.compile(r"-(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$|-inf$", re.IGNORECASE)
     _linkage(parser.add_argument_group("linkage", "crank A-B, coupler B-P-D, rocker D-E; A = (0, 0), E = (ground, 0)"))
     _links(parser.add_argument_group("links"))
@@ -147,7 +147,7 @@ def _add(group: _ArgumentGroup, name: str, text: str, **kind: Any) -> None:
 
 
 def _start(options: Namespace) -> None:
-    # Not before the options are known to be good: this imports all of the numerics.
+    # imported once the options are checked, as this loads all of the numerics
     from ..job.run import run
     from ..job.sharing import sharing
     from .job import FourBarJob
@@ -166,7 +166,7 @@ def _start(options: Namespace) -> None:
 
 
 def _number(wanted: str, good: Callable[[float], bool], kind: Callable[[float], Any] = float) -> Callable[[str], Any]:
-    """What reads a number that is good, and tells what is wanted where it is not."""
+    """Function that reads a number and refuses one that is not `good`, with `wanted` as the remedy."""
 
     def read(text: str) -> Any:
         try:
@@ -196,7 +196,7 @@ def angle_or_force(text: str) -> Any:
 
 
 class _Formatter(ArgumentDefaultsHelpFormatter):
-    """Defaults as a reader writes them: none of what is off, several without brackets."""
+    """Help texts with readable defaults: none for options that are off, several values without brackets."""
 
     def _get_help_string(self, action: Action) -> str | None:
         default = action.default

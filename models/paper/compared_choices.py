@@ -1,4 +1,4 @@
-"""What each choice that the paper leaves open changes, at one pose."""
+"""Effects of the choices that the paper leaves open, at one pose."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from .result import compute
 
 @dataclass(frozen=True, eq=False)
 class ComparedChoices:
-    """What the choices change; made by `compare_choices`.
+    """Effects of the choices; made by `compare_choices`.
 
     Attributes
     ----------
     angle
         Drive angle of the pose, degrees.
     lines
-        By choice, the first of which is the run itself, the cells of a table by their headings.
+        For each choice, of which the first is the run itself: cells of the table by heading.
     kappa
-        Least and greatest condition number of the run's samples.
+        Least and largest condition number of the run's samples.
     """
 
     angle: float
@@ -36,7 +36,7 @@ def compare_choices(inputs: Inputs, angle: float) -> ComparedChoices:
     Parameters
     ----------
     inputs
-        Those of the run.
+        Inputs of the run.
     angle
         Drive angle of the pose, degrees.
     """

@@ -1,6 +1,6 @@
-"""The paper's Figure 5: the linkage drawn, with its axes and to scale.
+"""The paper's Figure 5: the linkage to scale, with axes.
 
-It returns a `matplotlib.figure.Figure`; nothing here touches pyplot or a display.
+It returns a `matplotlib.figure.Figure`, without pyplot or a display.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LINKS = {"crank": "AB", "coupler": "BPD", "rocker": "DE"}
 
 @styled
 def draw_linkage(points: Mapping[str, Array], load: tuple[float, float], theta: float) -> Figure:
-    """Figure 5: the linkage at one pose, its drive clamped, its load at P.
+    """Figure 5: the linkage at one pose with its drive clamped and the load at P.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ def draw_linkage(points: Mapping[str, Array], load: tuple[float, float], theta: 
     """
     at = {name: np.array([*np.asarray(point, dtype=float)[:2], 0.0]) for name, point in points.items()}
     scene = linkage_scene(at, load)
-    # Room for the load, which is as long as it is whatever the pose.
+    # room for the arrow of the load, whose length does not depend on the pose
     across, up = scene.extent
     drawn_on, axes = fitting_figure(6.4, (across, up + 0.2 * scene.size))
     axes.plot(*np.transpose([at["A"][:2], at["E"][:2]]), color=GREY, lw=0.8, ls=(0, (6, 4)), zorder=0)
@@ -58,7 +58,7 @@ def draw_linkage(points: Mapping[str, Array], load: tuple[float, float], theta: 
 
 
 def linkage_scene(at: Mapping[str, Array], load: tuple[float, float]) -> Scene:
-    """What there is of the linkage: three links, a clamped drive, a pivot, the pins and the load.
+    """Scene of the linkage: three links, a clamped drive, a pivot, the pins and the load.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def linkage_scene(at: Mapping[str, Array], load: tuple[float, float]) -> Scene:
     Returns
     -------
     Scene
-        In the plane.
+        The scene, in the plane.
     """
     force = np.array([*load, 0.0])
     size = float(np.linalg.norm(force))
@@ -96,7 +96,7 @@ def _angle(axes: Axes, at: Array, theta: float, radius: float) -> None:
 
 
 def _name_link(axes: Axes, name: str, start: Array, end: Array) -> None:
-    """Its name along a link, above it."""
+    """Write the name of a link along and above it."""
     along = unit(end - start)
     slope = np.pi / 2 - (np.pi / 2 - np.arctan2(along[1], along[0])) % np.pi
     shift = 9.0 * np.array([-np.sin(slope), np.cos(slope)])

@@ -1,4 +1,4 @@
-"""What the paper's own formulas and printed numbers give, to lay beside a run."""
+"""Results of the paper's own formulas, to compare with a run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class EndMatrix:
-    """A 12 x 12 matrix that claims to be a beam's, and what a beam's must satisfy.
+    """A supposed stiffness matrix of a beam, with tests of properties that such a matrix must have.
 
     Attributes
     ----------
     matrix
-        (12, 12), in the member's axes, ``ux uy uz rx ry rz`` at the start, then at the end.
+        Matrix (12, 12) in the member's axes, ``ux uy uz rx ry rz`` at the start, then at the end.
     length
         Length of the member.
     """
@@ -30,7 +30,7 @@ class EndMatrix:
     length: float
 
     def rigid_turn(self, angle: float) -> float:
-        """Largest force or moment after a small rigid turn about z of the start; 0 for a beam."""
+        """Largest force or moment in a small rigid rotation about z at the start; 0 for a beam."""
         rotated = np.zeros(12)
         rotated[[5, 11]], rotated[7] = angle, angle * self.length
         return float(np.abs(self.matrix @ rotated).max())
@@ -38,13 +38,14 @@ class EndMatrix:
     def exchange(self) -> float:
         """Largest change when the ends are exchanged, relative to the largest entry; 0 for a beam.
 
-        Seen from its other end the member is turned about z by half a turn: x, y and their rotations change sign.
+        Seen from its other end, the member is rotated by half a turn about z: x, y and the rotations about them change
+        sign.
         """
         swap = np.roll(np.eye(12), 6, axis=0) * np.tile([-1.0, -1.0, 1.0], 4)
         return float(np.abs(swap @ self.matrix @ swap.T - self.matrix).max() / np.abs(self.matrix).max())
 
     def cantilever(self, force: float) -> tuple[float, float]:
-        """Deflection and rotation of the free end of a cantilever under the transverse `force` on it."""
+        """Deflection and rotation of the free end of a cantilever under a transverse `force` there."""
         deflection, rotation = np.linalg.solve(self.matrix[np.ix_([7, 11], [7, 11])], [force, 0.0])
         return float(deflection), float(rotation)
 
@@ -55,14 +56,14 @@ def equation_6(beam: Beam, length: float) -> tuple[EndMatrix, EndMatrix]:
     Parameters
     ----------
     beam
-        The link.
+        Beam of the link.
     length
-        Its length.
+        Length of the link.
 
     Returns
     -------
     tuple of EndMatrix
-        The paper's, the true one. Eq. (7) is the block of the true matrix that belongs to its start.
+        The paper's matrix and the true one. Eq. (7) is the block of the true matrix for its start.
     """
     true = np.asarray(beam.stiffness_matrix(np.asarray(length)))
     k = true[:6, :6]
@@ -80,7 +81,7 @@ def mean_direction(contact: float, deviation: float) -> float:
     Returns
     -------
     float
-        Mean of ε cos γ over that of ε.
+        Mean of ε cos γ divided by that of ε.
 
     Examples
     --------

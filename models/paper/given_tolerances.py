@@ -1,4 +1,4 @@
-"""Tolerances of the four-bar's job that the command line gives in words."""
+"""Tolerances in words of the command line of ``linkframe four-bar``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..sampling import Distribution
     from .inputs import Inputs
 
-# Options under the names of what they vary, and names in files of linkages under those of the four-bar.
+# Names of parameters of the four-bar, by names of options and by those in files of linkages.
 ALIASES = (
     (r"joints\.([BDE])\.(stiffness|clearance|contact)", r"\2.\1"),
     (r"young(\.\w+)?", r"E\1"),
@@ -25,21 +25,21 @@ ALIASES = (
     (r"loads\.0\.(fx|mz)", r"\1"),
 )
 
-# What no sample may take below zero, but for one in a million.
+# Parameters whose samples must not be negative, except for this share of them.
 NOT_NEGATIVE = (*LINKS, "ground", "E", "stiffness", "clearance", *COMPONENTS)
 RAREST = 1e-6
 
 
 def given_tolerances(inputs: Inputs) -> dict[str, Distribution]:
-    """Distributions that the command line gives, by the name of what they vary as in `monte_carlo`.
+    """Distributions of the command line, by name of the parameter as for `monte_carlo`.
 
     Raises
     ------
     FrameError
-        If a name is no parameter of the four-bar, or what it deviates by cannot be meant.
+        If a name is not a parameter of the four-bar, or its deviation cannot be meant.
     """
     found = {}
-    # One of all joints or links stands before those of one, which rule.
+    # tolerances of a single joint or link come last, and replace those of all joints or links
     given = [(parameter(option), option, text) for option, text in inputs.tolerance]
     for name, option, text in sorted(given, key=lambda each: "." in each[0]):
         nominal, factor = _nominal(inputs, name)
@@ -50,7 +50,7 @@ def given_tolerances(inputs: Inputs) -> dict[str, Distribution]:
 
 
 def parameter(name: str) -> str:
-    """What a name stands for, checked."""
+    """Parameter of the four-bar that a name stands for, checked."""
     for pattern, replacement in ALIASES:
         match = re.fullmatch(pattern, name)
         found = match.expand(replacement) if match else name
@@ -64,7 +64,7 @@ def parameter(name: str) -> str:
 
 
 def _own(inputs: Inputs, name: str) -> list[str]:
-    """The parameters that draw on their own: one a link, and one a joint unless all share one draw."""
+    """Parameters with independent draws: one for each link, and one for each joint unless all share one draw."""
     if name == "E":
         return [f"E.{link}" for link in LINKS]
     of_joints = name in ("stiffness", "clearance", "contact", *COMPONENTS)
@@ -72,7 +72,7 @@ def _own(inputs: Inputs, name: str) -> list[str]:
 
 
 def _nominal(inputs: Inputs, name: str) -> tuple[float, float]:
-    """Nominal value in the unit of the command line, and the factor from there to what is computed with."""
+    """Nominal value in the unit of the command line, and the factor from there to the unit of the computation."""
     what = name.partition(".")[0]
     if what == "contact":
         if isinstance(inputs.contact, str):
@@ -92,7 +92,7 @@ def _nominal(inputs: Inputs, name: str) -> tuple[float, float]:
 
 
 def _in_words(name: str, text: str, nominal: float) -> Distribution:
-    """The distribution that is given, in the unit of the command line."""
+    """The given distribution, in the unit of the command line."""
     option = f"--tolerance {name}={text}"
     if not np.isfinite(nominal):
         raise FrameError(f"{option}: the nominal value is {nominal}, which cannot vary: leave the tolerance out")

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 MOST_POSES = 100_000
-# Name of the drive in tables of what was measured.
+# Name of the drive in tables of measured positions.
 DRIVE = "A"
 
-# What must stay above zero, and the deviation that could take it below; five of them leave one sample in three million.
+# Inputs that must stay positive, with the names of their deviations; at the largest deviation, one fifth of the mean,
+# one sample in three million is negative.
 LENGTHS = ("crank", "coupler", "rocker", "ground")
 POSITIVE = {
     **dict.fromkeys(LENGTHS, "length_sd"),
@@ -32,14 +33,14 @@ MOST_DEVIATION = 0.2
 
 @dataclass(frozen=True, kw_only=True)
 class Inputs:
-    """Every number of the accuracy job, as the command line gives it: SI units, angles in degrees.
+    """Inputs of the accuracy job as on the command line: SI units, angles in degrees.
 
     Attributes
     ----------
     crank, coupler, rocker, ground, length_sd
         Lengths of the links and the standard deviation of each.
     point
-        P in the coupler's axes.
+        Coordinates of P in the coupler's axes.
     branch
         Side of the rocker's pin; None as in `FourBar`.
     section, in_plane
@@ -51,7 +52,7 @@ class Inputs:
     clearance, clearance_sd, clearance_is
         Clearance, its standard deviation, and whether both are given on ``"radius"`` or ``"diameter"``.
     closure
-        Displacement by the clearance to ``"first-order"``, or ``"exact"``, the loop closed anew.
+        Displacement by the clearance: ``"first-order"``, or ``"exact"`` with the loop closed again.
     contact, contact_sd
         Contact angle, or ``"reaction"`` or ``"equilibrium"`` as in `accuracy`, and its standard deviation.
     joints
@@ -59,19 +60,19 @@ class Inputs:
     load, load_sd
         Force on P along y, and its standard deviation.
     poses
-        First and last drive angle and the step between them.
+        First and last drive angle and the step.
     samples, rng, sampler
         Number of samples at each pose, the seed, and how they are drawn, as in `monte_carlo`.
     nan_policy
-        What to do with samples without a result, as in `monte_carlo`.
+        Treatment of samples without a result, as in `monte_carlo`.
     histogram_pose
-        Drive angle of the histograms; None for the regular one nearest to 30.
+        Drive angle of the histograms; if None, the regular one nearest to 30.
     magnify
-        Factor on the displacements in the drawn trajectory; None for one that shows them.
+        Factor on the displacements in the drawn trajectory; if None, one is chosen.
     tolerance
-        Names of numbers, and in words what each deviates by, in place of the standard deviations.
+        Names of numbers with their deviations in words, which replace standard deviations.
     measured
-        Table of measured positions of P; None where there are none.
+        File of measured positions of P; None if there are none.
     """
 
     crank: float = 0.1
@@ -150,12 +151,12 @@ class Inputs:
 
     @property
     def to_radius(self) -> float:
-        """From the clearance as given to that on the radius."""
+        """Factor from the given clearance to the radial clearance."""
         return 0.5 if self.clearance_is == "diameter" else 1.0
 
     @property
     def without_effect(self) -> dict[str, str]:
-        """Options that differ from what they are by default and change nothing, by name, and why."""
+        """By name: options that are not at their default and have no effect, with the reason."""
         found: dict[str, str] = {}
         if self.clearance == 0.0:
             found = dict.fromkeys(("closure", "contact", "contact_sd", "clearance_is"), "--clearance is 0")
@@ -179,7 +180,7 @@ class Inputs:
 
     @cached_property
     def measured_point(self) -> MeasuredPoint | None:
-        """What was measured of P; None where nothing was."""
+        """Measured positions of P; None if there are none."""
         if self.measured is None:
             return None
         from ..job.measured import LEVEL, MeasuredPoint
@@ -189,7 +190,7 @@ class Inputs:
 
     @cached_property
     def measured_drive(self) -> DriveValues | None:
-        """Drive angles at the measured poses, degrees, (poses,); None where nothing was measured."""
+        """Drive angles at the measured poses, degrees, (poses,); None if there are none."""
         if self.measured_point is None:
             return None
         from ..job.measured import DriveValues
@@ -200,7 +201,7 @@ class Inputs:
 
     @property
     def is_paper_linkage(self) -> bool:
-        """Whether the printed table speaks of this linkage: the paper's lengths, point and branch."""
+        """Whether the printed table is of this linkage: whether lengths, point and branch are those of the paper."""
         same = all(getattr(self, name) == getattr(Inputs, name) for name in (*LENGTHS, "point"))
         return same and self.branch in (None, "parallel")
 
@@ -211,7 +212,7 @@ class Inputs:
 
     @property
     def has_normal_clearances(self) -> bool:
-        """Whether clearances and contact angles are normal, as their standard deviations have them."""
+        """Whether clearances and contact angles have normal distributions, by their standard deviations."""
         return not any(word in name for name, _ in self.tolerance for word in ("clearance", "contact"))
 
     @property
@@ -221,10 +222,10 @@ class Inputs:
 
     @property
     def about(self) -> dict[str, object]:
-        """What the samples depend on, by option: all but what figures show.
+        """All inputs on which the samples depend, by option.
 
-        Samples go on where there are more of them, unless they are balanced for so many, or the poses that are sampled
-        depend on them.
+        The number of samples is not among them if their sequence can be continued and the sampled poses do not depend
+        on it.
         """
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         more = goes_on(self.sampler) and not self.varies_geometry
@@ -233,12 +234,12 @@ class Inputs:
         return {f"--{name.replace('_', '-')}": value for name, value in given.items() if name not in left_out}
 
     def in_words(self, form: str) -> dict[str, str]:
-        """What is given, by name; numbers in a format such as ``"g"``."""
+        """The inputs as text, by name; numbers in a format such as ``"g"``."""
         given = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: _text(value, form) for name, value in given.items() if value is not None and value != ()}
 
     def but(self, **changes: object) -> Self:
-        """The same inputs with some of them changed; contact angles that follow from forces have no tolerance."""
+        """Copy with some inputs changed; contact angles that follow from forces lose their tolerance."""
         changed = replace(self, **changes)  # type: ignore[arg-type]
         if isinstance(changes.get("contact"), str):
             changed = replace(changed, tolerance=tuple(each for each in self.tolerance if "contact" not in each[0]))

@@ -1,4 +1,4 @@
-"""The job of ``linkframe four-bar``: its files and what a terminal shows of them."""
+"""The job of ``linkframe four-bar``: its files, and its summary in a terminal."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class FourBarJob(Job):
     Parameters
     ----------
     inputs
-        What to compute.
+        Inputs of the job.
     shared
-        Who computes the samples, and where they are kept.
+        Workers that compute the samples, and the folder where these are kept.
     """
 
     name = "four-bar"
@@ -61,16 +61,16 @@ class FourBarJob(Job):
         self.result = begin(inputs)
 
     def beforehand(self) -> list[str]:
-        """What can be told before the samples are computed."""
+        """Remarks that are known before the samples are computed."""
         return beforehand(self.result)
 
     @property
     def work(self) -> Mapping[str, int]:
-        """Poses times samples to be computed."""
+        """Number of poses times samples to compute, by part."""
         return work(self.inputs)
 
     def compute(self, advance: Advance) -> None:
-        """Compute the accuracy."""
+        """Compute all numbers."""
         finish(self.result, advance, shared=self.shared)
 
     @property
@@ -97,7 +97,7 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, and the reactions."""
-        from ..job.figures import (  # with all that draws, which no table needs
+        from ..job.figures import (  # loads matplotlib, which tables do not need
             TracedPoint,
             draw_histograms,
             draw_trajectories,
@@ -119,7 +119,7 @@ class FourBarJob(Job):
 
     def page(self, path: Path) -> None:
         """Write the page of P."""
-        from .page import write_job_page  # with the kinematics of any linkage, which nothing else here needs
+        from .page import write_job_page  # loads the kinematics of any linkage, which nothing else here needs
 
         write_job_page(self.result, path)
 
@@ -128,21 +128,21 @@ class FourBarJob(Job):
         self.result.solution.save(path, times=self.result.degrees[self.result.assembled])
 
     def compared(self) -> ComparedChoices | None:
-        """What single choices change at the pose that is expected to be shown."""
+        """Effects of single choices at the pose that is expected to be shown; None if they cannot be computed."""
         try:
             return compare_choices(self.inputs, float(self.result.degrees[self.result.expected_pose]))
         except FrameError:
-            return None  # there is another pose then, or the job tells the same of its samples
+            return None  # another pose will be shown, or the job itself will raise the same error
 
     def remarks(self) -> list[str]:
         return remarks(self.result)
 
     def report(self, compared: ComparedChoices | None = None) -> Report:
-        """What is reported."""
+        """The report."""
         return report(self.result, compared)
 
     def summary(self, width: int | None = None) -> str:
-        """Table 1, large displacement where it is needed, and the greatest reactions."""
+        """Table 1, large displacement where it is needed, and the largest reactions."""
         result = self.result
         paragraphs = [UNITS, as_text(result, width), about_errors(result)]
         if self.inputs.is_paper_linkage:

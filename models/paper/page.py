@@ -1,4 +1,4 @@
-"""The page of the job: the four-bar at its poses, with what its clearances and lengths let P reach."""
+"""The page of the job: the four-bar at its poses, with the worst case of its clearances and lengths."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .inputs import Inputs
     from .result import Result
 
-# Standard deviations that count as the end of a normal distribution.
+# Number of standard deviations that counts as the limit of a normal distribution.
 DEVIATIONS = 3.0
 NUMBERS = (
     "Numbers are written to 12 digits. The table has a bound on the numerical error of the deflection at each pose. "
@@ -27,7 +27,7 @@ NUMBERS = (
 
 
 def write_job_page(result: Result, path: Path) -> None:
-    """The page of P, with its samples."""
+    """Write the page of P, with its samples."""
     inputs = result.inputs
     every = -(-len(inputs.theta) // MOST_POSES)
     motion = _motion(result, every)
@@ -49,7 +49,7 @@ def write_job_page(result: Result, path: Path) -> None:
 
 
 def _motion(result: Result, every: int) -> Motion:
-    """The four-bar under its mean load, at every so many poses."""
+    """Motion of the four-bar under its mean load, at every `every`-th pose."""
     inputs = result.inputs
     linkage = result.motion.four_bar.linkage(inputs.theta[result.pose])
     linkage.load("P", fy=inputs.load)
@@ -57,7 +57,7 @@ def _motion(result: Result, every: int) -> Motion:
 
 
 def _limits(inputs: Inputs) -> tuple[dict[str, float], dict[str | tuple[str, str, str], float]]:
-    """Greatest clearances, and tolerances of the lengths, as `Motion.worst_case` takes them."""
+    """Largest clearances, and tolerances of the lengths, for `Motion.worst_case`."""
     clearance = inputs.to_radius * (inputs.clearance + DEVIATIONS * inputs.clearance_sd)
     spans: tuple[str | tuple[str, str, str], ...] = ("crank", ("coupler", "B", "D"), "rocker", ("ground", "A", "E"))
     clearances = dict.fromkeys(JOINTS, clearance) if clearance else {}
@@ -73,7 +73,7 @@ def _limits(inputs: Inputs) -> tuple[dict[str, float], dict[str | tuple[str, str
 
 
 def _notes(inputs: Inputs) -> Iterator[str]:
-    """How far the limits go, and what is none."""
+    """Notes on the limits of the deviations, and on those without limits."""
     limited = ", or to the limits that --tolerance gives" if inputs.tolerance else ""
     yield (
         f"Clearances and lengths go to {DEVIATIONS:g} standard deviations{limited}. Not among the worst cases, as they "
@@ -83,6 +83,6 @@ def _notes(inputs: Inputs) -> Iterator[str]:
 
 
 def _inputs(inputs: Inputs) -> str:
-    """The options of the command line, one a line."""
+    """The options of the command line, one on each line."""
     options = [f"--{name.replace('_', '-')} {text}" for name, text in inputs.in_words(".12g").items()]
     return "\n".join(["SI units, angles in degrees; sd is the standard deviation of a normal distribution.", *options])

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 PRINTED_COLUMNS = ("mu_x", "mu_y", "sigma_x", "sigma_y", "kappa")
 
-# x in the paper's linkage from which its means of x are measured, and decimals that it prints, metres.
+# x from which the paper's means of x are measured, metres, and number of decimals that it prints.
 ORIGIN, DIGITS = 0.1, 4
 
 
@@ -22,15 +22,15 @@ ORIGIN, DIGITS = 0.1, 4
 class Printed:
     """Table 1 of the paper, under the headings that fit its numbers; each array is (rows,).
 
-    The paper heads its columns μ_x, μ_y, σ_x, σ_y. The numbers are, in this order, μ_x − l, σ_x, μ_y, σ_y: the third
-    is negative below the ground line and follows l sin θ, as no standard deviation can.
+    The paper's headings are μ_x, μ_y, σ_x, σ_y. The numbers are, in this order, μ_x − l, σ_x, μ_y, σ_y: the third is
+    negative below the ground line and follows l sin θ, which a standard deviation cannot.
 
     Attributes
     ----------
     theta
         Drive angles, degrees.
     mean_x, mean_y
-        Means of the position of P, metres, from A. The paper prints the first from x = l.
+        Means of the position of P, metres, measured from A. The paper measures x from x = l.
     std_x, std_y
         Standard deviations of the position of P, metres.
     kappa
@@ -46,11 +46,11 @@ class Printed:
 
     @property
     def regular(self) -> NDArray[np.bool_]:
-        """Rows that are not round-off: drive angles that are no multiple of 180°, (rows,)."""
+        """Rows that are not round-off: those with drive angles that are not multiples of 180°, (rows,)."""
         return np.asarray(self.theta % 180.0 != 0.0)
 
     def row(self, degrees: float) -> tuple[float, ...] | None:
-        """Values in the order of `PRINTED_COLUMNS` at a drive angle in degrees; None where none are printed."""
+        """Values in the order of `PRINTED_COLUMNS` at a drive angle in degrees; None if it is not printed."""
         found = np.flatnonzero(np.isclose(self.theta, degrees, rtol=0.0, atol=1e-9))
         if not found.size:
             return None
@@ -64,7 +64,7 @@ def printed() -> Printed:
     Returns
     -------
     Printed
-        The table under its corrected headings.
+        The table with corrected headings.
 
     Examples
     --------

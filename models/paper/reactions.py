@@ -1,4 +1,4 @@
-"""Reactions in the joints and torque of the drive at every pose, as the paper's Eq. (4) gives them."""
+"""Reactions in the joints and torque of the drive at every pose, by the paper's Eq. (4)."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 COMPONENTS = tuple(f"{joint}_f{axis}_N" for joint in REACTIONS for axis in "xy")
-# Forces that differ by less than this share of their size are equal but for rounding.
+# Relative difference below which forces count as equal.
 ALIKE = 1e-9
-# Poses that are named one by one.
+# Largest number of poses that are named individually.
 MOST_NAMED = 6
 COLUMNS = ("theta_deg", *COMPONENTS, "drive_torque_Nm", "status")
 EXPLAINED = """\
@@ -31,7 +31,7 @@ the drive's on the crank, positive about z. Full precision: `reactions.csv`."""
 
 
 def as_csv(result: Result) -> str:
-    """Components of all reactions at full precision; empty where no finite forces hold the linkage."""
+    """Table of all reaction components at full precision; empty where no finite forces hold the linkage."""
     numbers = np.column_stack([result.degrees, result.forces]).tolist()
     rows = ([*row, status] for row, status in zip(numbers, result.status.tolist(), strict=True))
     return separated(COLUMNS, list(rows))
@@ -51,7 +51,7 @@ def as_markdown(result: Result) -> str:
 
 
 def summary(result: Result) -> str:
-    """Greatest joint force and drive torque in a sentence."""
+    """Sentence with the largest joint force and drive torque."""
     sizes, torque = _sizes(result.forces), np.abs(result.forces[:, 8])
     if not np.isfinite(torque).any():
         return "No pose has finite reactions."
@@ -71,18 +71,18 @@ def _angles(result: Result, poses: NDArray[np.intp]) -> str:
 
 
 def draw(result: Result) -> Figure:
-    """Size of every joint's force, and the torque of the drive, over the drive angle."""
-    from ..job.force_figures import Over, draw_reactions  # with all that draws, which no table needs
+    """Plot the magnitude of every joint's force, and the torque of the drive, over the drive angle."""
+    from ..job.force_figures import Over, draw_reactions  # loads matplotlib, which tables do not need
 
     sizes = dict(zip(REACTIONS, _sizes(result.forces).T, strict=True))
     return draw_reactions(Over(result.degrees, "θ [°]", True), sizes, {"A": ("N m", result.forces[:, 8])})
 
 
 def _sizes(forces: Array) -> Array:
-    """Size of the force in each joint, (poses, joints)."""
+    """Magnitude of the force in each joint, (poses, joints)."""
     return np.asarray(np.hypot(forces[:, 0:8:2], forces[:, 1:8:2]))
 
 
 def _rounded(forces: Array) -> Array:
-    """Forces and torques without what is only rounding beside the greatest of their kind at that pose."""
+    """Forces and torque, set to zero where they are rounding compared with the largest joint force at the pose."""
     return without_rounding(forces, _sizes(forces).max(axis=1, keepdims=True))

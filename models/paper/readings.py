@@ -1,4 +1,4 @@
-"""Readings of what the paper does not say of its clearances: the spread of P that each gives, in closed form."""
+"""Possible meanings of the paper's clearances, which it does not specify, and the spread of P for each."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .printed import Printed
 Array = NDArray[np.float64]
 Maps = dict[str, Array]
 
-# Decimals, in metres, of what the paper prints.
+# Number of decimals of the paper's lengths, in metres.
 DECIMALS = 4
 AVERAGED = "two chains averaged, the loop not closed"
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """One way to take the paper's clearances.
+    """One possible meaning of the paper's clearances.
 
     Attributes
     ----------
     name
-        It in words.
+        Description of the reading.
     closed
         Whether the loop is closed again.
     std
@@ -42,14 +42,14 @@ class Reading:
     std: Array
 
     def equal(self, printed: Array) -> int:
-        """How many of the printed standard deviations (poses, 2) it gives, rounded as they are."""
+        """Number of printed standard deviations (poses, 2) that equal those of the reading, rounded in the same way."""
         return int(np.count_nonzero(np.round(self.std, DECIMALS) == np.round(printed, DECIMALS)))
 
 
 def offset_covariance(mean: float, deviation: float, contact: float, contact_deviation: float) -> Array:
-    """Covariance of the offset ε (cos γ, sin γ) in a joint, Eq. (11), ε and γ being normal and independent.
+    """Covariance of the offset ε (cos γ, sin γ) in a joint, Eq. (11), with independent normal ε and γ.
 
-    From E[exp(i k γ)] = exp(i k γ̄ − k² s²/2) for k = 1 and 2.
+    It follows from E[exp(i k γ)] = exp(i k γ̄ − k² s²/2) for k = 1 and 2.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def population_std(maps: Maps, covariance: Array, *, shared: bool = False) -> Ar
     Parameters
     ----------
     maps
-        Displacement of P by the offset in each joint that has one, (..., 2, 2).
+        By joint with an offset: derivative of the displacement of P by it, (..., 2, 2).
     covariance
         Covariance of the offset in each joint, (2, 2).
     shared
@@ -93,9 +93,9 @@ def population_std(maps: Maps, covariance: Array, *, shared: bool = False) -> Ar
 
 
 def run_std(inputs: Inputs, motion: FourBarMotion) -> Array | None:
-    """Population's standard deviation by the clearances of a run, (..., 2); None where these are not normal.
+    """Standard deviation of the whole population by the clearances of a run, (..., 2).
 
-    Nor is it known where forces tell the contact.
+    None if these are not normal, or contact angles follow from forces.
     """
     if isinstance(inputs.contact, str) or not inputs.has_normal_clearances:
         return None
@@ -103,7 +103,7 @@ def run_std(inputs: Inputs, motion: FourBarMotion) -> Array | None:
 
 
 def readings(table: Printed) -> list[Reading]:
-    """The readings of the paper's clearances, at the regular poses that it prints.
+    """The readings of the paper's clearances, at the regular printed poses.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def readings(table: Printed) -> list[Reading]:
     Returns
     -------
     list of Reading
-        The loop closed or not, each joint's draw its own or one for all, ε on the radius or the diameter.
+        Readings with the loop closed or not, a draw for each joint or one for all, and ε on the radius or the diameter.
     """
     motion = FourBar().move(np.radians(table.theta[table.regular]))
     found = []
@@ -133,7 +133,7 @@ def _covariance(inputs: Inputs) -> Array:
 
 
 def _chains(motion: FourBarMotion) -> Iterator[tuple[str, bool, Maps]]:
-    """Ways to bring the offsets to P: name, whether the loop is closed, and the map of each joint."""
+    """Ways in which offsets displace P: name, whether the loop is closed, and the map of each joint."""
     maps = clearance_map(motion)
     yield "loop closed", True, maps
     for joint in JOINTS:

@@ -1,4 +1,4 @@
-"""What the reader should know of a run before using its numbers."""
+"""Remarks that a reader should know before using the numbers of a run."""
 
 from __future__ import annotations
 
@@ -31,19 +31,19 @@ def remarks(result: Result) -> list[str]:
 
 
 def beforehand(result: Result) -> list[str]:
-    """What can be told before samples and large displacements, which take the longer the softer the linkage is."""
+    """Remarks that are known before samples and large displacements, which take longer the softer the linkage is."""
     with expected_mechanisms():
         moved = result.compliance
     return beyond_size("P", moved, _size(result.inputs), [f"θ = {drive}" for drive in result.drives])
 
 
 def _size(inputs: Inputs) -> float:
-    """Length of the chain of links."""
+    """Length of the chain of links, metres."""
     return inputs.crank + inputs.coupler + inputs.rocker
 
 
 def lost(study: Study) -> Counter[str]:
-    """How many samples have no result where the nominal linkage is regular, by reason, over all poses."""
+    """Number of samples without a result where the nominal linkage is regular, by reason, over all poses."""
     found = Counter[str]()
     for status in study.status[~study.nominal.motion.singular & (study.status != "regular")].tolist():
         reason, _, count = status.rpartition(" in ")

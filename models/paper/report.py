@@ -1,4 +1,4 @@
-"""report.md: what went in, what came out, and where the paper differs."""
+"""``report.md`` of the job: inputs, results, and differences from the paper."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ shows the mean inputs without clearance; singular poses have `solved` = 0 and no
 
 
 def report(result: Result, compared: ComparedChoices | None = None) -> Report:
-    """What the job reports; what the choices change is computed where it is not known already."""
+    """Contents of the job's report; effects of the choices are computed if they are not known already."""
     return Report(
         title="Accuracy of a four-bar linkage",
         summary=list(_summary(result)),
@@ -94,7 +94,7 @@ def _summary(result: Result) -> Iterable[str]:
 
 
 def _irregular(result: Result) -> Iterable[str]:
-    """Which poses have no statistics, and why."""
+    """Sentences on poses without statistics, with the reason."""
     text = np.where(result.assembled, result.status, "not assembled: coupler and rocker do not reach each other")
     for status in sorted(set(text[~result.regular])):
         angles = ", ".join(f"{angle:g}°" for angle in result.degrees[text == status])

@@ -1,4 +1,4 @@
-"""The accuracy job computed: every number that its table, figures and report show."""
+"""Compute all numbers that the job's tables, figures and report show."""
 
 from __future__ import annotations
 
@@ -31,24 +31,24 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
-# Roundings in the position of a point by the closed form, for the sum of the lengths it is made of.
+# Rounding error of a position by the closed form, in units of the machine epsilon times the sum of the lengths.
 CLOSED_FORM = 8.0
 USUAL_POSE = 30.0
 DRAWN_SPREAD = 0.12
-# Memory that a sample takes for its inputs, and at a pose: its results, and what statistics and figures make of them.
+# Memory of a sample for its inputs, and at each pose for results, statistics and figures, bytes.
 BYTES_ALONE, BYTES = 8 * 40, 8 * 50
 
 
 @dataclass(frozen=True, eq=False)
 class Result(Outcome):
-    """Outcome of the accuracy job; made by `compute`. Poses that are singular or cannot be assembled hold NaN.
+    """Outcome of the accuracy job; made by `compute`. Poses that are singular or cannot be assembled have NaN.
 
-    What has no docstring here is told by `Outcome`.
+    `Outcome` describes its attributes.
 
     Attributes
     ----------
     inputs
-        What was asked for.
+        Inputs of the job.
     study
         The samples and their statistics, at the poses that can be assembled.
     """
@@ -94,16 +94,16 @@ class Result(Outcome):
 
     @property
     def singular(self) -> NDArray[np.bool_]:
-        """Poses at which coupler and rocker lie in line, (poses,)."""
+        """Poses at which coupler and rocker are in line, (poses,)."""
         return np.asarray(self._everywhere(self.motion.singular, False))
 
     @property
     def entry(self) -> int:
-        """Number of the pose that the histograms show among those that can be assembled."""
+        """Index of the pose of the histograms among those that can be assembled."""
         return int(np.count_nonzero(self.assembled[: self.pose]))
 
     def _everywhere(self, values: NDArray[Any], nothing: object = np.nan) -> NDArray[Any]:
-        """Values at the poses that can be assembled, (assembled, ...), at all poses, (poses, ...)."""
+        """Values (assembled, ...) of the poses that can be assembled, put at all poses, (poses, ...)."""
         if self.assembled.all():
             return values
         out = np.full((self.degrees.size, *values.shape[1:]), nothing, dtype=values.dtype)
@@ -130,12 +130,12 @@ class Result(Outcome):
 
     @property
     def nonlinearity(self) -> Array:
-        """Estimated relative error of the compliance under the mean load by its being linear, (poses,)."""
+        """Estimated relative error of linear mechanics for the compliance under the mean load, (poses,)."""
         return self._everywhere(self.study.nominal.nonlinearity)
 
     @cached_property
     def error_bound(self) -> Array:
-        """Bound on the numerical error of every sample at a pose, (poses, 3); NaN where there are none."""
+        """Bound on the numerical error over all samples at a pose, (poses, 3); NaN where there are none."""
         out = np.full((self.study.kept.size, 3), np.nan)
         out[self.study.kept] = self.study.parts["error_bound"].max(axis=1)
         return self._everywhere(out)
@@ -146,7 +146,7 @@ class Result(Outcome):
 
     @property
     def path(self) -> Array:
-        """The same at closely spaced poses, (steps, 3); NaN where the linkage cannot be assembled."""
+        """Rigid position of P at closely spaced poses, (steps, 3); NaN where the linkage cannot be assembled."""
         theta = self.inputs.theta
         fine = np.linspace(theta[0], theta[-1], 721)
         closes = self.motion.four_bar.assembles(fine)
@@ -168,7 +168,7 @@ class Result(Outcome):
     def large_mean_inputs(self) -> Array:
         """Displacement of P under the mean load at large displacement, without clearance, (poses, 3).
 
-        NaN where coupler and rocker do not lie in line: there the linear displacement holds.
+        NaN where coupler and rocker are not in line: there the linear displacement is valid.
         """
         found = np.full((self.degrees.size, 3), np.nan)
         if self.singular.any():
@@ -184,16 +184,16 @@ class Result(Outcome):
 
     @cached_property
     def forces(self) -> Array:
-        """``Ax Ay Bx By Dx Dy Ex Ey`` and the drive's torque of `reactions`, (poses, 9)."""
+        """``Ax Ay Bx By Dx Dy Ex Ey`` and the drive torque of `reactions`, (poses, 9)."""
         return self._everywhere(self.reactions.unknowns)
 
     @cached_property
     def large_parts(self) -> tuple[Parts, NDArray[np.bool_]]:
-        """The same some at a time, and the poses that they are at."""
+        """Results at large displacement, computed some samples at a time, and the poses at which they are."""
         return large_parts(self.study)
 
     def kinds(self, *, large: bool) -> dict[str, SampleKind]:
-        """All that depends on samples, by the kind of these."""
+        """Results that depend on samples, by kind: linear, large displacement, at measured poses."""
         linear = ("rigid", "compliance", "clearance", "clearance_exact")
         if not large:
             return {"linear": SampleKind(LINEAR_WAY, self.study.parts, linear)}
@@ -207,12 +207,12 @@ class Result(Outcome):
 
     @cached_property
     def at_measured_poses(self) -> Study | None:
-        """The samples at the measured poses that can be assembled; None where nothing was measured."""
+        """The samples at the measured poses that can be assembled; None without measurements."""
         return study_at_measured_poses(self.inputs, self.motion.four_bar)
 
     @cached_property
     def measured(self) -> MeasuredOutcome | None:
-        """Measured positions of P beside those predicted at their poses; None where nothing was measured."""
+        """Measured positions of P compared with predicted ones; None without measurements."""
         return None if self.at_measured_poses is None else beside_measured(self.inputs, self.at_measured_poses)
 
     @cached_property
@@ -228,7 +228,7 @@ class Result(Outcome):
 
     @property
     def has_kappa(self) -> bool:
-        """Whether the paper's matrix exists: an ideal joint has no stiffness to put into it."""
+        """Whether the paper's matrix exists, which needs joints with a finite stiffness."""
         return bool(np.isfinite(self.inputs.stiffness))
 
     @property
@@ -260,14 +260,14 @@ class Result(Outcome):
 
     @cached_property
     def solution(self) -> Solution:
-        """The linkage at the mean inputs under the mean load, without clearance, (assembled,)."""
+        """Solution of the frame at the mean inputs under the mean load, without clearance, (assembled,)."""
         frame = self.motion.frame()
         frame.load("P", fy=self.inputs.load)
         return frame.solve()
 
     @cached_property
     def pose(self) -> int:
-        """Number of the pose that the histograms show."""
+        """Number of the pose of the histograms."""
         wanted, chosen = self.inputs.histogram_pose, self._nearest(self.regular)
         if not self.regular.any():
             raise FrameError(
@@ -280,18 +280,18 @@ class Result(Outcome):
 
     @property
     def expected_pose(self) -> int:
-        """`pose` if every sample has a result where the mean inputs have one, which asks for no sample."""
+        """`pose` if every sample has a result where the mean inputs have one; known without the samples."""
         return self._nearest(self.assembled & ~self.singular)
 
     def _nearest(self, regular: NDArray[np.bool_]) -> int:
-        """Number of the pose that is asked for, or of the regular one that is nearest to the usual one."""
+        """Number of the given pose, or of the regular one nearest to the usual one."""
         wanted = self.inputs.histogram_pose
         distance = np.abs(self.degrees - (USUAL_POSE if wanted is None else wanted))
         return int(np.argmin(np.where(regular, distance, np.inf) if wanted is None else distance))
 
     @cached_property
     def magnify(self) -> float:
-        """Factor on displacements that makes the spread visible beside the path: 1, 2 or 5 times a power of ten."""
+        """Factor on drawn displacements, by default 1, 2 or 5 times a power of ten that makes the spread visible."""
         if self.inputs.magnify is not None:
             return self.inputs.magnify
         longest = max(self.inputs.crank, self.inputs.rocker)
@@ -304,18 +304,18 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
     Parameters
     ----------
     inputs
-        What to compute.
+        Inputs of the job.
     advance
-        Told what is done, of `work(inputs)`, and how many more poses times samples of it.
+        Called with the name of a part of `work(inputs)`, and the number of poses times samples that were done.
     large
         Whether large displacement, error bounds and condition numbers are computed now, or when they are read.
     shared
-        Who computes the samples, and where they are kept.
+        Workers that compute the samples, and the folder where these are kept.
 
     Returns
     -------
     Result
-        Outcome.
+        All numbers of the job.
 
     Raises
     ------
@@ -327,7 +327,7 @@ def compute(inputs: Inputs, advance: Advance | None = None, *, large: bool = Tru
 
 
 def begin(inputs: Inputs) -> Result:
-    """The outcome of which no sample is computed yet, see `compute`."""
+    """The result before samples are computed; see `compute`."""
     poses = inputs.degrees.size + (0 if inputs.measured_drive is None else inputs.measured_drive.values.size)
     check(BYTES_ALONE + BYTES * poses, inputs.samples, "--samples")
     linkage = four_bar(inputs)
@@ -337,7 +337,7 @@ def begin(inputs: Inputs) -> Result:
 
 
 def finish(result: Result, advance: Advance | None = None, *, large: bool = True, shared: Sharing = ALONE) -> Result:
-    """The same outcome, computed, see `compute`."""
+    """Compute all numbers of a result; see `compute`."""
     with expected_mechanisms():
         shared.compute(result.kinds(large=large), advance or (lambda *_: None))
         _ = result.pose, result.std, result.compliance

@@ -1,5 +1,4 @@
-"""What the inputs of the accuracy job ask for: the four-bar, its samples, also at large displacement and where P was
-measured, and how many they are."""
+"""The four-bar of the accuracy job and its samples: linear, at large displacement and at measured poses."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ def four_bar(inputs: Inputs) -> FourBar:
 
 
 def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
-    """Normal distributions (12) of what is uncertain, or those given in words; what has no deviation is left out."""
+    """Normal distributions, Eq. (12), of the uncertain inputs, or distributions given in words."""
     each = [f".{joint}" for joint in JOINTS] if inputs.joints == "independent" else [""]
     spread = {name: (getattr(inputs, name), inputs.length_sd) for name in LENGTHS}
     spread |= {f"E.{link}": (inputs.young, inputs.young_sd) for link in LINKS}
@@ -54,7 +53,7 @@ def distributions(inputs: Inputs, scale: float) -> dict[str, Distribution]:
 
 
 def study_of(inputs: Inputs, linkage: FourBar, theta: Array) -> Study:
-    """The samples at drive angles at which the linkage can be assembled, radians, (poses,)."""
+    """The samples at drive angles `theta`, radians, (poses,), at which the linkage can be assembled."""
     scale = inputs.to_radius
     return monte_carlo(
         linkage,
@@ -83,11 +82,11 @@ def check_reach(linkage: FourBar, inputs: Inputs) -> None:
         )
 
 
-# -- where P was measured ---------------------------------------------------------------------------------------------
+# -- at measured poses ------------------------------------------------------------------------------------------------
 
 
 def study_at_measured_poses(inputs: Inputs, linkage: FourBar) -> Study | None:
-    """The samples at the measured poses that can be assembled; None where nothing was measured."""
+    """The samples at the measured poses that can be assembled; None without measurements."""
     drive = inputs.measured_drive
     if inputs.measured is None or drive is None:
         return None
@@ -106,7 +105,7 @@ def study_at_measured_poses(inputs: Inputs, linkage: FourBar) -> Study | None:
 
 
 def beside_measured(inputs: Inputs, study: Study) -> MeasuredOutcome | None:
-    """Measured positions of P beside those of a study at their poses; None where there are none."""
+    """Measured positions of P compared with those of a study at their poses; None without measurements."""
     given, drive = inputs.measured_point, inputs.measured_drive
     if given is None or drive is None:
         return None
@@ -119,11 +118,11 @@ def beside_measured(inputs: Inputs, study: Study) -> MeasuredOutcome | None:
         raise FrameError(f"{given.file.name}: {error}") from error
 
 
-# -- at large displacement: where linear mechanics has no numbers, or none that hold ----------------------------------
+# -- at large displacement --------------------------------------------------------------------------------------------
 
 
 def large_parts(study: Study) -> tuple[Parts, NDArray[np.bool_]]:
-    """The first samples at the poses at which all of them can be assembled, and which these are, (poses,)."""
+    """Results of the first samples at the poses at which all of them can be assembled, and a mask of these poses."""
     n = taken(study.n)
     nominal, inputs, contacts = study.nominal, part_of(study.inputs, slice(n)), study.nominal.contacts
     linkage, at = nominal.motion.four_bar, study.theta[:, None] + inputs.get("drive", np.zeros(1))
@@ -143,11 +142,11 @@ def large_samples(study: Study, parts: Parts, closes: NDArray[np.bool_]) -> Larg
     return LargeSpread(samples, "omit" if study.nan_policy == "omit" else "propagate", passed=passed)
 
 
-# -- how many ---------------------------------------------------------------------------------------------------------
+# -- amount of work ---------------------------------------------------------------------------------------------------
 
 
 def work(inputs: Inputs) -> dict[str, int]:
-    """Poses times samples to be computed: by linear mechanics, at large displacement, and at measured poses."""
+    """Number of poses times samples to compute, by part: linear, at large displacement, at measured poses."""
     linkage = four_bar(inputs)
     closes = linkage.assembles(inputs.theta)
     found = {
@@ -160,5 +159,5 @@ def work(inputs: Inputs) -> dict[str, int]:
 
 
 def _regular(linkage: FourBar, theta: Array) -> int:
-    """How many of the poses can be assembled and are not singular."""
+    """Number of poses that can be assembled and are not singular."""
     return int((linkage.assembles(theta) & ~linkage.singular(theta)).sum())

@@ -1,4 +1,4 @@
-"""Table 1: mean and spread of P at every pose, beside the values that the paper prints."""
+"""Table 1: mean and spread of P at every pose, and the values that the paper prints."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGE_COLUMNS = ("large_mu_x_m", "large_mu_y_m", "large_sigma_x_m", "large_sigma
 
 
 def about_errors(result: Result) -> str:
-    """What the standard errors in the tables are, and what they have in common."""
+    """Explanation of the standard errors in the tables, which are correlated over the poses."""
     return (
         "In brackets: one standard error of sampling, in units of the last digit. All poses share the same"
         f" {result.inputs.samples} draws, so that their sampling errors go together: a trend along the column may be"
@@ -28,7 +28,7 @@ def about_errors(result: Result) -> str:
 
 
 def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
-    """Rows of the table: `COLUMNS`, then `PRINTED_COLUMNS` (None where the paper prints nothing)."""
+    """Rows of the table: `COLUMNS`, then `PRINTED_COLUMNS` (None at poses that are not printed)."""
     table = printed() if result.inputs.is_paper_linkage else None
     numbers = np.column_stack(
         [result.degrees, result.rigid[:, :2], result.mean[:, :2], result.std[:, :2], result.kappa, result.kappa_scaled]
@@ -39,7 +39,7 @@ def rows(result: Result) -> Iterator[tuple[float | str | None, ...]]:
 
 
 def as_csv(result: Result) -> str:
-    """The table as comma-separated values at full precision; NaN and what is not printed stay empty."""
+    """The table as comma-separated values at full precision; NaN and values that are not printed are empty."""
     large = result.large
     names = (*LARGE_COLUMNS, *(f"se_{name}" for name in LARGE_COLUMNS))
     beside = [result.rigid + large.mean, large.std, large.standard_error, large.std_standard_error]
@@ -50,7 +50,7 @@ def as_csv(result: Result) -> str:
 
 
 def as_text(result: Result, width: int | None = None) -> str:
-    """The table for a terminal of that width, metres and degrees; right of the bar what the paper prints."""
+    """The table for a terminal of the given width, metres and degrees, with the paper's values right of the bar."""
     lines = [[*ours, *([BAR, *theirs] if theirs else []), status] for ours, theirs, status in _cells(result)]
     return aligned(lines, width)
 
@@ -62,7 +62,7 @@ def as_markdown(result: Result) -> str:
 
 
 def _cells(result: Result, mark: str = "") -> Iterator[tuple[list[str], list[str], str]]:
-    """A heading, then a row a pose: this run's numbers, the printed ones, the status."""
+    """The heading, then a row for each pose: this run's numbers, the printed ones, the status."""
     names = ["θ", "x", "y", "μ_x", "μ_y", "σ_x", "σ_y", "κ", "κ scaled"]
     beside = [f"{mark}{name}" for name in ("μ_x", "μ_y", "σ_x", "σ_y", "κ")] if result.inputs.is_paper_linkage else []
     yield names, beside, "status"

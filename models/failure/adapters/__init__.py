@@ -1,4 +1,4 @@
-"""Limit states and their inputs as other programs of structural reliability take them."""
+"""Conversion of limit states and their inputs for other programs of structural reliability."""
 
 from .openturns import OpenTURNSProblem, to_openturns
 from .pystra import PystraProblem, to_pystra

@@ -1,4 +1,4 @@
-"""A function of uncertain inputs as one of rows of their values, with first and second derivatives."""
+"""A function of uncertain inputs as a function of a table of values, with first and second derivatives."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ from .marginal import Marginal
 
 Array = NDArray[np.float64]
 
-# Steps of the differences that stand for first and second derivatives, in standard deviations of each input.
+# Steps of the differences for first and second derivatives, in half distances between the quantiles at ±1 standard
+# deviation of a normal distribution.
 STEP, WIDER = 1e-4, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class InputFunction:
-    """Results of rows of inputs.
+    """A function of uncertain inputs called with a table of their values, a row for each sample.
 
     Parameters
     ----------
     function
-        As `reliability` or `propagate` take it.
+        Function as for `reliability` or, with `by_keyword`, for `propagate`.
     inputs
         Joint distribution of the k inputs.
     gradient
-        Derivatives by the inputs, as `reliability` takes them; differences where it is None.
+        Derivatives with respect to the inputs, as for `reliability`; differences are taken if None.
     poses
-        Numbers of the poses of which there are results, (p,); None where the function knows none.
+        Numbers of the poses, counted from 0, one result for each, (p,); None if there are no poses.
     anywhere
-        Whether the least value of all poses is the one result.
+        Whether the only result is the smallest value over all poses.
     by_keyword
-        Whether the function is called with its inputs by keyword, as `propagate` calls it.
+        Whether the inputs are passed by keyword, as in `propagate`.
     outputs
         Number p of the results.
     """
@@ -65,7 +66,7 @@ class InputFunction:
         anywhere: bool,
         by_keyword: bool,
     ) -> InputFunction:
-        """From what a caller gives, checked."""
+        """Check the arguments of `to_openturns` or `to_pystra` and build the function."""
         inputs = JointInputs.of(distributions, correlation)
         if not inputs.names:
             raise FrameError("no distributions were given: nothing is uncertain")
@@ -94,7 +95,7 @@ class InputFunction:
         return int(self(np.stack([median, median])).shape[1])
 
     def only(self, output: int | None) -> InputFunction:
-        """The one result with a number, as a function of its own; what fails is zero or less, and so is NaN."""
+        """Function with one of the results only; NaN becomes minus infinity, so that it counts as failure."""
         if output is None and self.outputs > 1:
             raise FrameError(f"there are {self.outputs} results: give the number of one, from 0 on")
         number = 0 if output is None else whole_number(output, "number of the result", 0)
@@ -114,7 +115,7 @@ class InputFunction:
         return replace(self, function=lambda *given: _failing(failing(*given)), poses=chosen, outputs=1)
 
     def __call__(self, points: Array) -> Array:
-        """Results (m, p) of rows of inputs (m, k), in one call of the function."""
+        """Results (m, p) for inputs (m, k), in one call of the function."""
         samples = dict(zip(self.names, np.ascontiguousarray(points.T), strict=True))
         if self.by_keyword:
             found = samples_first(_without_status(self.function(**samples)), len(points), 0)
@@ -123,12 +124,12 @@ class InputFunction:
         return table.min(axis=1, keepdims=True) if self.anywhere else table
 
     def slopes(self, points: Array) -> Array:
-        """Derivatives (n, k, p) of the results at rows of inputs (n, k), in one call of the function or gradient."""
+        """Derivatives (n, k, p) of the results with respect to the inputs, at inputs (n, k)."""
         if self.gradient is None:
             return self._differences(points)
         by_input = self._arguments_of(self.gradient, points)
         if isinstance(by_input, tuple):
-            # It tells the values as well.
+            # The gradient returned a pair of the values and the derivatives.
             by_input = by_input[1]
         table = np.stack(
             [np.asarray(by_input[name], dtype=np.float64).reshape(len(points), -1) for name in self.names], axis=1
@@ -152,9 +153,9 @@ class InputFunction:
         return np.asarray((found[:, 0] - found[:, 1]) / widths[:, :, None])
 
     def _around(self, points: Array, step: float) -> tuple[Array, Array]:
-        """Rows of inputs a step up and down in each, (n, 2 k, k), and how far apart they are, (n, k).
+        """Inputs one step above and below in each component, (n, 2 k, k), and the distances between them, (n, k).
 
-        They stay within what can be drawn.
+        The values stay within the supports of the distributions.
         """
         marginals = self.marginals
         steps = step * np.array([each.middle[1] for each in marginals])
@@ -183,7 +184,7 @@ class InputFunction:
 
 
 def _without_status(found: Any) -> Any:
-    """Results alone, where the function of `propagate` tells their status as well."""
+    """Results without the status that a function for `propagate` may return as well."""
     return (
         found[0] if isinstance(found, tuple) and len(found) == 2 and np.asarray(found[1]).dtype.kind in "UT" else found
     )

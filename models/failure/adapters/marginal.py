@@ -1,4 +1,4 @@
-"""What other programs ask of the distribution of one input, whatever it was given as."""
+"""Distribution of one input with the methods that other programs need."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Marginal:
         return self.distribution
 
     def named(self) -> tuple[str, tuple[float, ...]] | None:
-        """Name in `scipy.stats` with shape parameters, location and scale; None of what has no such name."""
+        """Name in `scipy.stats` with shape parameters, location and scale; None if `scipy.stats` does not have it."""
         if isinstance(self.distribution, Normal):
             return "norm", (self.distribution.loc, self.distribution.scale)
         if isinstance(self.distribution, Interval):
@@ -59,7 +59,7 @@ class Marginal:
         return probability(self.name, self.distribution, np.asarray(x))
 
     def sf(self, x: ArrayLike) -> Array:
-        """Probability of a value above `x`, (...), exact in the upper tail where the distribution has an own one."""
+        """Probability of a value above `x`, (...); accurate in the upper tail if the distribution has ``sf``."""
         for name in ("sf", "ccdf"):
             if hasattr(self.distribution, name):
                 return np.asarray(getattr(self.distribution, name)(x), dtype=np.float64)
@@ -70,14 +70,14 @@ class Marginal:
         return np.asarray(self._distribution.ppf(q), dtype=np.float64)
 
     def isf(self, q: ArrayLike) -> Array:
-        """Value that is exceeded with the probability `q`, (...)."""
+        """Value exceeded with the probability `q`, (...)."""
         if hasattr(self.distribution, "isf"):
             return np.asarray(self._distribution.isf(q), dtype=np.float64)
         return self.ppf(1.0 - np.asarray(q))
 
     @property
     def support(self) -> tuple[float, float]:
-        """Bounds of what can be drawn, infinite where there are none."""
+        """Smallest and largest possible value, infinite if there is none."""
         if isinstance(self.distribution, Interval):
             return self.distribution.low, self.distribution.high
         low, high = (
@@ -106,9 +106,9 @@ class Marginal:
 
     @cached_property
     def middle(self) -> tuple[float, float]:
-        """Median, and half of the distance of the quantiles one standard normal score either side of it.
+        """Median, and half the distance between the quantiles at standard normal scores of -1 and 1.
 
-        Every distribution has them, and the second is the unit of differences by the input.
+        They exist for every distribution. The second is the unit of the steps of differences.
         """
         low, median, high = at_scores(self.distribution, np.array([-1.0, 0.0, 1.0])).tolist()
         return median, 0.5 * (high - low)

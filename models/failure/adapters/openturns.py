@@ -19,7 +19,7 @@ from .marginal import Marginal
 
 Array = NDArray[np.float64]
 
-# By the name of a distribution of scipy.stats, that of OpenTURNS with its shape parameters, location and scale.
+# Distributions of OpenTURNS from shape parameters, location and scale, by their names in scipy.stats.
 NAMED: Mapping[str, Callable[..., Any]] = {
     "norm": lambda ot, loc, scale: ot.Normal(loc, scale),
     "uniform": lambda ot, loc, scale: ot.Uniform(loc, loc + scale),
@@ -42,9 +42,9 @@ class OpenTURNSProblem:
     Attributes
     ----------
     function
-        Function of k inputs with p results, one call for a whole sample; NaN where there is no result.
+        Function of k inputs with p results, called once for all points of a sample; NaN where there is no result.
     distribution
-        Joint distribution of the inputs: their own ones, tied by a Gaussian copula.
+        Joint distribution of the inputs, with a Gaussian copula if they are correlated.
     """
 
     function: Any
@@ -52,22 +52,22 @@ class OpenTURNSProblem:
     _of: InputFunction
 
     def event(self, result: int | None = None) -> Any:
-        """Failure: that a result is zero or less, or NaN.
+        """Event of failure: a result is zero or less, or NaN.
 
         Parameters
         ----------
         result
-            Number of the result, such as that of the pose; may be left out where there is one.
+            Number of the result, such as that of the pose, counted from 0; may be None if there is only one.
 
         Returns
         -------
         openturns.ThresholdEvent
-            What the algorithms of OpenTURNS take.
+            The event for the algorithms of OpenTURNS.
 
         Raises
         ------
         FrameError
-            If there is no such result, or there are several and none is chosen.
+            If there is no such result, or there are several and `result` is None.
         """
         ot = imported("openturns", "to_openturns")
         one = _function(ot, self._of.only(result))
@@ -85,28 +85,29 @@ def to_openturns(
     anywhere: bool = False,
     by_keyword: bool = False,
 ) -> OpenTURNSProblem:
-    """Hand a function of uncertain inputs to OpenTURNS.
+    """Convert a function of uncertain inputs and their distributions to objects of OpenTURNS.
 
-    Its algorithms call it with whole samples, and have its first and second derivatives, by differences where there is
-    no `gradient`: those that OpenTURNS would take by itself have a step of 1e-5, whatever the unit of the input.
+    The function is called with whole samples. It has first and second derivatives, by differences if there is no
+    `gradient`; their steps fit the spread of each input, whereas the default step of OpenTURNS is fixed.
 
     Parameters
     ----------
     function
-        The limit state, as `reliability` takes it; or with `by_keyword` a function as `propagate` takes it, with the
-        samples along its first axis.
+        Limit state as for `reliability`, or with `by_keyword` a function as for `propagate` whose results have the
+        samples along the first axis.
     distributions
-        By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+        Distributions of the inputs by name, as for `propagate`: frozen `scipy.stats` distributions, intervals or
+        tolerances.
     correlation
-        Of the inputs, as for `propagate`.
+        Correlation of the inputs, as for `propagate`.
     gradient
-        As for `reliability`.
+        Gradient of the limit state, as for `reliability`.
     poses
-        Number of poses that the limit state knows: so many results.
+        Number of poses, with a result for each; None if the limit state does not depend on a pose.
     anywhere
-        Whether the one result is the least of all poses.
+        Whether the only result is the smallest over all poses.
     by_keyword
-        Whether the function is called with its inputs by keyword.
+        Whether the inputs are passed by keyword.
 
     Returns
     -------
@@ -116,7 +117,7 @@ def to_openturns(
     Raises
     ------
     FrameError
-        If OpenTURNS is not installed, an input cannot be meant, or a distribution has no ``cdf``.
+        If OpenTURNS is not installed, an argument is invalid, or a distribution has no ``cdf``.
 
     Examples
     --------
@@ -160,7 +161,7 @@ def _joint(ot: Any, inputs: JointInputs) -> Any:
 
 
 def _marginal(ot: Any, marginal: Marginal) -> Any:
-    """The distribution of OpenTURNS itself where it has this one; else one that asks ours."""
+    """The distribution of OpenTURNS of the same name, or else one that calls the methods of `marginal`."""
     named = marginal.named()
     if named is not None and named[0] in NAMED:
         return NAMED[named[0]](ot, *named[1])
@@ -171,7 +172,7 @@ def _asking(ot: Any, marginal: Marginal) -> Any:
     low, high = marginal.support
     finite = np.isfinite([low, high])
     least, most = low if finite[0] else float(marginal.ppf(1e-14)), high if finite[1] else float(marginal.isf(1e-14))
-    marginal.cdf(marginal.middle[0])  # what lacks it is told here
+    marginal.cdf(marginal.middle[0])  # raises here if the distribution has no cdf
 
     class Asking(ot.PythonDistribution):  # type: ignore[misc]
         def getRange(self) -> Any:

@@ -28,7 +28,7 @@ class PystraProblem:
     stochastic_model
         Distributions of the inputs and their correlation.
     options
-        Options of an analysis, by which it uses the derivatives of the limit state.
+        Options of an analysis, set to use the derivatives of the limit state.
     """
 
     stochastic_model: Any
@@ -36,22 +36,22 @@ class PystraProblem:
     _of: InputFunction
 
     def limit_state(self, pose: int | None = None) -> Any:
-        """What must be above zero.
+        """The limit state at one pose; values of zero or less are failures.
 
         Parameters
         ----------
         pose
-            Number of the pose; may be left out where there is one.
+            Number of the pose, counted from 0; may be None if there is only one.
 
         Returns
         -------
         pystra.LimitState
-            What the analyses of Pystra take.
+            The limit state for the analyses of Pystra.
 
         Raises
         ------
         FrameError
-            If there is no such pose, or there are several and none is chosen.
+            If there is no such pose, or there are several and `pose` is None.
         """
         pystra = imported("pystra", "to_pystra")
         one = self._of.only(pose)
@@ -60,7 +60,7 @@ class PystraProblem:
         def expression(**samples: Array) -> Any:
             points = np.stack([samples[name] for name in one.names], axis=1)
             values = one(points)[:, 0]
-            # Derivatives are asked for by single points.
+            # Pystra asks for derivatives at one point at a time.
             if len(points) > 1 or made.options.getDiffMode() != "ddm":
                 return values
             return values, one.slopes(points)[0]
@@ -79,25 +79,26 @@ def to_pystra(
     anywhere: bool = False,
     by_keyword: bool = False,
 ) -> PystraProblem:
-    """Hand a limit state of uncertain inputs to Pystra.
+    """Convert a limit state and the distributions of its inputs to objects of Pystra.
 
     Parameters
     ----------
     function
-        The limit state, as `reliability` takes it; or with `by_keyword` a function as `propagate` takes it, with the
-        samples along its first axis.
+        Limit state as for `reliability`, or with `by_keyword` a function as for `propagate` whose results have the
+        samples along the first axis.
     distributions
-        By name what `propagate` takes: frozen `scipy.stats` distributions, intervals or tolerances.
+        Distributions of the inputs by name, as for `propagate`: frozen `scipy.stats` distributions, intervals or
+        tolerances.
     correlation
-        Of the inputs, as for `propagate`.
+        Correlation of the inputs, as for `propagate`.
     gradient
-        As for `reliability`.
+        Gradient of the limit state, as for `reliability`.
     poses
-        Number of poses that the limit state knows: a limit state each.
+        Number of poses, with a limit state for each; None if the limit state does not depend on a pose.
     anywhere
-        Whether the one limit state is the least of all poses.
+        Whether the only limit state is the smallest over all poses.
     by_keyword
-        Whether the function is called with its inputs by keyword.
+        Whether the inputs are passed by keyword.
 
     Returns
     -------
@@ -107,7 +108,7 @@ def to_pystra(
     Raises
     ------
     FrameError
-        If Pystra is not installed, or an input cannot be meant.
+        If Pystra is not installed, or an argument is invalid.
 
     Examples
     --------
@@ -131,7 +132,7 @@ def to_pystra(
 
 
 def _variable(pystra: Any, marginal: Marginal) -> Any:
-    """Pystra's own variable where its transformation is closed, so that it is exact in the tails; else one of ours."""
+    """Pystra's own variable if its transformation to scores is in closed form, exact in the tails, or a general one."""
     kind, numbers = marginal.named() or ("", ())
     if kind == "norm":
         return pystra.Normal(marginal.name, *numbers)

@@ -1,1 +1,1 @@
-"""What a linkage is made of, and the checks of what the user says of it."""
+"""The description of a linkage: points, links, joints, drives, springs and loads, with their checks."""

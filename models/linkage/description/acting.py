@@ -1,4 +1,4 @@
-"""What acts on the points and links of a linkage: springs, forces, torques and gravity."""
+"""Springs, forces, torques and gravity on the points and links of a linkage."""
 
 from __future__ import annotations
 
@@ -29,25 +29,25 @@ class LoadedSketch(Sketch):
         damping: ArrayLike = 0.0,
         replace: bool = False,
     ) -> None:
-        """Put a spring, with a damper beside it, between two points; several that differ act side by side.
+        """Add a spring with a parallel damper between two points; several different ones act in parallel.
 
         Parameters
         ----------
         first, second
-            A point, or ``(link, point)`` where several links have it.
+            A point, or ``(link, point)`` if several links have it.
         stiffness
             Force per length, (...).
         length
-            Length without force, (...).
+            Unstretched length, (...).
         damping
             Force per speed, (...).
         replace
-            Whether it takes the place of all springs between the same two ends.
+            Whether it replaces all springs between the same two ends.
 
         Raises
         ------
         FrameError
-            If an end is unknown, both are the same, a number is below zero, or the same spring is there already.
+            If an end is unknown, both are the same, a number is negative, or the same spring exists already.
 
         Examples
         --------
@@ -94,30 +94,30 @@ class LoadedSketch(Sketch):
         follower: bool = False,
         replace: bool = False,
     ) -> None:
-        """Load a point with a force and a moment, global; loads that differ add up.
+        """Load a point with a force and a moment, global; different loads add up.
 
-        They act in all that is asked of the motion: reactions, drive forces, stress, accuracy, and in its frames.
+        They act in all results of the motion: reactions, drive forces, stress, accuracy, and in its frames.
 
         Parameters
         ----------
         point
             Name of the point.
         link
-            The link that carries the load; the first that has the point where None.
+            The link that carries the load; the first that has the point if None.
         fx, fy, fz, mx, my, mz
             Components of force and moment, (...); with as many entries as the motion has poses, they differ from pose
             to pose.
         follower
-            Whether they turn with the link, as the thrust of an engine does; their components are then
-            those in the reference configuration. They turn as it does in the rigid motion: what deflection turns it
-            beside that, in stiffness under load and at large displacement, does not turn them.
+            Whether they rotate with the link, as the thrust of an engine does; their components are then those in the
+            reference configuration. They rotate as the link does in the rigid motion: a further rotation by deflection,
+            in stiffness under load and at large displacement, does not rotate them.
         replace
-            Whether they take the place of all loads on this point of the link.
+            Whether they replace all loads on this point of the link.
 
         Raises
         ------
         FrameError
-            If there is no such point, no link has it, or the same load is there already.
+            If there is no such point, no link has it, or the same load exists already.
 
         Examples
         --------
@@ -147,7 +147,7 @@ class LoadedSketch(Sketch):
         follower: bool = False,
         replace: bool = False,
     ) -> None:
-        """Load a link with a moment, global; moments that differ add up.
+        """Load a link with a moment, global; different moments add up.
 
         Parameters
         ----------
@@ -158,12 +158,12 @@ class LoadedSketch(Sketch):
         follower
             As for `load`.
         replace
-            Whether it takes the place of all torques on the link.
+            Whether it replaces all torques on the link.
 
         Raises
         ------
         FrameError
-            If there is no such link, or the same torque is there already.
+            If there is no such link, or the same torque exists already.
 
         Examples
         --------
@@ -179,7 +179,7 @@ class LoadedSketch(Sketch):
         self._act(Load(link, None, _six(f"torque on {link!r}", 0.0, 0.0, 0.0, mx, my, mz), follower), replace=replace)
 
     def gravity(self, acceleration: ArrayLike) -> None:
-        """Let gravity act on all links.
+        """Apply gravity to all links.
 
         Parameters
         ----------
@@ -204,7 +204,7 @@ class LoadedSketch(Sketch):
         self.weight = vector(acceleration, "gravity", flat=True)
 
     def _act(self, new: Load, *, replace: bool) -> None:
-        """Add a load, or put it in the place of those that act there."""
+        """Add a load, or replace those at the same point or link."""
         there = [old for old in self.loads if (old.link, old.point) == (new.link, new.point)]
         if replace:
             self.loads = [old for old in self.loads if old not in there]

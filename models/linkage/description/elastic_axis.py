@@ -1,4 +1,4 @@
-"""Between which points of a link its beams run, where only the points were named."""
+"""Pairs of points between which the beams of a link run, if only its points are given."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from ....framework.protocol import LineElement
 
 Ends = tuple[str, str]
 
-# Two stretches of a link lie in one line where they lean from each other by less, in radians.
+# Largest angle between two pieces of a link that lie in one line, radians.
 IN_LINE = 1e-2
 
 
 def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], beam: object) -> list[Ends]:
     """Pairs of points between which the beams of a link run, one after the other.
 
-    Beams follow the points as they were named. Where points of a straight stretch were named out of their order, so
-    that the beams would run back over one another, there is one bar with all of these points on it.
+    Beams follow the points in the given order. If points on a straight line are not in their order along it, so that
+    beams would overlap, there is one bar with all of these points on it.
 
     Raises
     ------
     FrameError
-        If such a stretch tapers or has releases, its points change their order within the batch, or it is straight at
-        some entries only.
+        If such a bar tapers or has releases, its points change their order within the batch, or it is straight at some
+        entries only.
     """
     pairs = list(pairwise(points))
     chords = [places[end] - places[start] for start, end in pairs]
@@ -54,7 +54,7 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
 
 
 def _leads_on(one: tuple[Array, Array], other: tuple[Array, Array]) -> bool:
-    """Whether a stretch (vector and length) turns from the one before by less than 135 degrees at all entries."""
+    """Whether the angle between two successive pieces (vector, length) is below 135 degrees at all entries."""
     (first, size), (second, other_size) = one, other
     return bool(np.all(np.vecdot(first, second) > -np.sqrt(0.5) * size * other_size))
 
@@ -65,7 +65,7 @@ def _in_line(one: Array, other: Array) -> NDArray[np.bool_]:
 
 
 def _check_alike(link: str, points: Sequence[str], chords: Sequence[Array]) -> None:
-    """Check that a stretch that runs back over itself is straight at all entries or at none."""
+    """Check that a line that runs back over itself is straight at all entries or at none."""
     for first, along in enumerate(chords):
         straight = np.ones((), dtype=bool)
         for last, chord in enumerate(chords[first + 1 :], start=first + 1):
@@ -83,7 +83,7 @@ def _check_alike(link: str, points: Sequence[str], chords: Sequence[Array]) -> N
 def _in_order(
     link: str, points: Sequence[str], places: Mapping[str, Array], along: Array, beam: object
 ) -> Sequence[str]:
-    """The points of a straight stretch in their order on it."""
+    """The points of a straight line in their order on it."""
     text = ", ".join(points)
     if isinstance(beam, LineElement) and (beam.releases or (isinstance(beam, Beam) and beam.end is not None)):
         raise FrameError(

@@ -1,4 +1,4 @@
-"""Joints of any kind between the links of a sketch: what is checked and noted of each, and which are driven."""
+"""Joints of any kind between the links of a sketch, with their checks and drives."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from .parts import GROUND, Pair, axes_along
 
 
 class JoinedSketch(LoadedSketch):
-    """A sketch whose links are joined; see `Linkage`."""
+    """Points, links and loads with joints; see `Linkage`."""
 
     def drive(self, joint: str, *coordinates: str) -> None:
-        """Drive a joint made elsewhere.
+        """Drive a joint of the linkage.
 
         Parameters
         ----------
         joint
             Name of the joint.
         *coordinates
-            Which of its coordinates, such as ``"rz"``; all where none is named.
+            The driven coordinates, such as ``"rz"``; all if none is given.
 
         Raises
         ------
@@ -47,7 +47,7 @@ class JoinedSketch(LoadedSketch):
         self.drives[joint] = driven_coordinates(joint, self.joint(joint).kind, coordinates or True)
 
     def check_free(self) -> None:
-        """See that no stiffness holds a coordinate that its joint leaves free.
+        """Check that no infinite stiffness constrains a free coordinate of a joint.
 
         Raises
         ------
@@ -163,7 +163,7 @@ class JoinedSketch(LoadedSketch):
 
 
 def driven_coordinates(joint: str, kind: Kind, names: bool | Sequence[str]) -> tuple[str, ...]:
-    """Coordinates of a joint that are driven: those that are named, or all or none.
+    """Driven coordinates of a joint: those named, or all or none for True or False.
 
     Raises
     ------
@@ -189,6 +189,6 @@ def _springs(what: str, kind: Kind, value: ArrayLike) -> Array:
     springs = numbers(value, f"stiffness of {what}")
     if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
-    # what holds a coordinate that the joint leaves free is refused in other words, see `check_free`
+    # an infinite stiffness on a free coordinate has a message of its own, see `check_free`
     check_ideal(what, np.where([name not in kind.coordinates for name in COMPONENTS], springs, 0.0))
     return springs

@@ -1,8 +1,8 @@
-"""The catalogue of joints: what each lets go and what it holds.
+"""The catalogue of joints: free and constrained components of each kind.
 
-Mobility, motion, constraints, springs, reactions, nodes and files follow from what an entry says. A new kind is an
-entry here and a method of `description.simple_joints` or `linkage_description`; its symbol in drawings is in
-`framework.graphics.symbols`, and which kinds have end play or a bearing of some length is in `worst_case.limits`.
+Mobility, motion, constraints, springs, reactions, nodes and files follow from an entry. A new kind is an entry here and
+a method of `description.simple_joints` or `linkage_description`; its symbol in drawings is in
+`framework.graphics.symbols`, and `worst_case.limits` lists the kinds with end play or a bearing length.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 class Kind:
     """A kind of joint (kinematic pair), in the joint's axes x y z with z along its axis.
 
-    A joint that turns about one axis only turns about z.
+    A joint with one axis of rotation rotates about z.
 
     Attributes
     ----------
     name
         Name of the kind.
     coordinates
-        Free components in the order of the joint's coordinates; it shifts before it turns.
+        Free components in the order of the joint's coordinates, displacements before rotations.
     clearance
-        Components in which it has clearance.
+        Components in which it can have clearance.
     tied
-        Component that its first coordinate carries along, by the pitch of a thread; empty for none.
+        Component that moves in proportion to the first coordinate, by the pitch of a thread; empty if there is none.
     moving
         All components that move, the tied one last.
     slides
-        Whether its two links part at the joint's point of the first.
+        Whether the second link's point moves away from the joint's point on the first link.
     freedom
         Number of coordinates.
     constrained
@@ -57,7 +57,7 @@ class Kind:
         object.__setattr__(self, "constrained", held)
 
     def places_of(self, coordinates: Sequence[str]) -> list[int]:
-        """Where some of its coordinates stand among all."""
+        """Indices of some of its coordinates among all of them."""
         return [self.coordinates.index(name) for name in coordinates]
 
     @property
@@ -82,5 +82,5 @@ KINDS = {
 
 
 def driven_name(joint: str, coordinate: str, driven: Sequence[str]) -> str:
-    """Name of a driven coordinate in tables, figures and pages: that of its joint, which drives no other, or both."""
+    """Name of a driven coordinate in tables, figures and pages: ``joint``, or ``joint.coordinate`` of several."""
     return joint if len(driven) == 1 else f"{joint}.{coordinate}"

@@ -1,5 +1,4 @@
-"""What a linkage is: the whole description, which the analyses read and the user changes by its calls, with the joints
-that leave several coordinates free."""
+"""The whole description of a linkage, which all analyses read, and joints with several coordinates."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from .simple_joints import SimpleJoints, Z
 
 
 class LinkageDescription(SimpleJoints):
-    """Points, links, joints, drives, springs and loads; see `Linkage`, which adds what can be asked of them."""
+    """Points, links, joints, drives, springs and loads; see `Linkage`, which adds the analyses."""
 
     def __repr__(self) -> str:
         driven = ", ".join(self.drives) or "none"
@@ -22,7 +21,7 @@ class LinkageDescription(SimpleJoints):
 
     @property
     def version(self) -> tuple[object, ...]:
-        """What the compiled mechanism depends on: points, links, joints and drives of now, after their names."""
+        """All that the compiled mechanism depends on: names and values of points, links, joints and drives."""
         points, links, joints, drives = self.points, self.links, self.joints, self.drives
         return (
             *(*points, *points.values()),
@@ -37,7 +36,7 @@ class LinkageDescription(SimpleJoints):
         Returns
         -------
         same type
-            The description as it is now: what is added to either later is not in the other. Arrays are shared.
+            The copy. Later changes of one description do not change the other; arrays are shared.
         """
         other = object.__new__(type(self))
         for name, value in vars(self).items():
@@ -63,18 +62,18 @@ class LinkageDescription(SimpleJoints):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links so that the second slides along the axis and turns about it; the first carries it.
+        """Join two links so that the second slides along an axis of the first and turns about it.
 
         Parameters
         ----------
         point
-            Where it is in the reference configuration.
+            Name of the joint's point in the reference configuration.
         first, second
             Links that it joins.
         axis
             Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
-            True where both coordinates are driven, ``"uz"`` or ``"rz"`` where one is.
+            True if both coordinates are driven, ``"uz"`` or ``"rz"`` if one is.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -83,7 +82,7 @@ class LinkageDescription(SimpleJoints):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------
@@ -114,18 +113,18 @@ class LinkageDescription(SimpleJoints):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links by a ball.
+        """Join two links by a spherical joint.
 
         Parameters
         ----------
         point
-            Name of the centre of the ball.
+            Name of the centre of the joint.
         first, second
             Links that it joins.
         axis
             Third axis z of the joint in the reference configuration, (..., 2 or 3).
         drive
-            True where the rotation is driven.
+            True if the rotation is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -134,11 +133,11 @@ class LinkageDescription(SimpleJoints):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------
-        A rod on a ball is turned by 90° about y.
+        A rod on a spherical joint is turned by 90° about y.
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -166,12 +165,12 @@ class LinkageDescription(SimpleJoints):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links by a cross (Cardan, Hooke): it turns about an axis of each.
+        """Join two links by a universal joint (Cardan, Hooke): its cross turns about an axis of each link.
 
         Parameters
         ----------
         point
-            Where the axes meet.
+            Name of the point where the axes meet.
         first, second_link
             Links that it joins.
         axis
@@ -180,7 +179,7 @@ class LinkageDescription(SimpleJoints):
             Axis on the second link in the reference configuration, (..., 2 or 3), perpendicular to `axis`: x of the
             joint.
         drive
-            True where both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` where one is.
+            True if both angles are driven, ``"rz"`` (about the first axis) or ``"rx"`` if one is.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -189,12 +188,13 @@ class LinkageDescription(SimpleJoints):
         Raises
         ------
         FrameError
-            As by `revolute`, or if the axes are not perpendicular.
+            As for `revolute`, or if the axes are not perpendicular.
 
         Examples
         --------
-        Two shafts at 30° to each other, the second in a bearing: ``tan(out) = tan(in) / cos(30°)`` or its inverse, by
-        where the cross starts (Shigley & Uicker, *Theory of Machines and Mechanisms*, on Hooke's joint).
+        Two shafts at 30° to each other, the second in a bearing: ``tan(out) = tan(in) / cos(30°)`` or its inverse,
+        depending on the initial position of the cross (Shigley & Uicker, *Theory of Machines and Mechanisms*, on
+        Hooke's joint).
 
         >>> import numpy as np
         >>> from linkframe.models import Linkage
@@ -229,18 +229,18 @@ class LinkageDescription(SimpleJoints):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links by a plane on which the second slides and turns; the first carries it.
+        """Join two links so that the second slides and turns on a plane of the first.
 
         Parameters
         ----------
         point
-            A point of the plane that both links have.
+            Name of a point of the plane that both links have.
         first, second
             Links that it joins.
         axis
             Normal of the plane in the reference configuration, (..., 2 or 3).
         drive
-            True where all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several, where these are.
+            True if all three coordinates are driven; ``"ux"``, ``"uy"`` or ``"rz"``, or several of them, if these are.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -249,7 +249,7 @@ class LinkageDescription(SimpleJoints):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------

@@ -1,4 +1,4 @@
-"""What a linkage is made of: links, joints between them, springs, loads."""
+"""The parts of a linkage: links, joints, springs and loads."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .elastic_axis import neighbours
 from .joints import Kind
 
 GROUND = "ground"
-# An axis is taken as parallel, perpendicular or zero below this.
+# Rounding error below which directions count as parallel, perpendicular or zero.
 ROUNDING = 1e-9
 
 
@@ -33,12 +33,12 @@ class LinkageLink:
     points
         Names of its points, in the order given.
     beams
-        Beam, or other line element, between each pair of points; empty for a rigid link.
+        Beam, or other line element, between pairs of points; empty for a rigid link.
     mass, centre, inertia
-        As given: mass (...), centre of mass in the reference configuration (..., 3), inertia about it in global axes
-        then (..., 3, 3); None where the beams decide.
+        Mass (...), and in the reference configuration centre of mass (..., 3) and inertia about it in global axes
+        (..., 3, 3); None if not given, and then that of the beams.
     length
-        True length of a link of two points, (...); None where the points give it.
+        Given length of a link of two points, (...); None if it is the distance of the points.
     """
 
     name: str
@@ -59,9 +59,9 @@ class Pair:
     name
         Its name.
     kind
-        Entry of the catalogue.
+        Its kind, an entry of the catalogue.
     point
-        Where it is.
+        Name of its point.
     first, second
         Links that it joins; coordinates are of the second relative to the first.
     axes
@@ -69,15 +69,15 @@ class Pair:
     reference
         Coordinates in the reference configuration, (..., f).
     stiffness
-        As given, (..., 6) in joint axes; None for an ideal joint.
+        Given stiffness, (..., 6) in joint axes; None for an ideal joint.
     clearance
-        As given, (...); None without.
+        Given clearance, (...); None without clearance.
     pitch
-        Advance of a screw per turn, (...).
+        Advance of a screw per turn, (...); None for other joints.
     contact
-        Angle at which the journal lies against the bearing, radians, (...); None where equilibrium tells.
+        Given contact angle of the journal in the bearing, radians, (...); None if equilibrium determines the contact.
     directions
-        Axis and second axis, (..., 3), as they were given, of any length; None where they were not.
+        Given axis and second axis, (..., 3), of any length; None if they were not given.
     """
 
     name: str
@@ -108,13 +108,13 @@ class Pair:
 
 
 def about_first(pair: Pair) -> str:
-    """In frames: the cross of a universal joint, and the joint by which it turns about the axis on the first link."""
+    """Name in frames of the cross of a universal joint, and of the joint between it and the first link."""
     return f"{pair.name}.rz"
 
 
 @dataclass(frozen=True, eq=False)
 class LinkageSpring:
-    """A spring, and a damper beside it, between two points, each ``(link, point)``."""
+    """A spring with a parallel damper between two points, each ``(link, point)``."""
 
     first: tuple[str, str]
     second: tuple[str, str]
@@ -125,9 +125,9 @@ class LinkageSpring:
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """Force and moment (..., 6), global, on a link at a point; at no point in particular for a torque.
+    """Force and moment (..., 6), global, on a link at a point; `point` is None for a torque.
 
-    Where it is a `follower` load, it turns with the link; the components are those in the reference configuration.
+    A `follower` load rotates with the link, and its components are those in the reference configuration.
     """
 
     link: str
@@ -139,9 +139,9 @@ class Load:
 def beams_of(
     link: str, points: tuple[str, ...], beam: object, beams: object, places: Mapping[str, Array]
 ) -> dict[tuple[str, str], LineElement]:
-    """The beams of a link by pair of points, from what the user gave as ``beam=`` and ``beams=``.
+    """The beams of a link by pair of points, from the arguments ``beam=`` and ``beams=`` of the user.
 
-    `places` tell where the points are in the reference configuration.
+    `places` are the positions of the points in the reference configuration, (..., 3).
     """
     if isinstance(beam, Mapping):
         given = {tuple(pair): value for pair, value in beam.items()}
@@ -173,7 +173,7 @@ def inertia_of(link: str, value: ArrayLike) -> Array:
     else:
         tensor = np.zeros((*given.shape, 3, 3))
         tensor[..., 2, 2] = given
-    # One that was rotated into the axes of the link, R I R^T, is symmetric but for rounding.
+    # a rotated tensor, R I R^T, is symmetric but for rounding
     skew, size = np.abs(tensor - np.swapaxes(tensor, -1, -2)), np.abs(tensor).max(axis=(-2, -1), keepdims=True)
     if np.any(np.diagonal(tensor, axis1=-2, axis2=-1) < 0.0) or np.any(skew > ROUNDING * size):
         raise FrameError(
@@ -196,15 +196,15 @@ def _unit(given: Array, what: str) -> Array:
 
 
 def joint_axes(what: str, axis: ArrayLike, second: ArrayLike | None = None) -> Array:
-    """`axes_along` directions (..., 3), or (..., 2) in the plane z = 0, that are yet to be looked at."""
+    """`axes_along` directions (..., 3), or (..., 2) in the plane z = 0, which are checked first."""
     x = None if second is None else vector(second, f"second axis of joint {what!r}", flat=True)
     return axes_along(what, vector(axis, f"axis of joint {what!r}", flat=True), x)
 
 
 def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
-    """Columns x y z (..., 3, 3): z along `axis`, x along `second` or as near to global x as it can be.
+    """Joint axes as columns x y z, (..., 3, 3): z along `axis`, x along `second` or as near to global x as possible.
 
-    Where the axis is within some 25° of global x, x is as near to global y as it can be.
+    If the axis is within some 25° of global x, x is as near to global y as possible.
     """
     if second is None and axis.ndim == 1 and axis.tolist() == [0.0, 0.0, 1.0]:  # as most often
         return np.eye(3)
@@ -222,6 +222,6 @@ def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
                 f"joint {what!r}: axis and second are not perpendicular (cosine {skew:.2g}): "
                 "give the two axes of the cross at a right angle"
             )
-        x = _unit(x - lean * z, f"second axis of joint {what!r}")  # with few digits given, links would be skew
+        x = _unit(x - lean * z, f"second axis of joint {what!r}")  # axes given with few digits are not perpendicular
     z, x = np.broadcast_arrays(z, x)
     return np.stack([x, crossed(z, x), z], axis=-1)

@@ -1,4 +1,4 @@
-"""Joints that leave one coordinate free or none: pins, sliders, screws, and links joined firmly."""
+"""Joints with one coordinate or none: revolute, prismatic, screw and fixed joints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Z = (0.0, 0.0, 1.0)
 
 
 class SimpleJoints(JoinedSketch):
-    """A sketch that is joined by pins, sliders and screws; see `Linkage`."""
+    """A linkage with revolute, prismatic, screw and fixed joints; see `Linkage`."""
 
     @renamed_keywords(at="reference")
     def revolute(
@@ -30,45 +30,45 @@ class SimpleJoints(JoinedSketch):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join links by a pin: the second turns about the axis, which the first carries.
+        """Join links by a pin: the second turns about an axis of the first.
 
         Parameters
         ----------
         point
-            Where the pin is.
+            Name of the pin's point.
         first, *others
-            Links that it joins; with several, `first` carries the pin and each other link has a joint of its own
-            with it, named as the joint is, and from the second on followed by ``.link``.
+            Links that it joins. With several others, `first` carries the pin, and each other link has a joint of its
+            own with it, of which the first has the name of the joint and the others that name followed by ``.link``.
         axis
             Direction of the axis in the reference configuration, (..., 2 or 3).
         drive
-            True where the angle is driven.
+            True if the angle is driven.
         stiffness
-            Six springs in the joint's axes, (..., 6), 0 to inf; inf on what the joint constrains and on what is driven
-            where None. On a coordinate that the joint leaves free it is that of a spring, which cannot be inf; on a
-            driven one it is that of the drive, and with 0 nothing holds the frame there.
+            Stiffness of six springs in the joint's axes, (..., 6), 0 to inf; if None, inf in the constrained and driven
+            directions. In a free direction it is that of a spring and must be finite; in a driven one it is that of the
+            drive, which does not hold the frame if it is 0.
         clearance
             Radial clearance, (...).
         contact
-            Direction in which the second link's pin centre lies from the first's, radians, (...): Eq. (11) of the
-            accuracy paper. It is measured about the axis from x of the joint in the reference configuration, which is
-            global x for an axis along z, and stays where the linkage turns. The clearance then is an offset in the
-            joint, which ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not.
-            Where None, the contact state follows from equilibrium.
+            Direction from the first link's pin centre to the second's, radians, (...): Eq. (11) of the accuracy paper.
+            It is measured about the axis from x of the joint in the reference configuration, which is global x for an
+            axis along z, and does not rotate with the linkage. The clearance is then an offset in the joint, which
+            ``motion.frame(clearance=False)`` leaves out and ``frame.solve(clearance=False)`` does not. If None, the
+            contact follows from equilibrium.
         name
-            The joint's name; its point, or ``point.kind`` where that is taken. A second joint of one kind between the
-            same links at one point needs one.
+            The joint's name; by default its point, or ``point.kind`` if that is taken. A second joint of the same kind
+            between the same links at the same point needs a name.
         replace
-            Whether it takes the place of the joint of that name, or where no name is given of that of its kind
-            between the same links at the same point; it is new where there is none.
+            Whether it replaces the joint of that name, or without a name that of the same kind between the same links
+            at the same point; if there is none, it is added.
         reference
             Angle in the reference configuration, radians, (...).
 
         Raises
         ------
         FrameError
-            If a name is taken or unknown, if there is such a joint already, or if a number is not what it should be;
-            the linkage is then as it was.
+            If a name is taken or unknown, there is such a joint already, or a number is not valid; the linkage is then
+            unchanged.
 
         Examples
         --------
@@ -101,18 +101,18 @@ class SimpleJoints(JoinedSketch):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links by a slider: the second slides along the axis, which the first carries.
+        """Join two links by a slider: the second slides along an axis of the first.
 
         Parameters
         ----------
         point
-            Where it is in the reference configuration; the point must be on both links.
+            Name of the joint's point in the reference configuration, which both links must have.
         first, second
             Links that it joins.
         axis
             Direction of sliding in the reference configuration, (..., 2 or 3).
         drive
-            True where the displacement is driven.
+            True if the displacement is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -121,11 +121,11 @@ class SimpleJoints(JoinedSketch):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------
-        A slide that is driven along x from where it is.
+        A slide that is driven along x.
 
         >>> from linkframe.models import Linkage
         >>> linkage = Linkage(A=(0, 0))
@@ -152,20 +152,20 @@ class SimpleJoints(JoinedSketch):
         replace: bool = False,
         reference: ArrayLike = 0.0,
     ) -> None:
-        """Join two links by a screw: the second turns about the axis and advances with it; the first carries it.
+        """Join two links by a screw: the second turns about an axis of the first and advances along it.
 
         Parameters
         ----------
         point
-            Where it is in the reference configuration.
+            Name of the joint's point in the reference configuration.
         first, second
             Links that it joins.
         axis
             Direction of the axis in the reference configuration, (..., 2 or 3).
         pitch
-            Advance along the axis per turn, (...), length; below zero for a left-hand thread.
+            Advance along the axis per turn, (...), length; negative for a left-hand thread.
         drive
-            True where the angle is driven.
+            True if the angle is driven.
         stiffness, clearance, name, replace
             As for `revolute`.
         reference
@@ -174,7 +174,7 @@ class SimpleJoints(JoinedSketch):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------
@@ -203,7 +203,7 @@ class SimpleJoints(JoinedSketch):
         name: str | None = None,
         replace: bool = False,
     ) -> None:
-        """Join two links firmly.
+        """Join two links rigidly, or by a stiffness in all directions.
 
         Parameters
         ----------
@@ -219,7 +219,7 @@ class SimpleJoints(JoinedSketch):
         Raises
         ------
         FrameError
-            As by `revolute`.
+            As for `revolute`.
 
         Examples
         --------

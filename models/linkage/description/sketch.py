@@ -17,14 +17,14 @@ End = str | tuple[str, str]
 
 
 class Sketch:
-    """Points and links, and what of them others name; see `Linkage`.
+    """Points and links of a linkage; see `Linkage`.
 
     Parameters
     ----------
     points
-        Points by name, for names that are no Python identifiers.
+        Coordinates by name of the point, for names that are not Python identifiers.
     **named
-        The same by keyword.
+        Coordinates of points by keyword.
     """
 
     def __init__(self, points: Mapping[str, ArrayLike] | None = None, /, **named: ArrayLike) -> None:
@@ -74,7 +74,7 @@ class Sketch:
             raise FrameError(f"point {name!r} is there already: choose another name")
         given = vector(place, f"point {name!r}", flat=True) + 0.0
         self._join({f"point {name!r}": given.shape[:-1]})
-        # what is compiled is taken up again while the description holds the same arrays
+        # the compiled mechanism is reused as long as the description has the same arrays
         given.setflags(write=False)
         self.points[name] = given
 
@@ -96,25 +96,25 @@ class Sketch:
         name
             Name by which joints refer to it.
         *points
-            Names of its points, one or more; beams follow them in this order. Points of a straight stretch may come in
-            any order: where the line would run back over itself, one bar has them all.
+            Names of its points, one or more; beams follow them in this order. Points on a straight line may be given in
+            any order: if the line would run back over itself, there is one bar with all of them.
         beam
-            Beam of each part, or any other line element, or a mapping from pairs of points to such; None for a rigid
-            link.
+            Beam or other line element between successive points, or a mapping from pairs of points to such elements;
+            None for a rigid link.
         beams
-            Pairs of points between which beams run, where they do not follow the points.
+            Pairs of points between which beams run, if they do not follow the points.
         mass, centre, inertia
             Mass (...), centre of mass in the reference configuration (..., 2 or 3), and inertia about it in global axes
-            then: a tensor (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. Where not given, those of
-            the beams.
+            in that configuration: a tensor (..., 3, 3), six numbers xx yy zz xy yz zx, or one number about z. By
+            default, those of the beams.
         length
-            True length (...) of a link of two points where the points do not give it: the second point then lies
-            this far from the first. Assembly starts from the reference configuration.
+            Length (...) of a link of two points, if it is not their distance: the second point is then this far from
+            the first. Assembly starts from the reference configuration.
 
         Raises
         ------
         FrameError
-            If the name is taken, a point is unknown or given twice, or a number is not what it should be.
+            If the name is taken, a point is unknown or given twice, or a number is not valid.
 
         Examples
         --------
@@ -165,7 +165,7 @@ class Sketch:
         Parameters
         ----------
         name
-            Its name: that of its point, if none was given.
+            Its name, by default that of its point.
 
         Returns
         -------
@@ -175,31 +175,31 @@ class Sketch:
         Raises
         ------
         FrameError
-            If there is none.
+            If there is no such joint.
         """
         if name not in self.joints:
             raise FrameError(f"the linkage has no joint {name!r}: {_known(self.joints, 'joints')}")
         return self.joints[name]
 
     def end(self, where: End, what: str = "the linkage") -> tuple[str, str]:
-        """``(link, point)`` of a point, or of a link and a point.
+        """Link and point, from a point alone or from both.
 
         Parameters
         ----------
         where
-            A point, which means the first link that has it, or ``(link, point)``.
+            A point, on the first link that has it, or ``(link, point)``.
         what
-            Who asks, for the error.
+            What needs it, for error messages.
 
         Returns
         -------
         tuple of str
-            Link, ``"ground"`` where no link has the point, and point.
+            Link, ``"ground"`` if no link has the point, and point.
 
         Raises
         ------
         FrameError
-            If there is no such point or link, or the link has it not.
+            If there is no such point or link, or the link does not have the point.
         """
         if isinstance(where, str):
             self._point(where, what)
@@ -223,9 +223,9 @@ class Sketch:
         return self.links[name]
 
     def _join(self, given: Mapping[str, Shape], *, instead: bool = False) -> None:
-        """Widen the batch by the shapes of what one call gives: by all of them, or by none where one does not fit.
+        """Broadcast the batch shape with the shapes of one call; it stays unchanged if one of them does not fit.
 
-        With `instead` they take the place of what was given under the same names.
+        With `instead` they replace earlier shapes of the same names.
         """
         known = {what: shape for what, shape in self._shapes.items() if not (instead and what in given)}
         whole = np.broadcast_shapes(*known.values()) if len(known) < len(self._shapes) else self._shape
@@ -237,15 +237,15 @@ class Sketch:
 
 
 def _known(names: Iterable[str], kind: str) -> str:
-    """The remedy where a name is unknown."""
+    """The remedy for an unknown name."""
     text = ", ".join(names)
     return f"choose one of {text}" if text else f"no {kind} are defined yet"
 
 
 def place(linkage: Sketch, link: str, point: str) -> Array:
-    """Where a point is in its link's axes, (..., 3), which are the global ones in the reference configuration.
+    """Position of a point in its link's axes, (..., 3), which are the global ones in the reference configuration.
 
-    It is that of the reference configuration, but for the second point of a link that was given its true length.
+    It is the given position, except for the second point of a link with a given length.
     """
     reference_place, given = linkage.points[point], linkage.links.get(link)
     if given is None or given.length is None or point == given.points[0]:
@@ -256,6 +256,6 @@ def place(linkage: Sketch, link: str, point: str) -> Array:
 
 
 def places(linkage: Sketch, link: str) -> dict[str, Array]:
-    """Reference positions of all points of a link, as by `place`; of the ground, those of the whole linkage."""
+    """Reference positions of all points of a link, see `place`; for the ground, of all points of the linkage."""
     points = linkage.links[link].points if link in linkage.links else linkage.points
     return {point: place(linkage, link, point) for point in points}

@@ -1,1 +1,1 @@
-"""What figures show of a linkage and its motion."""
+"""Figures, pictures, movies and CAD drawings of a linkage and its motion."""

@@ -23,26 +23,27 @@ from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import lines, linkage_scene
 
-# What the largest clearance is drawn as, in radii of a pin.
+# Size at which the largest clearance is drawn, in radii of a pin.
 SHOWN = 1.2
 BEARING = "#1b7f5c"
 STEEL, DRIVE, GROUND_COLOUR, FORCE = "#3a3f4a", "#d55e00", "#9aa0aa", "#c8352b"
 SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-# Half the length of a joint's body along its axis, and half its width, in radii of a pin; those in between are round.
+# Half length along the axis and half width of joints drawn as boxes, and half length of those drawn as cylinders, in
+# radii of a pin.
 BOXES = {"prismatic": (2.4, 1.4), "planar": (0.5, 2.2), "fixed": (1.2, 1.2)}
 ROUND = {"revolute": 1.8, "cylindrical": 3.4, "screw": 2.6, "universal": 1.8}
 
 
 @dataclass(frozen=True, eq=False)
 class Looks:
-    """What a picture shows beside the linkage.
+    """Options of a picture.
 
     Attributes
     ----------
     regions, level, magnify
         Regions about points, the probability of ellipsoids, and the factor on them; see `drawn_regions`.
     clearances
-        Factor on the clearances; a round one where None, and none are drawn where it is 0.
+        Factor on the clearances; a round one if None; 0 draws none.
     names
         Whether points are named.
     units
@@ -59,16 +60,18 @@ class Looks:
 
 @dataclass(frozen=True, eq=False)
 class MotionBodies:
-    """What is drawn of a motion at some of its poses.
+    """Bodies of a motion at some of its poses.
 
     Attributes
     ----------
     motion
         The motion.
     poses
-        Flat numbers of the poses drawn.
+        Flat indices of the poses drawn.
     looks
-        What else is drawn.
+        Options of the picture.
+    scenes
+        Scenes by number of the pose, made when first asked for.
     """
 
     motion: DrawnPoses
@@ -77,7 +80,7 @@ class MotionBodies:
     scenes: dict[int, Scene] = field(default_factory=dict)
 
     def scene(self, pose: int) -> Scene:
-        """Lines, symbols and texts of one of the poses, by its number among them."""
+        """Lines, symbols and texts of one of the poses, by its number in `poses`."""
         if pose not in self.scenes:
             places = PosePlaces(self.motion, self.poses[pose])
             scene = linkage_scene(places, self.flat, names=self.looks.names, force_unit=self.looks.units[1])
@@ -92,7 +95,7 @@ class MotionBodies:
 
     @property
     def seen(self) -> Array:
-        """Points that are to be in the picture, at all poses, (n, 3)."""
+        """Points that must be in view, at all poses, (n, 3)."""
         scenes = [self.scene(k) for k in range(len(self.poses))]
         tips = [a.at + self.arrow(s, a.force) for s in scenes for a in s.arrows]
         ways = np.concatenate([np.eye(3), -np.eye(3)])
@@ -105,29 +108,29 @@ class MotionBodies:
 
     @property
     def across(self) -> int | None:
-        """The global axis along which a plane motion is looked at; None for one in space."""
+        """The global axis of view for a planar motion; None for a motion in space."""
         return None if self.flat is None else 3 - sum(self.flat)
 
     @property
     def up(self) -> Array:
-        """Upwards in the picture: y if it shows the xy plane, else z."""
+        """Unit vector that points upwards in the picture: y if it shows the xy plane, else z."""
         return np.asarray(np.eye(3)[1 if self.across == 2 else 2])
 
     @property
     def margin(self) -> float:
-        """How far bodies reach beyond the points."""
+        """Distance by which bodies extend beyond the points, a length."""
         return 4.5 * self.pin
 
     @property
     def pin(self) -> float:
-        """Radius of a pin: that of the drawing, and no less than the links are thick."""
+        """Radius of a pin: as large as the thickest section, within limits relative to the linkage's size."""
         scene = self.scene(0)
         thick = [float(np.abs(part).max()) for _, parts in self._sections() for part in parts]
         least, most = scene.pin(scene.size), 0.03 * scene.size
         return float(np.clip(1.05 * max(thick, default=0.0), least, most))
 
     def arrow(self, scene: Scene, force: Array) -> Array:
-        """A force as long as it is drawn, (3,)."""
+        """Vector of the arrow by which a force is drawn, (3,)."""
         longest = max(float(np.linalg.norm(each.force)) for each in scene.arrows)
         return np.asarray(ARROW * scene.size * force / longest)
 
@@ -145,7 +148,7 @@ class MotionBodies:
 
     @cached_property
     def clearance_scale(self) -> float:
-        """Factor on the clearances; 0 where none are drawn."""
+        """Factor on the clearances; 0 if none are drawn."""
         if self.looks.clearances is not None:
             return self.looks.clearances
         most = max((float(np.max(gap)) for pair in self._loose if (gap := pair.clearance) is not None), default=0.0)
@@ -158,7 +161,7 @@ class MotionBodies:
 
     @cached_property
     def caption(self) -> str:
-        """What is drawn larger than it is, and how many times."""
+        """Text with the factors on regions and clearances, and the meaning of arrows."""
         lines = [told(self.regions, self.region_scale)]
         if self._loose and self.clearance_scale > 0.0:
             lines.append(f"clearances × {self.clearance_scale:g}")
@@ -167,7 +170,7 @@ class MotionBodies:
         return "\n".join(line for line in lines if line)
 
     def surfaces(self, pose: int) -> dict[str, tuple[Surface, str]]:
-        """Bodies and their colours by name, the same of them at all poses."""
+        """Bodies and their colours by name; they have the same names and topology at all poses."""
         places, scene = PosePlaces(self.motion, self.poses[pose]), self.scene(pose)
         found = {}
         for number, link in enumerate(self.motion.linkage.links.values()):
@@ -197,7 +200,7 @@ class MotionBodies:
                     yield pair, outlines(section)
 
     def _link(self, places: PosePlaces, link: LinkageLink) -> Iterator[Surface]:
-        """Beams with their sections, other elements as round bars; a rigid link as bars along its outline."""
+        """Beams with their sections, other elements as round bars, and a rigid link as bars along its outline."""
         if not link.beams and len(link.points) > 1:
             yield from (self._tube(line, 0.6) for line in lines(places, link))
         at = {point: places.position(point, link.name) for point in link.points}
@@ -213,7 +216,7 @@ class MotionBodies:
                 yield prism(part, at[first], at[second], rotated)
 
     def _tube(self, line: Array, share: float) -> Surface:
-        """Round bars along a line (k, 3), piece by piece where it has corners."""
+        """Round bars along the segments of a line (k, 3)."""
         curves = np.stack([line[:-1], line[1:]], axis=1)
         long = np.linalg.norm(curves[:, 1] - curves[:, 0], axis=-1) > 0.0
         return tubes(curves[long], np.zeros((int(long.sum()), 2)), share * self.pin)
@@ -231,16 +234,16 @@ class MotionBodies:
                 yield self._cylinder(joint.at, way, ROUND.get(joint.kind, 1.8))
 
     def _cylinder(self, at: Array, way: Array, half: float) -> Surface:
-        """A pin along a unit vector, `half` as long each way in its radii."""
+        """A pin along a unit vector; `half` is half its length in its radii."""
         body = copies(block(), np.zeros((1, 3)), np.ones(1), upright(way[None]))
-        # The template is as long as it is thick and lies below its place.
+        # the template is as long as it is thick, with its upper end at the origin
         along = body.points @ way
         round_part = 1.25 * self.pin * (body.points - along[:, None] * way)
         points = round_part + self.pin * half * (2.0 * along[:, None] + 1.0) * way
         return Surface(at + points, body.normals, body.faces, body.values)
 
     def _bearing(self, places: PosePlaces, joint: JointSymbol) -> Iterator[Surface]:
-        """What holds the journal of a joint with clearance, as rings or frames about it."""
+        """The bearing of a joint with clearance, as rings or frames about its journal."""
         pair = self.motion.linkage.joints[joint.name]
         if pair.clearance is None:
             return
@@ -263,11 +266,11 @@ class MotionBodies:
 
     @cached_property
     def _most_moving(self) -> int:
-        """Greatest number of arrows of a free motion at any of the poses."""
+        """Largest number of arrows of a free motion over the poses."""
         return max(len(self.scene(k).moves) for k in range(len(self.poses)))
 
     def _free(self, scene: Scene) -> Surface:
-        """Arrows of a free motion; at each pose as many, those that are not needed without length."""
+        """Arrows of a free motion, the same number at each pose; those that are not needed have no length."""
         nothing = [LoadArrow(scene.points[0], np.zeros(3), "")] * (self._most_moving - len(scene.moves))
         shown = [*scene.moves, *nothing]
         ways = ARROW * scene.size * np.array([each.force for each in shown])
@@ -276,7 +279,7 @@ class MotionBodies:
         return copies(arrow(), np.array([each.at for each in shown]) + ways, length, axes)
 
     def _region(self, region: DrawnRegion, pose: int) -> Surface:
-        """A region as a body about its point: a thin disc in a plane; never thinner than can be seen."""
+        """A region as a body about its point, in a plane as a prism; thickened to remain visible."""
         least = 0.1 * self.pin
         if self.flat is None:
             ball = sphere()
@@ -289,11 +292,11 @@ class MotionBodies:
         turn = np.linspace(0.0, 2.0 * np.pi, len(corners), endpoint=False)
         flat = (corners - middle)[:, [first, second]] + least * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
         rows = np.stack([np.cross(np.eye(3)[first], np.eye(3)[second]), np.eye(3)[first], np.eye(3)[second]])
-        # In front of all that is at the point, and behind it, from wherever one looks.
+        # it extends beyond the bodies at the point on both sides, so as to be visible from everywhere
         return prism(flat, middle - 4.0 * self.pin * rows[0], middle + 4.0 * self.pin * rows[0], rows)
 
     def _foot(self, joint: JointSymbol) -> Surface:
-        """Ground below a joint, where the picture's upward direction is up."""
+        """Ground below a joint, in the picture's upward direction."""
         up = self.up
         side = np.eye(3)[0] if abs(up[0]) < 0.5 else np.eye(3)[1]
         rows = np.stack([-up, side, np.cross(-up, side)])
@@ -301,7 +304,7 @@ class MotionBodies:
         return prism(1.9 * self.pin * SQUARE, top, top - 1.2 * self.pin * up, rows)
 
     def _force(self, scene: Scene, at: Array, force: Array) -> Surface:
-        """An arrow that begins at its place."""
+        """An arrow of a force that starts at its point of application."""
         drawn = self.arrow(scene, force)
         length = float(np.linalg.norm(drawn))
         return copies(arrow(), (at + drawn)[None], np.array([length]), upright(drawn[None]))

@@ -1,4 +1,4 @@
-"""What all motions can be asked to draw: those of a linkage, and of a four-bar."""
+"""Drawing methods of all motions: those of linkages and of four-bars."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .units import GHOSTS, SI, Units
 
-# What draws is loaded where a motion is first drawn, which few are.
+# The modules that draw are loaded when a motion is first drawn, which few are.
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 
 class DrawnMotion(ABC):
-    """A motion that draws itself, in the plane and in space."""
+    """A motion that can be drawn, in the plane and in space."""
 
     @abstractmethod
     def _drawn(self) -> DrawnPoses:
-        """The motion of a linkage that is drawn."""
+        """The motion of a linkage that is to be drawn."""
 
     def plot(
         self,
@@ -41,29 +41,28 @@ class DrawnMotion(ABC):
         loads: bool = True,
         units: Units = SI,
     ) -> Axes:
-        """Draw one pose, others faintly behind it, and the paths of points; at a dead point how it moves, as arrows.
+        """Draw one pose, others faintly behind it, and the paths of points; at a dead point its free motion as arrows.
 
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
+            Axes of matplotlib to draw on, in space for a motion in space; new ones if None.
         pose
-            Index of the pose; the first that can be assembled where None.
+            Index of the pose; the first that can be assembled if None.
         trace
             Point, or points, whose paths over the longest batch axis are drawn.
         band
-            Displacements of the one point traced, length, whose envelope is drawn about its path: of samples, (poses,
+            Displacements of the one point traced, lengths, whose envelope is drawn about its path: samples, (poses,
             samples, 2 or more), or a `Spread` of them; or half widths by pose, (poses, 2 or more).
         regions
-            What to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
-            its position, (..., 2, 2) or (..., 3, 3), or what has one: a `Propagation` or `TaylorMoments` of it.
+            Regions to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
+            its position, (..., 2, 2) or (..., 3, 3), or a `Propagation` or `TaylorMoments` with a covariance.
         level
             Probability with which a normal deviation lies within the ellipse or ellipsoid of a covariance.
         magnify
-            Factor on these displacements and regions; a round one that shows them where None. It stands above the
-            figure.
+            Factor on these displacements and regions; a suitable round one if None. The title states it.
         ghosts
-            About how many other poses are drawn; 0 for none.
+            Approximate number of other poses that are drawn; 0 for none.
         names, loads
             Whether points are named, and forces drawn.
         units
@@ -72,7 +71,7 @@ class DrawnMotion(ABC):
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on, in the linkage's own lengths.
+            The axes, in the linkage's unit of length.
 
         Raises
         ------
@@ -105,12 +104,12 @@ class DrawnMotion(ABC):
         names: bool = True,
         units: Units = SI,
     ) -> FuncAnimation:
-        """Let the poses along the longest batch axis follow each other.
+        """Animate the poses along the longest batch axis.
 
         Parameters
         ----------
         ax
-            Axes of matplotlib to draw on, in space for a motion in space; new ones where None.
+            Axes of matplotlib to draw on, in space for a motion in space; new ones if None.
         trace
             Point, or points, whose paths are drawn.
         interval
@@ -123,7 +122,8 @@ class DrawnMotion(ABC):
         Returns
         -------
         matplotlib.animation.FuncAnimation
-            To be kept while it is shown: ``.save("motion.gif")``, or ``.to_jshtml()`` in a notebook.
+            The animation, to be kept in a variable while it is shown: ``.save("motion.gif")``, or ``.to_jshtml()`` in a
+            notebook.
 
         Raises
         ------
@@ -151,26 +151,26 @@ class DrawnMotion(ABC):
     ) -> None:
         """Render one pose in space: links with their sections, joints by kind, drives in orange, ground, forces.
 
-        At a dead point violet arrows show the motion that the locked drives let pass.
+        At a dead point violet arrows show the free motion with locked drives.
 
-        ``motion.frame().solve()`` with ``linkframe.framework.picture`` shows it deformed, coloured by its stress.
+        ``linkframe.framework.picture`` of ``motion.frame().solve()`` shows the deformed linkage coloured by its stress.
 
         Parameters
         ----------
         path
             Image to write, ``.png`` or ``.jpg``.
         pose
-            Index of the pose; the first that can be assembled where None.
+            Index of the pose; the first that can be assembled if None.
         regions
-            What to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
-            its position, (..., 2, 2) or (..., 3, 3), or what has one: a `Propagation` or `TaylorMoments` of it.
+            Regions to draw about points: a `WorstCase`, or by point a `WorstCase`, a `ReachableRegion`, a covariance of
+            its position, (..., 2, 2) or (..., 3, 3), or a `Propagation` or `TaylorMoments` with a covariance.
         level
             Probability with which a normal deviation lies within the ellipse or ellipsoid of a covariance.
         magnify
-            Factor on the regions; a round one that shows them where None. It stands in the picture.
+            Factor on the regions; a suitable round one if None. The caption states it.
         clearances
-            Factor on the clearances of the joints, whose bearings are drawn as rings about their journals; a round one
-            that shows them where None, and 0 for none. It stands in the picture.
+            Factor on the clearances of the joints, whose bearings are drawn as rings about their journals; a suitable
+            round one if None, and 0 for none. The caption states it.
         names
             Whether points are named.
         size
@@ -183,7 +183,7 @@ class DrawnMotion(ABC):
         RenderingError
             If this machine cannot render; the message says what to install.
         FrameError
-            If the name ends otherwise, there is no such pose, or the folder cannot be written.
+            If the name has another ending, there is no such pose, or the folder cannot be written.
         """
         from .bodies import Looks
         from .pictures import picture
@@ -204,7 +204,7 @@ class DrawnMotion(ABC):
         rate: int = 12,
         units: Units = SI,
     ) -> None:
-        """Render the poses along the longest batch axis one after the other, as `picture` does one.
+        """Render the poses along the longest batch axis as a movie, each as by `picture`.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ class DrawnMotion(ABC):
         RenderingError
             If this machine cannot render or the extra is not installed; the message says what to install.
         FrameError
-            If the name ends otherwise, no pose is assembled, or the folder cannot be written.
+            If the name has another ending, no pose is assembled, or the folder cannot be written.
         """
         from .bodies import Looks
         from .pictures import movie
@@ -245,12 +245,12 @@ class DrawnMotion(ABC):
         names: bool = True,
         units: Units = SI,
     ) -> object:
-        """Open a window on the motion in space, to turn and to zoom, with a slider for the pose.
+        """Open a window that shows the motion in space, to rotate and zoom, with a slider for the pose.
 
         Parameters
         ----------
         pose
-            Index of the pose that it begins with; the first that can be assembled where None.
+            Index of the pose shown first; the first that can be assembled if None.
         regions, level, magnify, clearances
             As for `picture`.
         names
@@ -261,7 +261,7 @@ class DrawnMotion(ABC):
         Returns
         -------
         object
-            What PyVista gives: in a notebook the view, in a terminal None once the window is closed.
+            The result of PyVista: in a notebook the view, in a terminal None once the window is closed.
 
         Raises
         ------

@@ -21,16 +21,16 @@ from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, assemb
 from .plane import plane
 from .scene import linkage_scene
 
-# Units of length that the header of a drawing knows, with their numbers there.
+# Units of length by their code in the header of a drawing.
 UNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
-# Colours by AutoCAD's index: of links one after the other, and of what else there is.
+# Colours by AutoCAD's index: of links in turn, and of everything else.
 LINK_COLOURS = (5, 1, 3, 6, 30, 4, 94, 200)
 COLOURS = {"joints": 7, "drives": 30, "points": 8, "springs": 8, "paths": 4}
-# What no name of a layer may hold.
+# Characters that are not allowed in names of layers.
 FORBIDDEN = str.maketrans(dict.fromkeys("<>/\\\":;?*|='`,", "_"))
-# Height of a name beside the radius of a pin.
+# Height of letters, in radii of a pin.
 LETTER = 2.0
-# Edges of a section that are drawn along a member in space.
+# Number of edges of a section that are drawn along a member in space.
 EDGES = 4
 
 
@@ -65,7 +65,17 @@ def save_motion(motion: DrawnPoses, path: Path, unit: str) -> None:
 
 @dataclass
 class CadDrawing:
-    """A document of ezdxf with layers by what is on them."""
+    """A drawing of ezdxf, with layers for links, joints and other parts.
+
+    Attributes
+    ----------
+    document
+        The document of ezdxf.
+    linkage
+        The linkage that is drawn.
+    names
+        Name of each layer by the kind and the wanted name of its contents.
+    """
 
     document: Any
     linkage: LinkageDescription
@@ -88,11 +98,11 @@ class CadDrawing:
 
     @property
     def space(self) -> Any:
-        """Where the drawing is."""
+        """Model space of the document."""
         return self.document.modelspace()
 
     def layer(self, wanted: str, colour: int, kind: str = "") -> str:
-        """The layer of something, made where it is first asked for; names differ also where case does not count."""
+        """Name of the layer for something, added when first asked for; names are unique regardless of case."""
         if (kind, wanted) not in self.names:
             plain = wanted.translate(FORBIDDEN).strip() or "_"
             name, taken = plain, {each.lower() for each in self.names.values()} | {"0", "defpoints"}
@@ -122,7 +132,7 @@ class CadDrawing:
     def _add_name(
         self, layout: Any, label: Label, radius: float, flat: tuple[int, int] | None, layer: dict[str, str]
     ) -> None:
-        """A name beside its point, to be read in the plane of the drawing; in space from above."""
+        """Add a name beside its point, parallel to the plane of the drawing, in space to that of x and y."""
         from ezdxf.math import OCS
 
         first, second = (np.eye(3)[k] for k in flat or (0, 1))
@@ -131,13 +141,13 @@ class CadDrawing:
         text.set_placement(OCS(normal.tolist()).from_wcs((label.at + 1.2 * radius * (first + second)).tolist()))
 
     def _add_joints(self, layout: Any, scene: Scene, radius: float) -> None:
-        """Circles about the joints' axes on a layer of their kind; two where a drive is, a line along a slide."""
+        """Add circles about the joints' axes on a layer of their kind; for drives a second one, for slides a line."""
         from ezdxf.math import OCS
 
         for joint in scene.joints:
             axis = joint.axes[:, 2]
             slides = joint.kind in ("prismatic", "cylindrical")
-            # In the plane a slider's circle is about the normal of the plane, along which one looks.
+            # in the plane all circles are about its normal, which is the direction of view
             normal = joint.axes[:, 0] if joint.kind == "prismatic" else axis
             if scene.flat is not None:
                 normal = np.eye(3)[3 - sum(scene.flat)]
@@ -150,7 +160,7 @@ class CadDrawing:
                 _line(layout, joint.at + np.outer((-3.0, 3.0), radius * axis), layer["layer"])
 
     def add_paths(self, motion: DrawnPoses, numbers: list[int]) -> None:
-        """Paths of the points of links that move, broken where a pose is not assembled."""
+        """Add paths of the points that move, interrupted at poses that are not assembled."""
         moved = {point: link.name for link in self.linkage.links.values() for point in reversed(link.points)}
         paths = {
             point: np.broadcast_to(motion.position(point, link), (*motion.shape, 3)).reshape(-1, 3)[numbers]
@@ -174,7 +184,7 @@ class CadDrawing:
 
 
 def _line(layout: Any, points: Array, layer: str, close: bool = False) -> None:
-    """A line, or more than one in a row, in space."""
+    """Add a line, or a polyline of several segments, in space."""
     if len(points) == 2 and not close:
         layout.add_line(*points.tolist(), {"layer": layer})
     elif len(points) > 1:
@@ -182,7 +192,7 @@ def _line(layout: Any, points: Array, layer: str, close: bool = False) -> None:
 
 
 def _sections(places: DrawnPlaces, flat: tuple[int, int] | None) -> Iterator[tuple[str, Array]]:
-    """Outlines of the beams by link: in the plane as they are seen, in space their sections at the ends and edges."""
+    """Outlines of beams, each with its link: in the plane as seen, in space sections at the ends and edges along."""
     for link in places.linkage.links.values():
         for (first, second), beam in link.beams.items():
             section = getattr(beam, "section", None)

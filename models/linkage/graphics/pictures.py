@@ -12,7 +12,7 @@ from ....framework.pictures.rendering import quiet
 from .bodies import Looks, MotionBodies
 from .places import DrawnPoses, assembled_of, series_of
 
-# How much of a region is seen.
+# Opacity of regions.
 CLEAR = 0.55
 
 
@@ -61,7 +61,7 @@ def show(motion: DrawnPoses, pose: int | tuple[int, ...] | None, looks: Looks) -
 
 
 def _assembled(motion: DrawnPoses) -> tuple[int, ...]:
-    """Flat numbers of the assembled poses along the longest batch axis."""
+    """Flat indices of the assembled poses along the longest batch axis."""
     return tuple(assembled_of(motion, series_of(motion, None)[0]))
 
 
@@ -81,7 +81,7 @@ def _plotter(bodies: MotionBodies, size: tuple[int, int], off_screen: bool) -> t
 
 
 def _move(plotter: Any, meshes: dict[str, Any], bodies: MotionBodies, number: int) -> None:
-    """Show another pose: the same bodies elsewhere."""
+    """Show another pose by moving the meshes."""
     for name, (surface, _) in bodies.surfaces(number).items():
         plotting.move(meshes[name], surface)
     _texts(plotter, bodies, number)
@@ -89,7 +89,7 @@ def _move(plotter: Any, meshes: dict[str, Any], bodies: MotionBodies, number: in
 
 
 def _texts(plotter: Any, bodies: MotionBodies, number: int) -> None:
-    """Names of points, beside the pins, and sizes of forces, at the tips of their arrows."""
+    """Add names of points beside the pins, and magnitudes of forces at the tips of their arrows."""
     scene = bodies.scene(number)
     places = [label.at + 2.3 * bodies.pin * bodies.up for label in scene.labels]
     plotting.add_texts(plotter, "names", places, [label.text for label in scene.labels], 40)

@@ -1,4 +1,4 @@
-"""Where everything of a linkage is in one figure: in its reference configuration, or at a pose of a motion."""
+"""Positions and axes of a linkage in one figure: in its reference configuration, or at a pose of a motion."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from ....framework.errors import FrameError
 from ....framework.graphics.scene import FLAT, LoadArrow, beside
 from ..description.linkage_description import LinkageDescription
 
-# A point moves that has this share of the fastest's speed.
+# Ratio to the largest speed of a point below which a point counts as at rest.
 MOVES = 1e-6
 FREE_TEXT = "arrows: free motion, drives locked"
 
 
 class DrawnPlaces(Protocol):
-    """Positions and joint axes."""
+    """Positions, joint axes and rotations of a linkage in one figure."""
 
     @property
     def linkage(self) -> LinkageDescription:
-        """The description."""
+        """Description of the linkage."""
 
     def position(self, point: str, link: str | None = None) -> Array:
-        """Where a point of a link is, (3,)."""
+        """Position of a point of a link, (3,)."""
 
     def axes(self, joint: str) -> Array:
         """Axes of a joint as columns, (3, 3)."""
 
     def rotated(self, link: str, vector: Array) -> Array:
-        """A vector (..., 3) of the reference configuration that turns with a link, (3,)."""
+        """A vector (..., 3) that is fixed to a link and given in the reference configuration, (3,)."""
 
     def value(self, array: Array, trailing: int) -> Array:
-        """One entry of something that may vary over the batch of the description, without its batch axes."""
+        """Entry of an array that may vary over the batch; its last `trailing` axes remain."""
 
 
 class PosesInRow(Protocol):
-    """A batch of poses of which some are there."""
+    """A batch of poses, of which some may not be assembled."""
 
     @property
     def shape(self) -> Shape:
@@ -48,19 +48,19 @@ class PosesInRow(Protocol):
 
     @property
     def is_assembled(self) -> NDArray[np.bool_]:
-        """Which poses there are, (...)."""
+        """Which poses are assembled, (...)."""
 
     @property
     def closure_status(self) -> NDArray[np.str_]:
-        """Why the others are not there, (...)."""
+        """Why the others are not assembled, (...)."""
 
 
 class DrawnPoses(PosesInRow, Protocol):
-    """A batch of poses, as figures need them; `ClassifiedPoses` has more."""
+    """The part of a batch of poses that figures need; `ClassifiedPoses` has more."""
 
     @property
     def linkage(self) -> LinkageDescription:
-        """The description."""
+        """Description of the linkage."""
 
     def position(self, point: str, link: str | None = None) -> Array:
         """Position of a point of a link, (..., 3)."""
@@ -69,18 +69,18 @@ class DrawnPoses(PosesInRow, Protocol):
         """Axes of a joint as columns, (..., 3, 3)."""
 
     def axes(self, link: str) -> Array:
-        """How a link is rotated from the reference configuration, (..., 3, 3)."""
+        """Rotation of a link from the reference configuration, (..., 3, 3)."""
 
     def origin(self, link: str) -> Array:
-        """Where the global origin goes to as a point of a link, (..., 3)."""
+        """Position of the link's point that is at the global origin in the reference configuration, (..., 3)."""
 
     def free_velocity(self, point: str, link: str | None = None) -> Array:
-        """Velocity of a point in the motion that locked drives let pass, (..., 3); zero where there is none."""
+        """Velocity of a point in the free motion with locked drives, (..., 3); zero if there is none."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReferencePoses:
-    """Linkages of a batch, each in its reference configuration, as poses: drawn where they are, singular or not."""
+    """Linkages of a batch as poses, each in its reference configuration, whether singular or not."""
 
     linkage: LinkageDescription
 
@@ -91,16 +91,16 @@ class ReferencePoses:
 
     @property
     def is_assembled(self) -> NDArray[np.bool_]:
-        """All are there."""
+        """True for all, (...)."""
         return np.ones(self.shape, dtype=bool)
 
     @property
     def closure_status(self) -> NDArray[np.str_]:
-        """Closed, (...)."""
+        """``"regular"`` for all, (...)."""
         return np.full(self.shape, "regular")
 
     def position(self, point: str, link: str | None = None) -> Array:
-        """See `DrawnPoses`; in the reference configuration a point is in one place."""
+        """See `DrawnPoses`; in the reference configuration a point has one position for all its links."""
         if point not in self.linkage.points:
             known = ", ".join(self.linkage.points)
             raise FrameError(f"the linkage has no point {point!r}: choose one of {known}")
@@ -119,19 +119,19 @@ class ReferencePoses:
         return np.zeros((*self.shape, 3))
 
     def free_velocity(self, point: str, link: str | None = None) -> Array:
-        """See `DrawnPoses`; a single configuration does not tell."""
+        """See `DrawnPoses`; zero, as it is not computed here."""
         return np.zeros((*self.shape, 3))
 
 
 @dataclass(frozen=True, eq=False)
 class ReferencePlaces:
-    """The reference configuration of a linkage, at one entry of its batch, counted flat."""
+    """The reference configuration of a linkage, at one entry of its batch by flat index."""
 
     linkage: LinkageDescription
     entry: int = 0
 
     def position(self, point: str, link: str | None = None) -> Array:
-        """See `DrawnPlaces`; in the reference configuration a point is in one place."""
+        """See `DrawnPlaces`; in the reference configuration a point has one position for all its links."""
         return self.value(self.linkage.points[point], 1)
 
     def axes(self, joint: str) -> Array:
@@ -148,7 +148,7 @@ class ReferencePlaces:
 
     @property
     def flat(self) -> tuple[int, int] | None:
-        """The plane in which the linkage lies and about whose normal its pins turn; None where there is none."""
+        """The plane in which the linkage lies and to which its pins are perpendicular; None if there is none."""
         points = np.array([self.position(point) for point in self.linkage.points]).reshape(-1, 3)
         size = float(np.ptp(points, axis=0).max(initial=0.0)) or 1.0
         turning = [j for j in self.linkage.joints.values() if j.kind.name in ("revolute", "planar")]
@@ -161,14 +161,14 @@ class ReferencePlaces:
 
 @dataclass(frozen=True, eq=False)
 class PosePlaces:
-    """A pose of a motion, by its flat number."""
+    """A pose of a motion, by its flat index."""
 
     motion: DrawnPoses
     entry: int
 
     @property
     def linkage(self) -> LinkageDescription:
-        """The description."""
+        """Description of the linkage."""
         return self.motion.linkage
 
     def position(self, point: str, link: str | None = None) -> Array:
@@ -189,7 +189,7 @@ class PosePlaces:
 
 
 def at_entry(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
-    """One entry of an array, by its flat number in a batch shape; the first along axes that the batch has not."""
+    """Entry of an array, by its flat index in the batch `shape`; the first along axes that the batch does not have."""
     batch, own = array.shape[: array.ndim - trailing], array.shape[array.ndim - trailing :]
     full = np.broadcast_shapes(shape, batch)
     index = np.unravel_index(entry, shape) if shape else ()
@@ -199,7 +199,7 @@ def at_entry(array: Array, shape: Shape, entry: int, trailing: int) -> Array:
 
 
 def free_arrows(motion: DrawnPoses, entry: int) -> list[LoadArrow]:
-    """Arrows of the motion that locked drives let pass at a pose, by its flat number; none where they hold it."""
+    """Arrows of the free motion with locked drives at a pose, by its flat index; none if there is no free motion."""
     places = PosePlaces(motion, entry)
     found = []
     for link in motion.linkage.links.values():
@@ -213,30 +213,30 @@ def free_arrows(motion: DrawnPoses, entry: int) -> list[LoadArrow]:
 
 
 def assembled_of(motion: PosesInRow, series: Sequence[int]) -> list[int]:
-    """Those of some poses, by their flat numbers, that are assembled."""
+    """The assembled poses among `series`, by flat index."""
     there = np.broadcast_to(motion.is_assembled, motion.shape).reshape(-1)
     return [number for number in series if there[number]]
 
 
 def rows_of(motion: PosesInRow, values: Array) -> Array:
-    """Values (..., k) by flat number of the pose, (poses, k)."""
+    """Values (..., k) of all poses with one batch axis, (poses, k)."""
     return np.broadcast_to(values, (*motion.shape, values.shape[-1])).reshape(-1, values.shape[-1])
 
 
 def series_of(motion: PosesInRow, pose: int | tuple[int, ...] | None) -> tuple[list[int], int]:
-    """Flat numbers of the poses along the longest batch axis, and of the one that is drawn.
+    """Flat indices of the poses along the longest batch axis, and of the one that is drawn.
 
     Parameters
     ----------
     motion
         The motion.
     pose
-        Index of the pose drawn; the first assembled one of the series where None.
+        Index of the pose drawn; the first assembled one of the series if None.
 
     Raises
     ------
     FrameError
-        If there is no such pose, it is not assembled, or no pose is.
+        If there is no such pose, or it or all poses are not assembled.
     """
     shape = motion.shape
     numbers = np.arange(int(np.prod(shape))).reshape(shape)

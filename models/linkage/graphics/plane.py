@@ -8,15 +8,15 @@ from ....framework.graphics.scene import beside
 from ..poses.configuration import extent
 from .places import DrawnPoses
 
-# Motion across the plane that is rounding, as a share of the linkage's size.
+# Motion out of the plane that counts as rounding, as a share of the linkage's size.
 ROUNDING = 1e-9
 
 
 def plane(motion: DrawnPoses) -> tuple[int, int] | None:
-    """The two global axes of the plane to which all links keep, x before y before z; None for motion in space.
+    """The two global axes of the plane in which all links move, x before y before z; None for motion in space.
 
-    All points keep their distance from it, and all links turn about its normal only, over all poses; where several
-    planes do, the one across z comes first.
+    Over all poses, all points keep their distance from it and all links rotate about its normal only. If several planes
+    are possible, that of x and y comes first.
     """
     size = extent(motion.linkage)
     there = motion.is_assembled

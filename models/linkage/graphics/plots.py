@@ -1,4 +1,4 @@
-"""Figures of a linkage and of its motion, with matplotlib; each takes axes or makes them, and gives them back."""
+"""Figures of a linkage and of its motion, with matplotlib; each draws on given axes or new ones, and returns them."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
-# Sampled paths that are drawn in space.
+# Largest number of sampled paths that are drawn in space.
 PATHS = 100
-# How far displacements of a band are drawn, as a share of what is drawn.
+# Size at which the largest displacement of a band is drawn, as a share of the figure's extent.
 SHARE = 0.05
 
 
@@ -63,7 +63,7 @@ def plot_linkage(
 
 @styled
 def html_of(linkage: LinkageDescription) -> str:
-    """A linkage as a drawing for a notebook, under a line of text; the text alone where nothing can be drawn."""
+    """A line of text and a drawing of a linkage for a notebook; the text alone if there is nothing to draw."""
     from io import StringIO
 
     told = f"<p>{escape(repr(linkage).strip('<>'))}</p>"
@@ -89,18 +89,18 @@ def scene_of(
     loads: bool = True,
     unit: str = "N",
 ) -> Scene:
-    """What `Motion.plot` draws but for bands.
+    """The scene that `Motion.plot` draws, without bands and regions.
 
     Parameters
     ----------
     motion
         The motion.
     pose
-        Index of the pose drawn; the first assembled one where None.
+        Index of the pose drawn; the first assembled one if None.
     trace
-        Points of which the path along the longest batch axis is drawn.
+        Points whose path along the longest batch axis is drawn.
     ghosts
-        Number of other poses that are drawn faintly.
+        Approximate number of other poses that are drawn faintly.
     names, loads
         Whether points are named and forces drawn.
     unit
@@ -109,7 +109,7 @@ def scene_of(
     Returns
     -------
     Scene
-        Of that pose.
+        Lines, symbols and texts of that pose.
     """
     series, number = series_of(motion, pose)
     places = PosePlaces(motion, number)
@@ -169,7 +169,7 @@ def animate_motion(
     scenes = [_only(motion, k, trace, series, names, units[1]) for k in there]
     everything = Scene(strokes=[stroke for scene in scenes for stroke in scene.strokes], flat=scenes[0].flat)
     found = axes_for(everything, axes)
-    # The limits that hold all poses are those of their lines; then they stay.
+    # fix the limits that contain the lines of all poses
     drawn = draw(everything, found)
     finish(everything, found, units[0], legend=False)
     if everything.flat is None:
@@ -189,7 +189,7 @@ def animate_motion(
 
 
 def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int], names: bool, unit: str) -> Scene:
-    """One pose of a series, by its flat number, with the paths of points."""
+    """Scene of one pose, by its flat index, with the paths of points over a series of poses."""
     scene = linkage_scene(PosePlaces(motion, pose), plane(motion), names=names, force_unit=unit)
     scene.strokes.extend(Stroke(rows_of(motion, motion.position(point))[series], "trace") for point in trace)
     return scene
@@ -198,7 +198,7 @@ def _only(motion: DrawnPoses, pose: int, trace: Sequence[str], series: list[int]
 def _add_regions(
     scene: Scene, motion: DrawnPoses, pose: int, given: object, level: float, magnify: float | None
 ) -> str:
-    """Add regions about points, in space as three outlines, and tell the factor on them."""
+    """Add regions about points, in space as three outlines; returns a text with the factor on them."""
     regions = drawn_regions(motion, given, level)
     factor = magnified(regions, (pose,), scene.size) if magnify is None else magnify
     for number, region in enumerate(regions):
@@ -211,12 +211,12 @@ def _add_regions(
 
 
 def _samples(band: ArrayLike | object) -> Array:
-    """Displacements from an array, or from what has ``samples``, such as a `Spread`; NaN where there is none."""
+    """Displacements of an array, or of an object with ``samples``, such as a `Spread`."""
     return np.asarray(getattr(band, "samples", band), dtype=float)
 
 
 def _add_band(scene: Scene, motion: DrawnPoses, point: str, samples: Array, magnify: float | None) -> str:
-    """Add what a point sweeps, and tell the factor on the displacements."""
+    """Add the band that a point sweeps; returns a text with the factor on the displacements."""
     if len(motion.shape) != 1 or samples.ndim not in (2, 3) or len(samples) != motion.shape[0] or samples.shape[-1] < 2:
         raise FrameError(
             f"band has shape {samples.shape} and the motion {motion.shape}: give displacements of {point} by pose and"

@@ -41,7 +41,7 @@ def plot_reactions(
 def plot_four_bar_reactions(
     theta: Array, forces: Mapping[str, Array], torque: Array, what: str, axes: Axes | None, units: tuple[str, str]
 ) -> Axes:
-    """See `Kinetostatics.plot`; angles and torque (...), forces (..., 3), of which the longest axis is drawn."""
+    """See `Kinetostatics.plot`; angles and torque (...), forces (..., 3), drawn along their longest batch axis."""
     shape = torque.shape or (1,)
     at = tuple(slice(None) if k == int(np.argmax(shape)) else 0 for k in range(len(shape)))
     along = {name: np.broadcast_to(force, (*shape, 3))[at] for name, force in forces.items()}
@@ -59,7 +59,7 @@ def _plot(
     axes: Axes | None,
     units: tuple[str, str],
 ) -> Axes:
-    """Sizes of the forces (k, 3 or more), or the forces and moments of the drives (k,), over poses."""
+    """Plot magnitudes of the forces (k, 3 or more), or the forces and moments of the drives (k,), over the poses."""
     if what not in KINDS:
         raise FrameError(f"plot was given what={what!r}: choose one of {', '.join(KINDS)}")
     curves, label = pushes, "drive force or moment"
@@ -74,7 +74,7 @@ def _plot(
 
 
 def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tuple[str, str]) -> Any:
-    """Name with its unit, and force or moment, of each driven coordinate."""
+    """Name with unit, and force or moment (k,), of each driven coordinate."""
     for joint, force in drives.items():
         driven = motion.linkage.drives[joint]
         for component, push in zip(driven, rows_of(motion, force)[row].T, strict=True):
@@ -83,21 +83,21 @@ def _pushes(motion: Kinematics, drives: Mapping[str, Array], row: Any, units: tu
 
 
 def over_first_drive(motion: Kinematics, row: Any, length: str) -> Over:
-    """Values of the first drive at poses, in degrees where it turns, or their numbers where it goes to and fro.
+    """Values of the first drive at poses, in degrees for an angle, as abscissa; numbers of poses without drives.
 
     Parameters
     ----------
     motion
         The motion.
     row
-        Flat numbers of the poses, (k,).
+        Flat indices of the poses, (k,).
     length
         Unit of lengths.
 
     Returns
     -------
     Over
-        Values (k,), what stands beside them, and whether they are angles.
+        Values (k,), their label, and whether they are angles.
     """
     for joint, components in motion.linkage.drives.items():
         values = rows_of(motion, coordinate_of(motion, motion.linkage.joint(joint)))[row, 0]

@@ -1,4 +1,4 @@
-"""Regions about points: what a worst case lets them reach, and ellipsoids of a covariance, magnified to be seen."""
+"""Regions about points in figures: reachable regions of a worst case and ellipsoids of a covariance, magnified."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from ..worst_case.region import ReachableRegion
 from ..worst_case.starts import circle
 from .places import DrawnPoses, PosePlaces, at_entry
 
-# How far regions are drawn, as a share of the linkage's size.
+# Size at which the largest region is drawn, as a share of the linkage's size.
 SHARE = 0.12
-# Directions in which a region in a plane is drawn.
+# Number of directions in which the outline of a region is drawn.
 AROUND = 180
 
 
@@ -29,11 +29,12 @@ class DrawnRegion:
     Attributes
     ----------
     point, link
-        The point, and the link on which it is taken; the first that has it where None.
+        The point, and the link on which it lies; the first that has it if None.
     text
-        What it is, in words.
+        Description of the region.
     outermost
-        Displacements (m, 3) of its outermost points in directions (m, 3) at a pose, by the flat number of the pose.
+        Function of the flat index of a pose and directions (m, 3), which returns the displacements (m, 3) of the
+        region's outermost points.
     """
 
     point: str
@@ -43,22 +44,22 @@ class DrawnRegion:
 
 
 def drawn_regions(motion: DrawnPoses, given: object, level: float) -> list[DrawnRegion]:
-    """Regions as figures draw them.
+    """Regions to draw in figures.
 
     Parameters
     ----------
     motion
         The motion.
     given
-        A `WorstCase`, or by point a `WorstCase`, `ReachableRegion`, covariance (..., 2, 2) or (..., 3, 3), or what has
-        one, such as a `Propagation` of positions; None for nothing.
+        A `WorstCase`, or by point a `WorstCase`, `ReachableRegion`, covariance (..., 2, 2) or (..., 3, 3), or an object
+        with a covariance, such as a `Propagation` of positions; None for no regions.
     level
         Probability with which a normal deviation lies within the ellipsoid of a covariance.
 
     Raises
     ------
     FrameError
-        If one of them is none of these, or does not fit the motion.
+        If one of them is something else, or does not fit the motion.
     """
     if given is None:
         return []
@@ -104,7 +105,7 @@ def _ellipsoid(motion: DrawnPoses, point: str, given: Any, level: float) -> Draw
     _check_shape(motion, covariance.shape[:-2], f"the covariance of {point}")
     whole = np.zeros((*covariance.shape[:-2], 3, 3))
     whole[..., :size, :size] = covariance
-    # The square of the normalised distance has the chi-squared distribution with as many degrees as directions.
+    # the square of the normalised distance has the chi-squared distribution with `size` degrees of freedom
     reach = float(np.sqrt(2.0 * gammaincinv(0.5 * size, checked_level(level))))
 
     def outermost(pose: int, directions: Array) -> Array:
@@ -126,19 +127,19 @@ def _check_shape(motion: DrawnPoses, shape: tuple[int, ...], what: str) -> None:
 
 
 def magnified(regions: list[DrawnRegion], poses: tuple[int, ...], size: float) -> float:
-    """A round factor with which all regions are seen at some poses, and none is larger than its share of the size."""
+    """A round factor on all regions, with which the largest at some poses is at most `SHARE` of the linkage's size."""
     ways = np.concatenate([np.eye(3), -np.eye(3)])
     every = [region.outermost(pose, ways) for region in regions for pose in poses]
     return round_scale(np.nan_to_num(np.concatenate([np.zeros((1, 3)), *every])), SHARE * size)
 
 
 def outline_of(motion: DrawnPoses, region: DrawnRegion, pose: int, flat: tuple[int, int], factor: float) -> Array:
-    """Outline of a region in the plane of a figure about where its point is, (k, 3)."""
+    """Outline of a region about its point in the plane of a figure, (k, 3)."""
     ways = np.zeros((AROUND, 3))
     ways[:, list(flat)] = circle(AROUND)
     return PosePlaces(motion, pose).position(region.point, region.link) + factor * region.outermost(pose, ways)
 
 
 def told(regions: list[DrawnRegion], factor: float) -> str:
-    """What the regions are, and how many times as large as they are drawn."""
+    """Descriptions of the regions, and the factor on them."""
     return f"{', '.join(region.text for region in regions)} × {factor:g}" if regions else ""

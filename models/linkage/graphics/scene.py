@@ -13,7 +13,7 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, LinkageLink
 from .places import DrawnPlaces
 
-# Radius of a spring's coil as a share of what is drawn.
+# Radius of a spring's coil, as a share of the drawing's size.
 COIL = 0.022
 
 
@@ -25,20 +25,20 @@ def linkage_scene(
     Parameters
     ----------
     places
-        Where everything is.
+        Positions and axes.
     flat
         The plane in which it is drawn; None in space.
     names
         Whether points are named.
     loads
-        Whether forces that act on it are drawn.
+        Whether applied forces are drawn.
     force_unit
         Unit of the forces.
 
     Returns
     -------
     Scene
-        In the user's lengths.
+        The scene, in the user's unit of length.
     """
     linkage = places.linkage
     scene = Scene(flat=flat)
@@ -68,14 +68,14 @@ def linkage_scene(
 
 
 def ghost(places: DrawnPlaces) -> list[Stroke]:
-    """Links as faint lines, for another pose."""
+    """Links at another pose, as faint lines."""
     return [Stroke(line, "ghost") for link in places.linkage.links.values() for line in lines(places, link)]
 
 
 def _add_link(scene: Scene, places: DrawnPlaces, link: LinkageLink, number: int) -> None:
-    """Beams as thick lines; a body with three points or more that are not in line, as a pale area as well.
+    """Add a link: beams as thick lines, and a body of three or more points that are not in line as a pale area too.
 
-    Of a link with one point its joints are all that can be drawn.
+    A link with one point is drawn by its joints alone.
     """
     if len(link.points) < 2:
         return
@@ -86,7 +86,7 @@ def _add_link(scene: Scene, places: DrawnPlaces, link: LinkageLink, number: int)
     for index, line in enumerate(lines(places, link)):
         scene.strokes.append(Stroke(line, kind, "" if index else link.name, number))
     if closed and link.beams:
-        # The body's edge where no beam runs: thin, so that the beams stay what carries the load.
+        # a thin outline of the body, so that the beams, which carry the load, stand out
         scene.strokes.append(Stroke(np.concatenate([corners, corners[:1]]), "ghost", number=number))
 
 
@@ -101,7 +101,7 @@ def lines(places: DrawnPlaces, link: LinkageLink) -> Iterator[Array]:
 
 
 def points_in_use(linkage: LinkageDescription) -> dict[str, str | None]:
-    """Points on links or in joints, and the link on which each is taken."""
+    """Points on links or in joints, and the first link that has each."""
     used: dict[str, str | None] = {}
     for point in linkage.points:
         holders = [link.name for link in linkage.links.values() if point in link.points]
@@ -111,7 +111,7 @@ def points_in_use(linkage: LinkageDescription) -> dict[str, str | None]:
 
 
 def _arrows(places: DrawnPlaces, unit: str) -> Iterator[LoadArrow]:
-    """Forces at points that are drawn; torques have no place of their own."""
+    """Arrows of forces at points; torques are not drawn."""
     for load in places.linkage.loads:
         given = load.value[..., :3]
         force = places.rotated(load.link, given) if load.follower else places.value(given, 1)

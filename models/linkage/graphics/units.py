@@ -1,9 +1,9 @@
-"""What figures of a linkage are labelled with, and how many poses they show, where nothing is said."""
+"""Default units of the labels of figures, and default number of poses in them."""
 
 from __future__ import annotations
 
 # Units of length and force.
 Units = tuple[str, str]
 SI: Units = ("m", "N")
-# Other poses that are drawn faintly.
+# Approximate number of other poses that are drawn faintly.
 GHOSTS = 8

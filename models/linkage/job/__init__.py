@@ -1,1 +1,1 @@
-"""The job of ``linkframe run``: what ``four-bar`` does for the paper, for any linkage in a file."""
+"""The job of ``linkframe run``: accuracy of any linkage in a file, as ``linkframe four-bar`` for that of the paper."""

@@ -101,7 +101,7 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 
 
 def _start(options: Namespace) -> None:
-    # Not before the options are known to be good: this imports all of the numerics.
+    # imported once the options are checked, as this loads all of the numerics
     from ...job.run import run
     from ...job.sharing import sharing
     from .inputs import read_inputs

@@ -1,4 +1,4 @@
-"""What the job computes: motion, displacements of the points with their samples, reactions."""
+"""Numbers of the job: motion, displacements of the points and their samples, reactions."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from ..study.sampled import nominal_positions
 from .inputs import RunInputs
 from .sampled import sampled_parts
 
-# How large the drawn displacements are, as a share of the linkage.
+# Size at which displacements are drawn, as a share of the linkage's size.
 DRAWN = 0.06
 
 
 @dataclass(frozen=True, eq=False)
 class Computed:
-    """What the job computes. Poses without results hold NaN.
+    """Numbers of the job, computed when they are read. Poses without results have NaN.
 
     Attributes
     ----------
     inputs
-        What was asked for.
+        Inputs of the job.
     """
 
     inputs: RunInputs
@@ -60,27 +60,27 @@ class Computed:
 
     @property
     def increasing(self) -> bool:
-        """Whether the first drive only goes forward, so that it can stand for time."""
+        """Whether the first drive only increases, so that it can stand for time."""
         return bool(np.all(np.diff(self.drive) > 0.0))
 
     @cached_property
     def accuracy(self) -> dict[str, PointAccuracy]:
-        """By point to report."""
+        """Displacements of the nominal linkage, by point to report."""
         return {point: self.motion.accuracy(point, inertia=self.inputs.moves) for point in self.inputs.points}
 
     @property
     def main(self) -> PointAccuracy:
-        """Of the first point."""
+        """Displacements of the first point."""
         return self.accuracy[self.inputs.points[0]]
 
     @property
     def solution(self) -> Solution:
-        """The loaded frame at all poses."""
+        """Solution of the loaded frame at all poses."""
         return self.main.solution
 
     @property
     def has_beams(self) -> bool:
-        """Whether there is a beam to show."""
+        """Whether a link has a beam."""
         return any(link.beams for link in self.motion.linkage.links.values())
 
     @cached_property
@@ -90,17 +90,17 @@ class Computed:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """That of the motion, or where it is regular that of the frame, marked where linear results do not hold."""
+        """Status of the motion, or of the frame if that is regular, (poses,); with a mark outside the linear range."""
         return marked_status(self.motion, self.solution)
 
     @cached_property
     def plane(self) -> tuple[int, int] | None:
-        """The two global axes of the plane in which the linkage moves; None where it moves in space."""
+        """The two global axes of the plane in which the linkage moves; None if it moves in space."""
         return plane(self.motion)
 
     @cached_property
     def leaves_plane(self) -> bool:
-        """Whether a point to report is displaced across the plane in which the linkage moves."""
+        """Whether a point to report is displaced out of the plane in which the linkage moves."""
         if self.plane is None:
             return False
         across = 3 - sum(self.plane)
@@ -112,53 +112,53 @@ class Computed:
 
     @property
     def shown(self) -> tuple[int, ...]:
-        """Components that the tables show: two in a plane that no point leaves, else three."""
+        """Components in the tables: two in a plane that no point leaves, else three."""
         return (0, 1, 2) if self.flat is None else self.flat
 
     @property
     def flat(self) -> tuple[int, int] | None:
-        """The plane in which displacements can be drawn; None where they need space."""
+        """The plane in which displacements can be drawn; None if they are in space."""
         return None if self.leaves_plane else self.plane
 
     @cached_property
     def parts(self) -> Parts:
-        """Displacement of the points with all samples, some at a time."""
+        """Displacement of the points with all samples, computed some samples at a time."""
         return sampled_parts(self.inputs, self.nominal)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What is wanted of the samples."""
+        """Names of the results that are needed of the samples."""
         return ("moved", "lost", *(("bound",) if "digits" in self.inputs.also else ()))
 
     @cached_property
     def displacement(self) -> Array | None:
         """Displacement of all points from their nominal rigid positions, (samples, points, poses, 3).
 
-        None without tolerances. NaN where the nominal linkage has no answer: that of its neighbours by linear mechanics
-        has no meaning there.
+        None without tolerances. NaN where the nominal linkage has no result, as linear results of its neighbours are
+        meaningless there.
         """
         return np.moveaxis(self.parts["moved"], 2, 0) if self.inputs.tolerances else None
 
     @property
     def lost(self) -> Mapping[str, int]:
-        """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
+        """Number of samples without a result where the nominal linkage has one, by reason, over all poses."""
         return self.parts.count("lost") if self.inputs.tolerances else {}
 
     @cached_property
     def error_bound(self) -> Array:
-        """Bound on the numerical error of the first point's displacement in every sample, (poses, 3)."""
+        """Bound on the numerical error of the first point's displacement over all samples, (poses, 3)."""
         if not self.inputs.tolerances:
             return np.array(self.rows(self.main.error_bound[..., :3]))
         return self.parts["bound"][0, :, 0] if "digits" in self.inputs.also else np.zeros((self.poses, 3))
 
     @cached_property
     def nominal(self) -> Array:
-        """Nominal rigid positions of the points, (points, poses, 1, 3); NaN where there is no displacement."""
+        """Nominal rigid positions of the points, (points, poses, 1, 3); NaN where the displacement is not known."""
         return nominal_positions(self.motion, self.accuracy)
 
     @cached_property
     def spread(self) -> dict[str, Spread]:
-        """Samples of the displacement of each point, (poses, samples, 3); none without tolerances."""
+        """By point: samples of its displacement, (poses, samples, 3); empty without tolerances."""
         if not self.inputs.tolerances:
             return {}
         samples, policy = self.parts["moved"], self.inputs.nan_policy
@@ -166,7 +166,7 @@ class Computed:
 
     @cached_property
     def at_measured_poses(self) -> Computed | None:
-        """The job for the measured point at its poses; None where nothing was measured."""
+        """The job for the measured point at its poses; None without measurements."""
         if self.inputs.measured is None:
             return None
         with self.inputs.source.at("measured"):
@@ -174,7 +174,7 @@ class Computed:
 
     @cached_property
     def measured(self) -> MeasuredOutcome | None:
-        """Measured positions beside those that are predicted at their poses; None where nothing was measured."""
+        """Measured positions compared with predicted ones; None without measurements."""
         given, at = self.inputs.measured, self.at_measured_poses
         if given is None or at is None:
             return None
@@ -190,7 +190,7 @@ class Computed:
 
     @cached_property
     def reported_status(self) -> NDArray[np.str_]:
-        """`status`, and of how many samples there is no result where the nominal linkage has one, (poses,)."""
+        """`status`, with the number of samples without a result where the nominal linkage has one, (poses,)."""
         missing = np.max([spread.missing.max(axis=-1) for spread in self.spread.values()] or [np.zeros(1, int)], axis=0)
         there = np.isfinite(self.rows(self.main.total)).all(axis=-1)
         words = [
@@ -200,7 +200,7 @@ class Computed:
 
     @cached_property
     def pose(self) -> int:
-        """Number of the pose that the figures show: as asked, or the regular one nearest to a third of the way."""
+        """Number of the pose in the figures: as given, or else the one with a result nearest to a third of the way."""
         if not self.motion.is_assembled.any():
             raise FrameError("no pose can be assembled: check the drawing, the drives and their unit")
         if self.inputs.pose is not None:
@@ -213,14 +213,14 @@ class Computed:
 
     @cached_property
     def size(self) -> float:
-        """Largest extent of the linkage over its motion."""
+        """Largest extent along an axis of the linkage over its motion, a length."""
         points = [self.motion.position(point) for point in self.inputs.linkage.points if self._has(point)]
         flat = np.stack(points).reshape(-1, 3)
         return float(np.ptp(flat[np.isfinite(flat).all(axis=-1)], axis=0).max())
 
     @cached_property
     def magnify(self) -> float:
-        """Factor on drawn displacements, a round number."""
+        """Factor on drawn displacements, by default a round number."""
         if self.inputs.magnify is not None:
             return self.inputs.magnify
         moved = [spread.samples for spread in self.spread.values()]
@@ -234,7 +234,7 @@ class Computed:
         return f"{name} = {self.drive[pose]:g}{'' if drive.unit == 'deg' else ' '}{drive.sign}"
 
     def rows(self, values: Array) -> Array:
-        """Values (..., k), which may not vary with the pose, of all poses, (poses, k)."""
+        """Values (..., k) broadcast to all poses, (poses, k)."""
         return np.broadcast_to(values, (self.poses, values.shape[-1]))
 
     def _has(self, point: str) -> bool:

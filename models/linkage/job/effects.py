@@ -1,4 +1,4 @@
-"""What a job asks for that would change nothing, or cannot be meant, refused before it is computed."""
+"""Refuse inputs of a job that would have no effect or cannot be meant, before anything is computed."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ..files.write import tables
 from ..linkage import Linkage
 from ..study.tolerances import Tolerance, varied
 
-# Options of [run] that speak of samples, which there are with tolerances only.
+# Options of [run] for samples, which exist only with tolerances.
 OF_SAMPLES = ("samples", "rng", "sampler", "nan_policy")
 # A probability at which no usual distribution has its nominal value.
 TRIED = 0.31
 
 
 def check_effects(source: Source, linkage: Linkage, distributions: Mapping[str, Tolerance]) -> None:
-    """Refuse options and tolerances that change nothing, and tolerances of what takes no samples.
+    """Refuse options and tolerances without effect, and tolerances of numbers that cannot have samples.
 
     Raises
     ------
     FrameError
-        With the line of the option or tolerance.
+        If there is one; the message names its line.
     """
     if not distributions:
         for key in OF_SAMPLES:
@@ -42,12 +42,12 @@ def check_effects(source: Source, linkage: Linkage, distributions: Mapping[str, 
 
 
 def check_clearances(source: Source, linkage: Linkage) -> None:
-    """Refuse a clearance in which a whole link would find room.
+    """Refuse clearances larger than a link of the joint, which have a wrong unit.
 
     Raises
     ------
     FrameError
-        With the line of the clearance.
+        If there is one; the message names its line.
     """
     for name, pair in linkage.joints.items():
         links = [linkage.links[link] for link in (pair.first, pair.second) if link != GROUND]
@@ -61,13 +61,13 @@ def check_clearances(source: Source, linkage: Linkage) -> None:
 
 
 def _size(linkage: Linkage, points: tuple[str, ...]) -> float:
-    """Greatest distance of two points."""
+    """Largest distance between two points."""
     places = np.array([linkage.points[point] for point in points])
     return float(np.linalg.norm(places[:, None] - places, axis=-1).max())
 
 
 def _described(linkage: Linkage) -> str:
-    """All that the linkage is made of, as text; points that nothing uses are left out."""
+    """Description of the linkage as text, without unused points."""
     ends = (end for spring in linkage.springs for end in (spring.first, spring.second))
     used = {point for link in linkage.links.values() for point in link.points}
     used |= {point for link, point in ends if link == GROUND}

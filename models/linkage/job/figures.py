@@ -74,11 +74,11 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
     motion
         Its motion, (poses,).
     pose
-        Number of the pose; the first that is assembled where it is not.
+        Number of the pose; if it is not assembled, the first assembled one is drawn.
     points
         Points whose paths are drawn.
     title
-        What stands above.
+        Title of the figure.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def draw_mechanism(motion: Motion, pose: int, points: Sequence[str], title: str 
 
 
 def _trajectory(result: RunResult) -> Figure:
-    """Samples of all points that have any; else their paths, rigid and loaded."""
+    """Paths with samples of all points that have samples; without any, rigid and loaded paths."""
     shown = list(result.shown)
     traced = []
     for point, spread in result.spread.items():
@@ -107,7 +107,7 @@ def _trajectory(result: RunResult) -> Figure:
 
 
 def _spreading(result: RunResult, point: str | None = None) -> list[int]:
-    """Components of a point that spread at the pose shown, of the first by default; others would be one bar."""
+    """Components of a point, by default the first, that vary at the pose shown; histograms of others are one bar."""
     if not result.spread:
         return []
     spread = result.spread[point or result.inputs.points[0]]
@@ -117,7 +117,7 @@ def _spreading(result: RunResult, point: str | None = None) -> list[int]:
 
 @styled
 def draw_paths(result: RunResult) -> Figure:
-    """Paths of all points, rigid and displaced; the displacements magnified."""
+    """Draw the paths of all points, rigid and with magnified displacements."""
     shown = list(result.shown)
     axes: Any
     if result.flat is None:
@@ -146,7 +146,7 @@ def draw_paths(result: RunResult) -> Figure:
 
 
 def _reactions(result: RunResult) -> Figure:
-    """Forces in the joints, and those of the drives, over the first drive."""
+    """Forces in the joints, and forces or moments of the drives, over the first drive."""
     linkage, found = result.inputs.linkage, result.reactions
     forces = {j: np.linalg.norm(result.rows(found.force(j))[:, :3], axis=-1) for j in linkage.joints}
     units = {"r": "N m", "u": "N"}

@@ -1,4 +1,4 @@
-"""What else the command line does with files of linkages: ``linkframe new``, ``page`` and ``convert``."""
+"""Other commands for files of linkages: ``linkframe new``, ``page`` and ``convert``."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     convert.set_defaults(run=_convert)
 
 
-# What a subcommand works with is imported when it is run, not before the options are known to be good.
+# A subcommand imports what it needs when it is run, once the options are checked.
 
 
 def _new(options: Namespace) -> None:
@@ -86,7 +86,7 @@ def _convert(options: Namespace) -> None:
 
 
 def _write_converted(file: Path, out: Path) -> None:
-    """Read one file and write the other; tables of the job of ``linkframe run`` are left out, and told."""
+    """Read one file and write the other; tables of the job of ``linkframe run`` are left out, with a warning."""
     from ..files.read import JOB
     from ..files.read_linkage import read_linkage
     from ..files.source import Source

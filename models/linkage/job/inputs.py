@@ -1,4 +1,4 @@
-"""What ``linkframe run`` reads from a file beside the linkage: drives, points to report, tolerances."""
+"""Inputs of ``linkframe run`` in a file: the linkage, its drives, points to report, and tolerances."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ class Drive(DriveValues):
     Attributes
     ----------
     rate, acceleration
-        In its unit by time, () or (poses,).
+        In its unit per time, and per time squared, () or (poses,).
     """
 
     rate: Array
     acceleration: Array
 
     def at(self, pose: int) -> Drive:
-        """The drive at one of its poses; a single value holds for all."""
+        """The drive at one of its poses; a single value is the same at all poses."""
         at = [np.atleast_1d(each) for each in (self.values, self.rate, self.acceleration)]
         values, rate, acceleration = (each[[min(pose, len(each) - 1)]] for each in at)
         return Drive(values, self.unit, rate, acceleration)
@@ -57,34 +57,34 @@ class Drive(DriveValues):
 
 @dataclass(frozen=True, eq=False)
 class RunInputs:
-    """A linkage and what to do with it; made by `read_inputs`.
+    """Inputs of a job; made by `read_inputs`.
 
     Attributes
     ----------
     source
         The file.
     linkage
-        As the file describes it.
+        The linkage of the file.
     drives
-        By driven joint, or where several coordinates of it are driven by ``joint.coordinate``.
+        By driven joint, or by ``joint.coordinate`` if several coordinates of it are driven.
     points
-        Points to report, the first of them drawn.
+        Points to report.
     branch, tolerance
-        As `Linkage.move` takes them.
+        As for `Linkage.move`.
     tolerances
-        By name.
+        Tolerances by name.
     samples, rng, sampler, nan_policy
-        As `propagate` takes them.
+        As for `propagate`.
     pose
-        Value of the first drive at the pose that the figures show; None for one in the middle.
+        Value of the first drive at the pose that the figures show; if None, one is chosen.
     magnify
-        Factor on displacements in the figures; None for one that shows them.
+        Factor on displacements in the figures; if None, one is chosen.
     also
-        Which of `ALSO` are wanted: condition numbers, certain digits, large displacement.
+        Further tables, out of `ALSO`: condition numbers, certain digits, large displacement.
     choices
-        Numbers of the file that are set otherwise, by where they stand, by the name of the choice.
+        By name of a choice: other values of numbers of the file, by their path.
     measured
-        Measured positions of a point; None where there are none.
+        Measured positions of a point; None if there are none.
     """
 
     source: Source
@@ -105,7 +105,7 @@ class RunInputs:
     measured: MeasuredPoint | None = None
 
     def chosen(self, pose: int, most: int) -> Iterator[tuple[str, RunInputs]]:
-        """The inputs at one pose with at most so many samples, as they are and with each choice."""
+        """The inputs at one pose with `most` samples or fewer: unchanged, and with each choice."""
         for name, numbers in {"this run": {}, **self.choices}.items():
             try:
                 inputs = inputs_of(self.source.changed(numbers))
@@ -120,23 +120,23 @@ class RunInputs:
         return replace(self, drives=drives, pose=None, choices={}, also=(), measured=None)
 
     def drawn_by(self, sampler: str) -> RunInputs:
-        """The same with another sampler; refused where nothing is sampled."""
+        """The same inputs with another sampler; refused if there are no tolerances."""
         if not self.tolerances:
             raise FrameError(f"--sampler {sampler} has no effect, as the file has no tolerances: leave it out")
         return replace(self, sampler=sampler)
 
     def measured_by(self, path: Path) -> RunInputs:
-        """The same beside another table of measured positions, of the first point where the file names none."""
+        """The same inputs with another table of measured positions, of the first point if the file has none."""
         before = self.measured or MeasuredPoint(path, self.points[0], LEVEL, read_measured(path))
         return replace(self, measured=replace(before, file=path, table=read_measured(path)))
 
     def at_measured_poses(self) -> RunInputs:
-        """The inputs for the measured point alone, at the drives of its table; where that has none, at the poses.
+        """The inputs for the measured point alone, at the drive values of its table, or else at the poses of the run.
 
         Raises
         ------
         FrameError
-            If the table does not fit the drives, see `MeasuredPoint.drive_values`, or these have other rates at each
+            If the table does not fit the drives, see `MeasuredPoint.drive_values`, or the rates of these vary with the
             pose.
         """
         assert self.measured is not None
@@ -150,12 +150,12 @@ class RunInputs:
 
     @property
     def first(self) -> Drive:
-        """The drive by which poses are told."""
+        """The first drive, whose values name the poses."""
         return next(iter(self.drives.values()))
 
     @property
     def driven_poses(self) -> DrivenPoses:
-        """Where the drives go, as they are moved beside samples."""
+        """Values, rates and accelerations of the drives, by joint."""
         parts = (lambda drive: drive.values), (lambda drive: drive.rate), (lambda drive: drive.acceleration)
         values, rates, gains = (self.numbers(part) for part in parts)
         return DrivenPoses(values, rates, gains, self.branch, self.tolerance)
@@ -167,9 +167,9 @@ class RunInputs:
 
     @property
     def about(self) -> dict[str, object]:
-        """What the samples depend on, by table of the file: all but what tables, figures and pages show.
+        """All inputs on which the samples depend, by table of the file.
 
-        Samples go on where there are more of them, unless they are balanced for so many.
+        The number of samples is not among them if their sequence can be continued.
         """
         others = ("title", "run", "choices", "measured")
         tables = {f"[{name}]": table for name, table in self.source.data.items() if name not in others}
@@ -182,7 +182,7 @@ class RunInputs:
 
     @property
     def moves(self) -> bool:
-        """Whether a rate or an acceleration was given, so that there is inertia."""
+        """Whether a rate or an acceleration is given, so that inertia forces act."""
         return any(np.any(drive.rate) or np.any(drive.acceleration) for drive in self.drives.values())
 
     @property
@@ -192,11 +192,11 @@ class RunInputs:
 
     @property
     def driven(self) -> list[tuple[str, str, str]]:
-        """Joint, coordinate, and name in the tables, of every driven coordinate in the order of the linkage."""
+        """Joint, coordinate, and name in the tables, of each driven coordinate in the order of the linkage."""
         return [(j, c, driven_name(j, c, own)) for j, own in self.linkage.drives.items() for c in own]
 
     def numbers(self, what: Callable[[Drive], Array]) -> dict[str, Array]:
-        """Values or rates of the drives by joint, as `Linkage.move` takes them: (poses,), or (poses, f) of several."""
+        """Values or rates of the drives by joint, as for `Linkage.move`: () or (poses,), or (..., f) for several."""
         out = {}
         for joint, driven in self.linkage.drives.items():
             own = [self.drives[driven_name(joint, name, driven)] for name in driven]
@@ -217,18 +217,18 @@ def read_inputs(path: Path, tolerances: Iterable[tuple[str, str]] = ()) -> RunIn
     path
         The file.
     tolerances
-        Tolerances that it should have otherwise or as well, as `with_tolerances` takes them.
+        Tolerances that replace those of the file or are added, as for `with_tolerances`.
 
     Raises
     ------
     FrameError
-        With line and key of what is wrong.
+        If something is wrong; the message names the line and the key.
     """
     return inputs_of(with_tolerances(Source(path), tolerances) if tolerances else Source(path))
 
 
 def inputs_of(source: Source) -> RunInputs:
-    """What a file says, checked; see `read_inputs`."""
+    """Inputs of a file, checked; see `read_inputs`."""
     linkage = linkage_of(source, Linkage)
     if not isinstance(source.data.get("run", {}), dict):
         source.fail(("run",), "is not a table: give [run]")
@@ -280,7 +280,7 @@ def inputs_of(source: Source) -> RunInputs:
 
 
 def _drives(source: Source, linkage: Linkage, joint: str) -> dict[str, Drive]:
-    """The driven coordinates of a joint by their names in the tables."""
+    """Drives of the coordinates of a joint, by their names in the tables."""
     path = ("run", "drives", joint)
     if joint not in linkage.drives:
         source.fail(path, f"the joint is not driven: the drives are {', '.join(linkage.drives) or 'none'}")
@@ -322,7 +322,7 @@ def _drive(source: Source, path: tuple[str, ...], coordinate: str) -> Drive:
 
 
 def _steady(name: str, drive: str, rate: Array) -> Array:
-    """A rate that holds at measured poses as well."""
+    """A rate that is constant, and so known at measured poses, ()."""
     if rate.ndim and np.ptp(rate):
         raise FrameError(
             f"{name} has poses of its own, and drive {drive} a rate or acceleration for each pose of the run: give one "
@@ -353,7 +353,7 @@ def _number(source: Source, path: tuple[str | int, ...], kind: type, wanted: str
 
 
 def _choices(source: Source) -> dict[str, dict[Place, float]]:
-    """Numbers that the choices of a file set otherwise, by choice and where they stand."""
+    """By choice of a file: other values of its numbers, by their path."""
     found: dict[str, dict[Place, float]] = {}
     for name in source.names(("choices",)):
         table = source.get(("choices", name))
@@ -368,6 +368,6 @@ def _choices(source: Source) -> dict[str, dict[Place, float]]:
 
 
 def _loaded(linkage: Linkage) -> tuple[str, ...]:
-    """Points that are loaded; where none is, the last point of the last link."""
+    """Points with a load; if there are none, the last point of the last link."""
     loaded = dict.fromkeys(load.point for load in linkage.loads if load.point is not None)
     return tuple(loaded) or (next(reversed(linkage.links.values())).points[-1],)

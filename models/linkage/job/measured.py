@@ -1,4 +1,4 @@
-"""The table ``[measured]`` of a file: positions of a point that were measured."""
+"""The table ``[measured]`` of a file: measured positions of a point."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from ..linkage import Linkage
 
 
 def read_measured_point(source: Source, linkage: Linkage, points: tuple[str, ...]) -> MeasuredPoint | None:
-    """What the table ``[measured]`` of a file says; None where there is none.
+    """Measured positions of the table ``[measured]`` of a file; None if there is none.
 
     Raises
     ------
     FrameError
-        With the line of what is wrong.
+        If something is wrong; the message names the line.
     """
     if "measured" not in source.data:
         return None

@@ -1,4 +1,4 @@
-"""Further tables of the job, which a file asks for."""
+"""Further tables of the job, if the file asks for them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def columns(result: RunResult) -> dict[str, NDArray[Any]]:
 
 
 def _ranges(result: RunResult) -> Iterator[str]:
-    """Between which values condition numbers lie over the samples, at the pose of the figures."""
+    """Sentence with the range of the condition numbers over the samples, at the pose of the figures."""
     if not result.inputs.tolerances:
         return
     at = RunResult(result.inputs.at_pose(result.pose))
@@ -65,6 +65,6 @@ def _ranges(result: RunResult) -> Iterator[str]:
 
 
 def _chosen(result: RunResult) -> Iterator[tuple[str, Outcome]]:
-    """The run at the pose of the figures, and the same with each choice of the file."""
+    """Outcome at the pose of the figures, unchanged and with each choice of the file."""
     for name, inputs in result.inputs.chosen(result.pose, choices.COMPARED):
         yield name, compute(inputs).outcome

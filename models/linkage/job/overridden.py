@@ -1,4 +1,4 @@
-"""Tolerances of a file overridden or added to by the command line."""
+"""Tolerances of the command line, which replace or add to those of a file."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def with_tolerances(source: Source, given: Iterable[tuple[str, str]]) -> Source:
     source
         The file.
     given
-        Names and what each deviates by. A name is that of a tolerance of the file, which goes on to vary what it did,
-        or of a number such as ``joints.B.clearance``, which leaves the tolerances that it was in.
+        Names and deviations in words. A name is that of a tolerance of the file, which keeps its numbers, or of a
+        number such as ``joints.B.clearance``, which is removed from other tolerances.
 
     Raises
     ------
@@ -39,13 +39,13 @@ def with_tolerances(source: Source, given: Iterable[tuple[str, str]]) -> Source:
 
 
 def _leave_others(source: Source, name: str) -> None:
-    """Take a number out of the tolerances of a file; one of which nothing is left goes."""
+    """Remove a number from the tolerances of a file, and tolerances that become empty."""
     mine = numbers_at(source, ("tolerances", name), name, relative=False)[1].keys()
     for other in list(source.data["tolerances"]):
         path, table = ("tolerances", other), source.data["tolerances"][other]
         of = table.get("of") if isinstance(table, dict) else [other]
         if not isinstance(of, list) or not all(isinstance(each, str) for each in of):
-            continue  # what is wrong with it is told when it is read
+            continue  # it is refused when it is read
         kept = [each for each in of if not mine >= numbers_at(source, path, each, relative=False)[1].keys()]
         if not kept:
             del source.data["tolerances"][other]

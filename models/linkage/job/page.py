@@ -1,4 +1,4 @@
-"""The page of the job, and of a file without one."""
+"""The page of the job, and of a file without a job."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def write_job_page(result: RunResult, path: Path) -> None:
-    """The page of the first point that a job reports, with what it computed of it."""
+    """Write the page of the first point that a job reports, with its samples and measured positions."""
     inputs, point = result.inputs, result.inputs.points[0]
     motion, every = _few(result)
     spread = result.spread.get(point)
@@ -48,16 +48,16 @@ def write_job_page(result: RunResult, path: Path) -> None:
 
 
 def write_file_page(source: Source, path: Path, point: str | None) -> str:
-    """The page of a file: at the poses of its job where it has one, else over the range of its drive.
+    """Write the page of a file: at the poses of its job if it has one, else over the range of its drive.
 
     Parameters
     ----------
     source
         The file.
     path
-        ``name.html``.
+        Page to write, ``name.html``.
     point
-        The point that is looked at; the first to report, or the one that shows itself, where None.
+        The point that the page is about; if None, the first to report, or without a job the only likely one.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def write_file_page(source: Source, path: Path, point: str | None) -> str:
     Raises
     ------
     FrameError
-        If it is not clear which point is meant, or nothing moves.
+        If several points could be meant, or nothing moves.
     """
     from .computed import Computed
 
@@ -88,12 +88,12 @@ def write_file_page(source: Source, path: Path, point: str | None) -> str:
 
 
 def title(source: Source) -> str:
-    """That of the file, or its name."""
+    """Title of the file, or its name."""
     return str(source.data.get("title", source.file.stem))
 
 
 def _known(point: str | None, points: Collection[str]) -> str | None:
-    """The point that was asked for, if any; refused where the file has it not."""
+    """The given point, if any; refused if the file does not have it."""
     if point is not None and point not in points:
         raise FrameError(f"--point {point}: the file has {', '.join(points)}")
     return point
@@ -107,7 +107,7 @@ def _write(motion: Motion, path: Path, point: str, inputs: RunInputs, text: Page
 
 
 def _few(result: Computed) -> tuple[Motion, int]:
-    """The motion, of very many poses every second, third ... one; and of how many one."""
+    """The motion, of very many poses only every n-th one; and that n."""
     every = -(-result.poses // MOST_POSES)
     if every == 1:
         return result.motion, 1
@@ -124,7 +124,7 @@ def _few(result: Computed) -> tuple[Motion, int]:
 
 
 def _about(inputs: RunInputs, certain: str) -> Iterator[tuple[str, str]]:
-    """Inputs and certainty of digits."""
+    """Headings and texts on the inputs and the certain digits."""
     drawn = f"# {inputs.samples} samples, seed {inputs.rng}\n" if inputs.tolerances else ""
     yield f"Inputs: {inputs.source.file.name}", f"{drawn}{inputs.source.text}"
     yield "Certainty of digits", "\n\n".join([CERTAIN, *([certain] if certain else [])])

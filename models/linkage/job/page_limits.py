@@ -1,4 +1,4 @@
-"""What the clearances and tolerances of a file allow at worst, as limits of its page."""
+"""Worst case of a file's clearances and tolerances, for its page."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ ENDS = (
 def worst_case_of(
     motion: Motion, point: str, tolerances: Mapping[str, Tolerance]
 ) -> tuple[WorstCase | None, list[str]]:
-    """The worst case of a file's clearances and tolerances, None where nothing deviates; and what is to be told of it.
+    """The worst case of a file's clearances and tolerances, None if nothing deviates; and notes on it.
 
     Parameters
     ----------
     motion
-        Motion of the linkage as the file has it.
+        Motion of the linkage of the file.
     point
-        The point that is looked at.
+        The point that the page is about.
     tolerances
-        Those of the file, by name. Of clearances, points and references of drives it is known what they do to the
-        rigid linkage.
+        Tolerances of the file by name. Only those of clearances, points and reference values of drives have an effect
+        on the rigid linkage.
     """
     if not tolerances and all(pair.clearance is None for pair in motion.linkage.joints.values()):
         return None, []
@@ -58,13 +58,13 @@ def worst_case_of(
 
 
 def _greatest(tolerance: Tolerance, end: float) -> Iterator[tuple[str, Array]]:
-    """The greatest clearance of each joint that the tolerance names."""
+    """The largest clearance of each joint that the tolerance names."""
     for place in tolerance.nominal:
         yield str(place[1]), np.maximum(tolerance.samples(place, np.asarray(end)), 0.0)
 
 
 def _limit(by: PositionSensitivity, tolerance: Tolerance, ends: tuple[float, float]) -> Limit | None:
-    """The interval of one draw that moves points and references of drives; None where it names something else."""
+    """Limit of a tolerance of points and reference values of drives; None if it has other numbers."""
     total: Array | float = 0.0
     for place, nominal in tolerance.nominal.items():
         column = _column(by, place)
@@ -77,13 +77,13 @@ def _limit(by: PositionSensitivity, tolerance: Tolerance, ends: tuple[float, flo
 
 
 def _column(by: PositionSensitivity, place: Place) -> Array | None:
-    """Derivative of the point by a number of the file, (..., 6 or more)."""
+    """Derivative of the point's position by a number of the file, (..., 6 or more); None if it has none."""
     match place:
         case ("points", str(point), int(axis)):
             return by.points[point][..., axis]
         case ("joints", str(joint), "reference", *rest):
             kind, driven = by.linkage.joint(joint).kind, by.linkage.drives.get(joint, ())
             coordinate = kind.coordinates[int(rest[0]) if rest else 0]
-            # The drive keeps its value, and the joint goes the less from where it is drawn.
+            # at a given value of the drive, a larger reference value means less motion from the reference configuration
             return -by.drives[joint][..., driven.index(coordinate)] if coordinate in driven else None
     return None

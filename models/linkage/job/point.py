@@ -1,4 +1,4 @@
-"""The first point of a file's linkage, as the tables that any job has show it."""
+"""The first point of a file's linkage, for the tables that all jobs share."""
 
 from __future__ import annotations
 
@@ -18,27 +18,27 @@ from .sampled import conditions, few_samples, large_parts
 
 @dataclass(frozen=True, eq=False)
 class PointOutcome(Outcome):
-    """The first point to report; what has no docstring here is told by `Outcome`.
+    """Outcome of the first point to report; `Outcome` describes the attributes.
 
     Attributes
     ----------
     result
-        What the job computed.
+        Numbers of the job.
     """
 
     result: Computed
 
     singular_place = "a singular configuration"
-    place_error = np.nan  # none is known of a position that was iterated
+    place_error = np.nan  # not known for positions found by iteration
 
     @property
     def drives(self) -> list[str]:
-        """Values of the first drive in words."""
+        """Values of the first drive with their unit, as texts."""
         return [self.result.where(pose).partition(" = ")[2] for pose in range(self.result.poses)]
 
     @property
     def heading(self) -> str:
-        """The first drive."""
+        """Name of the first drive."""
         return next(iter(self.result.inputs.drives))
 
     @property
@@ -59,7 +59,7 @@ class PointOutcome(Outcome):
         return self.result.inputs.nan_policy
 
     def _whole(self, values: Array) -> Array:
-        """Values (poses, 3 or more), which may not vary with the pose, as (poses, 3)."""
+        """Values (..., 3 or more) broadcast to all poses, (poses, 3)."""
         return np.array(self.result.rows(values[..., :3]))
 
     @property
@@ -96,17 +96,20 @@ class PointOutcome(Outcome):
 
     @property
     def error_bound(self) -> Array:
-        """Bound on the numerical error of every sample; NaN where contacts are found in equilibrium."""
+        """Bound on the numerical error over all samples, (poses, 3); NaN if contacts are found in equilibrium."""
         return self.result.error_bound
 
     @property
     def kappa(self) -> Array:
-        """Condition number as usually assembled; NaN where a joint is ideal in some directions, or nodes are tied."""
+        """Condition number of the matrix as usually assembled, (poses,).
+
+        NaN if a joint is ideal in some directions only, or nodes are tied.
+        """
         return self._conditions[0]
 
     @property
     def planar_kappa(self) -> Array:
-        """The same of the plane in which the linkage moves; NaN for motion in space as well."""
+        """Condition number of its part in the plane in which the linkage moves, (poses,); NaN for motion in space."""
         return self._conditions[1]
 
     @cached_property
@@ -143,5 +146,5 @@ class PointOutcome(Outcome):
 
     @cached_property
     def large_parts(self) -> Parts:
-        """Results at large displacement, some samples at a time."""
+        """Results at large displacement, computed some samples at a time."""
         return large_parts(self.result.inputs, self.result.nominal, taken(self.count))

@@ -1,4 +1,4 @@
-"""What the reader should know of a run before using its numbers."""
+"""Remarks that a reader should know before using the numbers of a run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _unmoved(result: RunResult) -> Iterable[str]:
 
 
 def _pose(result: RunResult) -> Iterable[str]:
-    """A pose to show that the drive does not pass."""
+    """A pose for the figures that is outside the range of the drive."""
     wanted = result.inputs.pose
     if wanted is not None and not result.drive.min() <= wanted <= result.drive.max():
         yield f"The pose {wanted:g} is beyond the drive's values; the figures show {result.where(result.pose)}."

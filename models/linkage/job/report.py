@@ -1,4 +1,4 @@
-"""report.md of the job: what went in, what came out."""
+"""``report.md`` of the job: inputs and results."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LINKS = "No link has a beam: the links are drawn as lines between their points, 
 
 
 def report(result: RunResult) -> Report:
-    """What the job reports."""
+    """Contents of the job's report."""
     name, source = next(iter(result.inputs.drives)), result.inputs.source
     time = f"the value of drive {name}" if result.increasing else "the number of the pose"
     return Report(
@@ -86,7 +86,7 @@ def _summary(result: RunResult) -> Iterable[str]:
 
 
 def _contacts(linkage: Linkage) -> Iterable[str]:
-    """Where the journals with clearance lie, and why."""
+    """Sentences on the contact of journals with clearance: given, or found by equilibrium."""
     with_clearance = [pair for pair in linkage.joints.values() if pair.clearance is not None]
     given = [f"{pair.name} {_degrees(pair.contact)}" for pair in with_clearance if pair.contact is not None]
     free = [pair.name for pair in with_clearance if pair.contact is None]

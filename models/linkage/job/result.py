@@ -1,4 +1,4 @@
-"""The job computed: every number that its table, figures and report show."""
+"""Compute all numbers that the job's tables, figures and report show."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .computed import Computed
 from .inputs import RunInputs
 from .point import PointOutcome
 
-# Memory that a sample takes for its inputs, and of a point at a pose: its displacements, and what is made of them.
+# Memory that a sample takes for each of its inputs, and for each point at a pose, bytes.
 BYTES_ALONE, BYTES = 8 * 30, 8 * 30
 
 
@@ -28,7 +28,7 @@ class RunResult(Computed):
     """Outcome of the job."""
 
     def kinds(self) -> dict[str, SampleKind]:
-        """All that depends on samples, by the kind of these."""
+        """Results that depend on samples, by kind: linear, large displacement, at measured poses."""
         found = {}
         if self.inputs.tolerances:
             found["linear"] = SampleKind(LINEAR_WAY, self.parts, self.names)
@@ -41,27 +41,27 @@ class RunResult(Computed):
 
     @cached_property
     def outcome(self) -> PointOutcome:
-        """The first point, for the tables that any job has."""
+        """Outcome of the first point, for the tables that all jobs share."""
         return PointOutcome(self)
 
     @cached_property
     def marked_status(self) -> NDArray[np.str_]:
-        """`reported_status`, where large displacement is asked for marked by what it says of the first point."""
+        """`reported_status`, marked by the first point's large displacement if that is asked for, (poses,)."""
         found = self.reported_status
         return np.where(found == "regular", self.outcome.marked_status, found) if "large" in self.inputs.also else found
 
 
 def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
-    """Compute the job, so that nothing is left to fail when it is written.
+    """Compute all numbers of the job, so that nothing can fail when they are written.
 
     Parameters
     ----------
     inputs
-        What to compute.
+        Inputs of the job.
     advance
-        Told what is done, of `work(inputs)`, and how many more poses times samples of it.
+        Called with the name of a part of `work(inputs)`, and the number of poses times samples that were done.
     shared
-        Who computes the samples, and where they are kept.
+        Workers that compute the samples, and the folder where these are kept.
 
     Raises
     ------
@@ -72,15 +72,15 @@ def compute(inputs: RunInputs, advance: Advance | None = None, shared: Sharing =
 
 
 def finish(result: RunResult, advance: Advance | None = None, shared: Sharing = ALONE) -> RunResult:
-    """The outcome of which nothing is computed yet, computed, see `compute`."""
+    """Compute all numbers of a result; see `compute`."""
     inputs = result.inputs
     if inputs.tolerances:
         _check_memory(inputs)
         for draws in sample_blocks(inputs.distributions, inputs.samples, inputs.rng, inputs.sampler):
-            # Samples that describe no linkage are told before anything is computed.
+            # refuse samples that describe no linkage before anything is computed
             inputs.varied(draws)
     for _ in inputs.chosen(0, 2):
-        pass  # what cannot be chosen is told before anything is computed
+        pass  # refuse impossible choices before anything is computed
     with expected_mechanisms():
         _ = result.pose, result.status, result.reactions
         shared.compute(result.kinds(), advance or (lambda *_: None))
@@ -93,7 +93,7 @@ def finish(result: RunResult, advance: Advance | None = None, shared: Sharing = 
 
 
 def work(inputs: RunInputs) -> dict[str, int]:
-    """Poses times samples to be computed, with tolerances; and how many at large displacement, where that is asked."""
+    """Number of poses times samples to compute, by part: linear, at large displacement, at measured poses."""
     found = {LINEAR_WAY: _poses(inputs) * inputs.samples} if inputs.tolerances else {}
     if "large" in inputs.also:
         found[LARGE_WAY] = _poses(inputs) * (taken(inputs.samples) if inputs.tolerances else 1)

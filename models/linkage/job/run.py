@@ -1,4 +1,4 @@
-"""The job of ``linkframe run``: its files and what a terminal shows of them."""
+"""The job of ``linkframe run``: its files, and its summary in a terminal."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class LinkageJob(Job):
     Parameters
     ----------
     inputs
-        What to compute.
+        Inputs of the job.
     shared
-        Who computes the samples, and where they are kept.
+        Workers that compute the samples, and the folder where these are kept.
     """
 
     name = "run"
@@ -55,11 +55,11 @@ class LinkageJob(Job):
 
     @property
     def work(self) -> Mapping[str, int]:
-        """Poses times samples to be computed."""
+        """Number of poses times samples to compute, by part."""
         return work(self.inputs)
 
     def compute(self, advance: Advance) -> None:
-        """Compute the accuracy."""
+        """Compute all numbers."""
         finish(self.result, advance, self.shared)
 
     @property
@@ -87,7 +87,7 @@ class LinkageJob(Job):
         return {**found, "status": result.marked_status, **draws}
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
-        """The linkage, the path of its first point, histograms where there are any, the reactions."""
+        """The linkage, the paths of its points, histograms of what varies, and the reactions."""
         yield from draw(self.result).items()
 
     def captions(self) -> Mapping[str, str]:
@@ -98,7 +98,7 @@ class LinkageJob(Job):
         write_job_page(self.result, path)
 
     def save(self, path: Path) -> None:
-        """Write the ParaView files, of the motion alone where no link has a beam."""
+        """Write the ParaView files; those of the motion alone if no link has a beam."""
         result = self.result
         times = result.drive if result.increasing else None
         if self.has_beams:
@@ -110,11 +110,11 @@ class LinkageJob(Job):
         return remarks(self.result)
 
     def report(self, compared: None = None) -> Report:
-        """What is reported; nothing is compared."""
+        """The report; this job compares nothing."""
         return report(self.result)
 
     def summary(self, width: int | None = None) -> str:
-        """What the table's columns are, the table, what its brackets hold, and what was asked for beside it."""
+        """Legend of the table, the table, the meaning of its brackets, and further tables."""
         table = as_text(self.result, width)
         outcome = self.result.outcome
         large = large_table.passage(outcome, width) if "large" in self.inputs.also else []

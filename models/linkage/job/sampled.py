@@ -1,4 +1,4 @@
-"""Samples of the job by their numbers, which any process can compute."""
+"""Samples of the job by their number, which any process can compute."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from .inputs import RunInputs
 
 
 class SomeSamples(SomePlaces):
-    """Results of some samples, computed when read, (points, poses, n, ...)."""
+    """Results of some samples, (points, poses, n, ...), computed when they are read."""
 
     def __call__(self, cut: slice) -> SomeSamples:
-        """Some of them."""
+        """A part of the samples."""
         return SomeSamples(self.sampled, {name: values[cut] for name, values in self.draws.items()})
 
     @cached_property
     def moved(self) -> Array:
-        """Displacement from the nominal rigid position."""
+        """Displacement from the nominal rigid position, (points, poses, n, 3)."""
         return np.asarray(self.places() - self.sampled.nominal)
 
     def lost(self) -> dict[str, int]:
-        """How many samples have no result where the nominal linkage has one, by reason, over all poses."""
+        """Number of samples without a result where the nominal linkage has one, by reason, over all poses."""
         missing = (np.isnan(self.moved) & ~np.isnan(self.sampled.nominal)).any(axis=(0, -1))
         found: dict[str, int] = {}
         for reason, times in zip(*np.unique(self.status[missing], return_counts=True), strict=True):
-            # What follows a colon are numbers, which differ from sample to sample.
+            # after a colon come numbers, which differ from sample to sample
             short = str(reason).partition(":")[0]
             found[short] = found.get(short, 0) + int(times)
         return found
@@ -60,14 +60,14 @@ class SomeSamples(SomePlaces):
             return conditions(self.accuracy[0], self.shape)
 
     def rigid(self) -> Array:
-        """Its own rigid position, (1, poses, n, 3)."""
+        """Rigid position of the first point in each sample, (1, poses, n, 3)."""
         return np.broadcast_to(self.accuracy[0].rigid, (1, *self.shape, 3))
 
 
 def conditions(accuracy: PointAccuracy, shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """Condition numbers as usually assembled, and of the plane alone.
+    """Condition numbers of the matrix as usually assembled, and of its planar part, broadcast to `shape`.
 
-    NaN where a joint is ideal in some directions only, or nodes are tied, and of the plane for motion in space.
+    NaN if a joint is ideal in some directions only, or nodes are tied; the planar one also for motion in space.
     """
     found = []
     for read in (accuracy.condition_number, accuracy.planar_condition_number):
@@ -102,12 +102,12 @@ def sampled_parts(inputs: RunInputs, nominal: Array) -> Parts:
 
 
 def few_samples(inputs: RunInputs, nominal: Array, count: int) -> SomeSamples:
-    """The first samples of a run; without tolerances the linkage itself."""
+    """The first `count` samples of a run; without tolerances the linkage itself."""
     return SomeSamples(_displacement(inputs, nominal), drawn(inputs))(slice(count))
 
 
 def large_parts(inputs: RunInputs, nominal: Array, count: int) -> Parts:
-    """The first point of a run at large displacement, (1, poses, count, 3), with the first samples."""
+    """The first point of a run at large displacement, (1, poses, count, 3), for the first `count` samples."""
     draws = {name: values[:count] for name, values in drawn(inputs).items()}
     make = SomeSamples(_displacement(inputs, nominal), draws)
     return Parts(make, (1, nominal.shape[1], count), soon=True)
@@ -120,7 +120,7 @@ def _displacement(inputs: RunInputs, nominal: Array) -> SampledDisplacement:
 
 
 def _refusing(inputs: RunInputs, draws: Mapping[str, Array]) -> Check:
-    """Refuses the first part in which a sample has no result."""
+    """Check that refuses the first part in which a sample has no result."""
     count = FailureCount(inputs.samples, inputs.nan_policy, lambda rows: {k: v[rows] for k, v in draws.items()})
 
     def check(cut: slice, found: Mapping[str, Array]) -> None:

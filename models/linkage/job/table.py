@@ -1,4 +1,4 @@
-"""The table of the job, one row a pose: drives, rigid position, displacement, spread, drive forces, status."""
+"""The table of the job, with a row for each pose: drives, rigid position, displacement, spread, forces, status."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ def reactions_csv(result: RunResult) -> str:
 
 
 def as_text(result: RunResult, width: int | None = None) -> str:
-    """For a terminal of that width: the first point."""
+    """Table of the first point for a terminal of the given width."""
     return aligned(list(_cells(result)), width)
 
 
 def legend(result: RunResult) -> str:
-    """What the columns of the table are, and their units."""
+    """Meaning of the columns of the table, and their units."""
     ways = " ".join(AXES[k] for k in result.shown)
     drives = [f"{name} [{drive.sign}]" for name, drive in result.inputs.drives.items()]
     units = {"r": "N m", "u": "N"}
@@ -66,7 +66,7 @@ def legend(result: RunResult) -> str:
 
 
 def as_markdown(result: RunResult) -> str:
-    """For the report: the first point."""
+    """Table of the first point for the report."""
     heading, *body = _cells(result)
     return markdown(heading, body)
 
@@ -109,7 +109,7 @@ def _columns(result: RunResult) -> tuple[list[str], list[Array]]:
 
 
 def _cells(result: RunResult) -> Iterator[list[str]]:
-    """A heading, then a row a pose."""
+    """The heading, then a row for each pose."""
     shown, point = result.shown, result.inputs.points[0]
     heads = list(result.inputs.drives) + [AXES[k] for k in shown] + [f"u_{AXES[k]}" for k in shown]
     columns = _drives(result)[1]
