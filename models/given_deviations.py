@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _KIND = r"\s*(?P<kind>uniform|normal)?\s*"
-_PERCENT = re.compile(rf"\s*(?P<sign>±|\+/-|\+-)?\s*(?P<half>[+-]?{_NUMBER})\s*%{_KIND}")
+_PERCENT = re.compile(rf"\s*(?:±|\+/-|\+-)?\s*(?P<half>{_NUMBER})\s*%{_KIND}")
+_SHARE = re.compile(rf"\s*(?P<sign>±)?\s*(?P<share>[+-]?{_NUMBER})\s*%\s*")
 _HALF_WIDTH = re.compile(rf"\s*(?P<half>{_NUMBER}){_KIND}")
 _DEVIATION = re.compile(rf"\s*(?P<words>[±+-].*?){_KIND}")
 # Of a distribution within limits, the nominal value may lie at one of them, but not further out than this.
@@ -35,7 +36,7 @@ class Rescaled:
     distribution
         That which is given.
     factor, offset
-        From its values to those that are wanted.
+        From its values to those that are wanted; a factor below zero turns their order round.
     """
 
     distribution: Distribution
@@ -55,7 +56,8 @@ class Rescaled:
         ndarray
             Quantiles, (...).
         """
-        return np.asarray(self.offset + self.factor * self.distribution.ppf(q))
+        own = q if self.factor > 0.0 else 1.0 - q
+        return np.asarray(self.offset + self.factor * self.distribution.ppf(own))
 
 
 @dataclass(frozen=True)
@@ -96,12 +98,12 @@ class Deviation:
             return self.distribution
         if nominal == 0.0:
             raise FrameError(f"{self.description!r} is in percent of a nominal value of zero: give it as a number")
-        given, factor = self.distribution, abs(nominal)
+        given = self.distribution
         if isinstance(given, Interval):
-            return Interval(nominal + factor * given.low, nominal + factor * given.high)
+            return Interval(*sorted((nominal + nominal * given.low, nominal + nominal * given.high)))
         if isinstance(given, Normal):
-            return Normal(nominal + factor * given.loc, factor * given.scale)
-        return Rescaled(given, factor, nominal)
+            return Normal(nominal + nominal * given.loc, abs(nominal) * given.scale)
+        return Rescaled(given, nominal, nominal)
 
     def require_near(self, nominal: float, what: str) -> None:
         """Refuse a distribution whose mean is further from the nominal value than it spreads.
@@ -223,10 +225,10 @@ def distributed(name: str, numbers: Mapping[str, float | str]) -> Deviation:
 
 def _share(key: str, text: str) -> float:
     """A number in percent as a share."""
-    match = _PERCENT.fullmatch(text)
-    if match is None or match["kind"] or key not in ("loc", "scale") or (match["sign"] and key == "loc"):
+    match = _SHARE.fullmatch(text)
+    if match is None or key not in ("loc", "scale") or (match["sign"] and key == "loc"):
         raise FrameError(f"{key} is {text!r}: give a number, or loc and scale in percent, such as '5 %'")
-    return 0.01 * float(match["half"])
+    return 0.01 * float(match["share"])
 
 
 def _shape(distribution: Any) -> tuple[float, float, Array]:
