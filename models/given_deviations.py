@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _KIND = r"\s*(?P<kind>uniform|normal)?\s*"
-_PERCENT = re.compile(rf"\s*(?P<sign>±|\+/-|\+-)?\s*(?P<half>[+-]?{_NUMBER})\s*%{_KIND}")
+_PERCENT = re.compile(rf"\s*(?:±|\+/-|\+-)?\s*(?P<half>{_NUMBER})\s*%{_KIND}")
+_SHARE = re.compile(rf"\s*(?P<sign>±)?\s*(?P<share>[+-]?{_NUMBER})\s*%\s*")
 _HALF_WIDTH = re.compile(rf"\s*(?P<half>{_NUMBER}){_KIND}")
 _DEVIATION = re.compile(rf"\s*(?P<words>[±+-].*?){_KIND}")
 # Largest distance of the nominal value from the mean of a bounded distribution, in standard deviations.
@@ -35,7 +36,7 @@ class Rescaled:
     distribution
         Distribution of x.
     factor, offset
-        Factor, not negative, and offset in the unit of the result.
+        Factor, not zero, and offset in the unit of the result; a factor below zero turns the order of values round.
     """
 
     distribution: Distribution
@@ -55,7 +56,8 @@ class Rescaled:
         ndarray
             Quantiles, (...).
         """
-        return np.asarray(self.offset + self.factor * self.distribution.ppf(q))
+        own = q if self.factor > 0.0 else 1.0 - q
+        return np.asarray(self.offset + self.factor * self.distribution.ppf(own))
 
 
 @dataclass(frozen=True)
@@ -96,12 +98,12 @@ class Deviation:
             return self.distribution
         if nominal == 0.0:
             raise FrameError(f"{self.description!r} is in percent of a nominal value of zero: give it as a number")
-        given, factor = self.distribution, abs(nominal)
+        given = self.distribution
         if isinstance(given, Interval):
-            return Interval(nominal + factor * given.low, nominal + factor * given.high)
+            return Interval(*sorted((nominal + nominal * given.low, nominal + nominal * given.high)))
         if isinstance(given, Normal):
-            return Normal(nominal + factor * given.loc, factor * given.scale)
-        return Rescaled(given, factor, nominal)
+            return Normal(nominal + nominal * given.loc, abs(nominal) * given.scale)
+        return Rescaled(given, nominal, nominal)
 
     def require_near(self, nominal: float, what: str) -> None:
         """Raise an error if the mean is more than a standard deviation from the nominal value.
@@ -235,10 +237,10 @@ def _shown(value: float) -> str:
 
 def _share(key: str, text: str) -> float:
     """Convert a percentage as text, for loc or scale, to a share."""
-    match = _PERCENT.fullmatch(text)
-    if match is None or match["kind"] or key not in ("loc", "scale") or (match["sign"] and key == "loc"):
+    match = _SHARE.fullmatch(text)
+    if match is None or key not in ("loc", "scale") or (match["sign"] and key == "loc"):
         raise FrameError(f"{key} is {text!r}: give a number, or loc and scale in percent, such as '5 %'")
-    return 0.01 * float(match["half"])
+    return 0.01 * float(match["share"])
 
 
 def _shape(distribution: Any) -> tuple[float, float, Array]:

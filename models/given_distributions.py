@@ -18,8 +18,10 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _SYMMETRIC = re.compile(
     rf"(?P<nominal>{_NUMBER})?\s*(?:±|\+/-|\+-)\s*(?P<half>{_NUMBER})\s*(?P<percent>%?)\s*(?P<kind>\w*)"
 )
+# A sign of percent behind the second number is that of both.
 _LIMITS = re.compile(
-    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<percent>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*%?\s*(?P<kind>\w*)"
+    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?:%(?=.*%))?\s*/?\s*(?P<down>-{_NUMBER})\s*(?P<percent>%?)"
+    r"\s*(?P<kind>\w*)"
 )
 _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
 

@@ -174,6 +174,38 @@ def test_the_file_and_the_four_bar_read_the_same(text):
     assert_allclose(of_job.ppf(Q), draws, rtol=1e-15)
 
 
+@pytest.mark.parametrize("text", ["norm(1 %, 5 %)", "uniform(-2 %, 8 %)", "triang(0.3, -5 %, 10 %)"])
+def test_a_share_of_a_negative_number_points_the_same_way_in_both_jobs(tmp_path, text):
+    """1 % of -100 N is -1 N: the load is a hundredth longer. A quantile function rises all the same."""
+    path = tmp_path / "down.toml"
+    path.write_text(FILE.read_text(encoding="utf-8").replace("fy = 100.0", "fy = -100.0"), encoding="utf-8")
+    of_load = read_inputs(path, [("fy", text)]).tolerances["fy"]
+    of_job = laws(("load", text), load=-100.0)["fy"]
+    draws = of_load.samples(("loads", 0, "fy"), of_load.distribution.ppf(1.0 - Q))
+    assert_allclose(of_job.ppf(Q), draws, rtol=1e-13)
+    assert np.all(np.diff(of_job.ppf(Q)) > 0.0)
+
+
+@pytest.mark.parametrize("text", ["+6/-3 %", "+6 %/-3 %", "+6 % -3 %", "200 +6/-3 %", "200 +6 % / -3 %"])
+def test_a_sign_of_percent_behind_two_limits_is_that_of_both(text):
+    assert laws(("load", text), load=200.0)["fy"] == Interval(194.0, 212.0)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_tolerance_of_one_joint_rules_over_that_of_all(order):
+    """In whatever order they stand on the command line."""
+    found = laws(*(("clearance", "± 1e-4"), ("clearance.B", "± 2e-4"))[::order])
+    assert found["clearance.B"].ppf(np.array(1.0)) == pytest.approx(1.2e-3, rel=1e-12)
+    assert found["clearance.D"].ppf(np.array(1.0)) == pytest.approx(1.1e-3, rel=1e-12)
+
+
+def test_the_nominal_value_may_lie_at_a_limit_of_a_distribution():
+    """But not outside it, however near."""
+    assert laws(("load", "uniform(100, 10)"))["fy"] == Interval(100.0, 110.0)
+    with pytest.raises(FrameError, match=r"has the mean 106 and spreads by 2\.88675, but load is 100"):
+        laws(("load", "uniform(101, 10)"))
+
+
 def test_what_has_no_tolerance_by_default():
     found = laws(("young", "± 5 %"), ("young.crank", "± 1e9"), ("fx", "± 3"), ("drive", "± 0.1"), ("ktx.B", "10 %"))
     assert found["E.rocker"] == Interval(1.9e11, 2.1e11)
@@ -231,6 +263,11 @@ def test_contact_that_follows_from_forces_has_none():
         (["clearance=norm(± 5 %)"], "loc is '± 5 %': give a number"),
         (["load=norm(100, loc=90, scale=5)"], "loc is given twice"),
         (["load=norm(100, 5, wide=3)"], "norm does not take wide: it takes loc, scale"),
+        (["load=norm(2 %, 5)"], "--tolerance load=norm(2 %, 5): scale is 5 beside loc in percent"),
+        (["load=+5 %"], "tolerance '+5 %': write it as"),
+        (["load=-5 %"], "tolerance '-5 %': write it as"),
+        (["load=+6 %/-3"], "tolerance '+6 %/-3': write it as"),
+        (["young=norm(scale=40 %)"], "samples would go below zero, one in a million"),
     ],
 )
 def test_what_is_no_tolerance_of_the_four_bar(words, told, tmp_path, capsys):

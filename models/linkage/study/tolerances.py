@@ -136,16 +136,18 @@ def _in_words(
     source: Source, path: tuple[str, str], of: Sequence[tuple[Path, str]], given: Uncertain | float
 ) -> Tolerance:
     """Tolerance of numbers by a deviation in words; `of` are the paths at which they are named, and their names."""
-    try:
-        share = isinstance(given, str) and "%" in given and deviation(path[1], 1.0, given).relative
-        places, nominal = _numbers_of(source, of, relative=share)
-        found = deviation(path[1], next(iter(nominal.values())), given)
-    except FrameError as error:
-        if str(error).startswith(f"{source.file}"):
-            raise
-        # errors of distributions do not name the number
-        source.fail(path, f"{given!r} cannot be meant: {error}")
+    share = isinstance(given, str) and "%" in given and _deviation(source, path, 1.0, given).relative
+    places, nominal = _numbers_of(source, of, relative=share)
+    found = _deviation(source, path, next(iter(nominal.values())), given)
     return _checked(source, path, places, nominal, found)
+
+
+def _deviation(source: Source, path: tuple[str, str], nominal: float, given: Uncertain | float) -> Deviation:
+    """How a number deviates; errors of distributions do not name the number, so that its name is put before them."""
+    try:
+        return deviation(path[1], nominal, given)
+    except FrameError as error:
+        source.fail(path, f"{given!r} cannot be meant: {error}")
 
 
 def _numbers_of(
