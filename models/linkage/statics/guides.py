@@ -116,7 +116,7 @@ class Layout:
         return out
 
     def parts(self, ends: Ends, beam: LineElement) -> list[LineElement]:
-        """A beam, cut at its nodes.
+        """A beam that is cut, at its nodes.
 
         Raises
         ------
@@ -124,8 +124,6 @@ class Layout:
             If it is an element that cannot be cut anywhere.
         """
         chain = self.chains[ends]
-        if len(chain) == 2:
-            return [beam]
         if not isinstance(beam, Beam):
             if type(beam).part is LineElement.part and not beam.releases:
                 return [beam] * (len(chain) - 1)
