@@ -219,8 +219,13 @@ class Accuracy(ConditionNumbers):
         """The loaded linkage without clearance, which nothing changes."""
         return self._loaded()
 
+    @cached_property
+    def _unloaded(self) -> Frame:
+        """The linkage without clearance and load, of which the others are copies."""
+        return self.motion.frame()
+
     def _loaded(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
-        frame = self.motion.frame(clearance)
+        frame = self.motion.frame(clearance) if clearance else self._unloaded.copy()
         frame.load("P", **dict(zip(LOADS, self.load, strict=True)))
         return frame
 
@@ -229,7 +234,7 @@ class Accuracy(ConditionNumbers):
         """Load alone and clearance alone, (2, ...): the stiffness has no such axis, so that it is factorised once."""
         ndim = len(self.shape)
         first, second = (np.reshape(case, (2, *(1,) * ndim)) for case in ((1.0, 0.0), (0.0, 1.0)))
-        frame = self.motion.frame()
+        frame = self._unloaded.copy()
         frame.load("P", **{name: first * aligned(value, ndim) for name, value in zip(LOADS, self.load, strict=True)})
         for joint, gap in self.offsets.items():
             frame.offset(joint, ux=second * aligned(gap.real, ndim), uy=second * aligned(gap.imag, ndim))
