@@ -188,6 +188,12 @@ def joined(name: str, shape: Shape, known: Mapping[str, Shape]) -> Shape:
         raise
 
 
+def join(known: dict[str, Shape], name: str, shape: Shape) -> None:
+    """Add `shape` to the `known` shapes, with all of which it must broadcast; a clash names both sides."""
+    joined(name, shape, known)
+    known[name] = shape
+
+
 def one_entry(shape: Shape, entry: int | Sequence[int], what: str) -> tuple[int, ...]:
     """Indices of one entry of a batch, checked."""
     chosen = np.atleast_1d(entry).tolist()

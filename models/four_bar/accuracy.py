@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...framework.batch import aligned, finite, joined
+from ...framework.batch import aligned, finite, join
 from ...framework.errors import FrameError, expected_mechanisms
 from ..clearance import offset, pressed
 from ..linkage.statics.condition_numbers import ConditionNumbers
 from ..linkage.statics.past import past
 from ..planar import Complex, cross
 from .clearance import clearance_displacement
-from .description import JOINTS, check_joints
+from .description import JOINTS, LOADS, PerJoint, check_joints, each_joint
 from .four_bar import FourBar, FourBarMotion
 from .kinematics import SINGULAR
 
@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from ...framework.solution import Solution
 
 Array = NDArray[np.float64]
-PerJoint = ArrayLike | Mapping[str, ArrayLike]
-
-LOAD = ("fx", "fy", "mz")
 OPEN_LOOP = "clearance leaves the loop open"
 
 
@@ -222,9 +219,14 @@ class Accuracy(ConditionNumbers):
         """The loaded linkage without clearance, which nothing changes."""
         return self._loaded()
 
+    @cached_property
+    def _unloaded(self) -> Frame:
+        """The linkage without clearance and load, of which the others are copies."""
+        return self.motion.frame()
+
     def _loaded(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
-        frame = self.motion.frame(clearance)
-        frame.load("P", **dict(zip(LOAD, self.load, strict=True)))
+        frame = self.motion.frame(clearance) if clearance else self._unloaded.copy()
+        frame.load("P", **dict(zip(LOADS, self.load, strict=True)))
         return frame
 
     @cached_property
@@ -232,8 +234,8 @@ class Accuracy(ConditionNumbers):
         """Load alone and clearance alone, (2, ...): the stiffness has no such axis, so that it is factorised once."""
         ndim = len(self.shape)
         first, second = (np.reshape(case, (2, *(1,) * ndim)) for case in ((1.0, 0.0), (0.0, 1.0)))
-        frame = self.motion.frame()
-        frame.load("P", **{name: first * aligned(value, ndim) for name, value in zip(LOAD, self.load, strict=True)})
+        frame = self._unloaded.copy()
+        frame.load("P", **{name: first * aligned(value, ndim) for name, value in zip(LOADS, self.load, strict=True)})
         for joint, gap in self.offsets.items():
             frame.offset(joint, ux=second * aligned(gap.real, ndim), uy=second * aligned(gap.imag, ndim))
         return frame.solve()
@@ -294,19 +296,17 @@ def accuracy(
 
     def checked(value: ArrayLike, what: str) -> Array:
         array = finite(value, what)
-        joined(what, array.shape, shapes)
-        shapes[what] = array.shape
+        join(shapes, what, array.shape)
         return array
 
     def per_joint(given: PerJoint, what: str) -> dict[str, Array]:
         if isinstance(given, Mapping):
             check_joints(given, what)
-        each = {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
-        return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each.items()}
+        return {joint: checked(value, f"{what} of joint {joint!r}") for joint, value in each_joint(given).items()}
 
     if not isinstance(load, tuple | list) or len(load) != 3:
         raise FrameError(f"load is {load!r}: give (fx, fy, mz)")
-    fx, fy, mz = (checked(value, f"load {name}") for value, name in zip(load, LOAD, strict=True))
+    fx, fy, mz = (checked(value, f"load {name}") for value, name in zip(load, LOADS, strict=True))
     gaps = per_joint(clearance, "clearance")
     for joint, gap in gaps.items():
         if np.any(gap < 0.0):

@@ -10,14 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...elements import Beam, Material, Rectangle
 from ...elements.parameters import as_real
-from ...framework.batch import finite, joined, numbers
+from ...framework.batch import finite, join, joined, numbers
 from ...framework.errors import FrameError
 from .closure import BRANCHES, Closure
 
 Array = NDArray[np.float64]
 
+PerJoint = ArrayLike | Mapping[str, ArrayLike]
+
 LINKS = ("crank", "coupler", "rocker")
 JOINTS = ("B", "D", "E")
+# Components of the load on P.
+LOADS = ("fx", "fy", "mz")
 
 
 def known(kind: str, name: str, names: Iterable[str]) -> str:
@@ -32,6 +36,11 @@ def check_joints(given: Iterable[str], what: str) -> None:
     for joint in given:
         if joint not in JOINTS:
             raise FrameError(f"{what} of joint {joint!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
+
+
+def each_joint(given: PerJoint) -> dict[str, ArrayLike]:
+    """By passive joint what is given for all of them at once, or for some by name; 0 for the others."""
+    return {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
 
 
 def _bar() -> Beam:
@@ -63,8 +72,7 @@ class FourBarDescription:
         object.__setattr__(self, "point", tuple(point))
         shapes: dict[str, tuple[int, ...]] = {}
         for name, shape in self._shapes().items():
-            joined(name, shape, shapes)
-            shapes[name] = shape
+            join(shapes, name, shape)
         a, b, c, d = self.lengths
         if self.branch is None:
             object.__setattr__(self, "branch", "parallel" if np.all(a == c) and np.all(b == d) else "open")

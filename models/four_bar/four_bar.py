@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...framework.batch import finite, joined
+from ...framework.batch import finite, join
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
 from ..linkage.graphics.drawn_motion import DrawnMotion
@@ -195,8 +195,7 @@ class FourBar(FourBarDescription):
         _refuse_gap(closure)
         shapes = {"drive angle theta": np.shape(closure.gap)}
         for name, value in zip(("drive rate", "drive acceleration"), rates, strict=True):
-            joined(name, value.shape, shapes)
-            shapes[name] = value.shape
+            join(shapes, name, value.shape)
         return FourBarMotion(self, closure, *rates)
 
     def linkage(self, theta: ArrayLike, clearance: Mapping[str, ArrayLike] | None = None) -> Linkage:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...elements.parameters import as_real
-from ...framework.batch import finite, joined
+from ...framework.batch import finite, join
 from ...framework.errors import FrameError
 from ..newton_euler import Action, NewtonEuler, Transmitted
 from .description import LINKS, known
@@ -227,9 +227,7 @@ def _check_shapes(motion: FourBarKinematics, links: Mapping[str, Link], gravity:
         for each in fields(Link):
             given = getattr(link, each.name)
             for value in given if isinstance(given, tuple) else (given,):
-                what = f"{each.name} of the {name}"
-                joined(what, np.shape(value), shapes)
-                shapes[what] = np.shape(value)
+                join(shapes, f"{each.name} of the {name}", np.shape(value))
 
 
 def _acting(motion: FourBarKinematics, name: str, link: Link, gravity: Pair, centre: Array) -> Iterator[Action]:

@@ -4,24 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...elements import Beam, Material
 from ...framework.errors import FrameError
-from .description import JOINTS, LINKS
+from .description import JOINTS, LINKS, LOADS, PerJoint, each_joint
 from .four_bar import FourBar
-
-if TYPE_CHECKING:
-    from .accuracy import PerJoint
 
 Array = NDArray[np.float64]
 Samples = Mapping[str, Array]
 
 LENGTHS = (*LINKS, "ground")
-LOADS = ("fx", "fy", "mz")
 COMPONENTS = ("ktx", "kty", "ktz", "krx", "kry", "krz")
 OF_JOINTS = ("stiffness", *COMPONENTS, "clearance", "contact")
 NAMES = (
@@ -95,10 +90,9 @@ def toleranced(four_bar: FourBar, samples: Samples) -> FourBar:
     return replace(four_bar, **lengths, beam=beams, stiffness=springs)  # type: ignore[arg-type]
 
 
-def per_joint(common: ArrayLike | Mapping[str, ArrayLike], name: str, samples: Samples) -> dict[str, ArrayLike]:
+def per_joint(given: PerJoint, name: str, samples: Samples) -> dict[str, ArrayLike]:
     """Value of `name` for each joint: its own samples, else the common ones, else what was given."""
-    given = {joint: common.get(joint, 0.0) if isinstance(common, Mapping) else common for joint in JOINTS}
-    return {joint: _own(name, joint, samples, value) for joint, value in given.items()}
+    return {joint: _own(name, joint, samples, value) for joint, value in each_joint(given).items()}
 
 
 def _own(name: str, part: str, samples: Samples, otherwise: ArrayLike) -> ArrayLike:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....framework import rotation
-from ....framework.batch import Array, Shape, finite, joined
+from ....framework.batch import Array, Shape, finite, join
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
@@ -73,8 +73,7 @@ def given_drives(
                 out += [_STILL] * len(components)
                 continue
             array = _components(f"{what} of joint {name!r}", given[name], components)
-            joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
-            shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
+            join(shapes, f"{what} of joint {name!r}", array.shape[:-1])
             out += _apart(array, scales)
     shape = _broadcast({state.shape for state in states})
     full = _broadcast({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
@@ -115,8 +114,7 @@ def _states(
     if pair.kind.name == "spherical" and len(chosen) < 3:
         raise FrameError(f"joint {pair.name!r} is driven by {components}: drive all three rotations of a ball, or none")
     given = pair.reference[..., chosen] if value is None else _components(what, value, components)
-    joined(what, given.shape[:-1], shapes)
-    shapes[what] = given.shape[:-1]
+    join(shapes, what, given.shape[:-1])
     if pair.kind.name == "spherical":
         both = np.broadcast_arrays(given, -pair.reference)
         now, before = (rotation.exponential(np.moveaxis(vectors, -1, 0)) for vectors in both)

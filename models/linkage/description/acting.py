@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, Shape, finite, joined, vector
+from ....framework.batch import Array, Shape, finite, join, vector
 from ....framework.checked import not_negative
 from ....framework.dofs import FORCES
 from ....framework.errors import FrameError
@@ -226,6 +226,5 @@ def _six(what: str, *components: ArrayLike) -> Array:
     known: dict[str, Shape] = {}
     for name, value in given.items():
         if value.shape:
-            joined(name, value.shape, known)
-            known[name] = value.shape
+            join(known, name, value.shape)
     return np.stack(np.broadcast_arrays(*given.values()), axis=-1)

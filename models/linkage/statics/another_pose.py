@@ -33,15 +33,15 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
     clone.made_from, clone.tolerance = motion, motion.tolerance
     axes = {GROUND: np.eye(3)}
     for name, origin, turned in motion.origins_and_axes():
-        axes[name] = own(turned)
-        clone.bodies[name] = Body(own(origin), axes[name])
+        axes[name] = _own(turned)
+        clone.bodies[name] = Body(_own(origin), axes[name])
     for name, pair in motion.linkage.joints.items():
         cross = pair.kind.name == "universal"
-        along = own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
-        for each in (name, about_first(pair)) if cross else (name,):
-            joint = clone.joints[each]
+        along = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
+        for own in (name, about_first(pair)) if cross else (name,):
+            joint = clone.joints[own]
             assert isinstance(joint.element, Joint)
-            clone.joints[each] = type(joint)(joint.element.along(along), joint.first, joint.second)
+            clone.joints[own] = type(joint)(joint.element.along(along), joint.first, joint.second)
     clone.size = 0.0
     for node in clone.nodes.values():
         place = node.coordinates
@@ -52,7 +52,7 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
     return clone
 
 
-def own(values: Array) -> Array:
+def _own(values: Array) -> Array:
     """A read-only copy."""
     out = np.array(values)
     out.setflags(write=False)

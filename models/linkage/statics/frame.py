@@ -17,6 +17,7 @@ from ....framework.described.parts import IdleRotation
 from ....framework.errors import FrameError
 from ....framework.factor_cache import share
 from ....framework.frame import Frame
+from ....framework.protocol import LineElement
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
@@ -24,13 +25,15 @@ from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_ax
 from ..description.sketch import place, places
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
-from .another_pose import at_another_pose, differs_in_place_only, own
+from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
-from .guides import Layout, Slider, contact_stiffness
+from .guides import Ends, Layout, Slider, contact_stiffness
 from .inertia import beams_with_mass, inertia, is_given
 from .loading import Pieces, accelerate_idle, add_inertia_loads, add_loads
 from .nodes import Nodes
 
+# Axes along those of the link.
+UNTURNED = np.eye(3).tolist()
 # Rotation about z.
 ABOUT = 5
 
@@ -210,12 +213,15 @@ class Builder:
     def _axes(self, pair: Pair) -> Array:
         """Axes of a joint, which move with its first link, in a universal joint with both links, (..., 3, 3)."""
         if pair.kind.name == "universal":
-            axes = self._there(self.motion.joint_axes(pair.name), pair.axes, 2)
+            axes = np.array(self._there(self.motion.joint_axes(pair.name), pair.axes, 2))
         elif pair.first == GROUND:
             axes = np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
+        elif pair.axes.tolist() == UNTURNED:  # as most often
+            axes = self.frame.bodies[pair.first].axes
         else:
             axes = np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
-        return own(axes)
+        axes.setflags(write=False)
+        return axes
 
     def _guide(self, pair: Pair) -> str:
         """Node of a joint on its first link; a slider on the ground gets a node at its place."""
@@ -296,11 +302,11 @@ class Builder:
             self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
 
     def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
-        pieces = [
-            (part, ends)
-            for pair, beam in beams_with_mass(self.linkage, link).items()
-            for part, ends in zip(layout.parts(pair, beam), pairwise(layout.chains[pair]), strict=True)
-        ]
+        pieces: list[tuple[LineElement, Ends]] = []
+        for pair, beam in beams_with_mass(self.linkage, link).items():
+            chain = layout.chains[pair]
+            parts = layout.parts(pair, beam) if len(chain) > 2 else [beam]
+            pieces += zip(parts, pairwise(chain), strict=True)
         nodes = self.nodes.on[name]
         for index, (beam, ends) in enumerate(pieces, start=1):
             member = name if len(pieces) == 1 else f"{name}.{index}"

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, finite, joined
+from ....framework.batch import Array, finite, join
 from ....framework.errors import FrameError
 from .actions import whole_shape
 from .frame import FramedPoses
@@ -26,8 +26,7 @@ def free_accelerations(motion: FramedPoses, forces: Mapping[str, ArrayLike]) -> 
     known = {"the motion, its masses and loads": whole_shape(motion)}
     each = [_given(joint, forces.get(joint, 0.0), len(names)) for joint, names in driven.items()]
     for joint, given in zip(driven, each, strict=True):
-        joined(f"force on joint {joint!r}", given.shape[:-1], known)
-        known[f"force on joint {joint!r}"] = given.shape[:-1]
+        join(known, f"force on joint {joint!r}", given.shape[:-1])
     # drive accelerations count lengths in units of the linkage's size
     size = motion.mechanism.size
     unit = np.array([size if name.startswith("u") else 1.0 for names in driven.values() for name in names])

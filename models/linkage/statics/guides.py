@@ -125,8 +125,6 @@ class Layout:
             If the element cannot be cut.
         """
         chain = self.chains[ends]
-        if len(chain) == 2:
-            return [beam]
         if not isinstance(beam, Beam):
             if type(beam).part is LineElement.part and not beam.releases:
                 return [beam] * (len(chain) - 1)
