@@ -125,14 +125,17 @@ def _axes(own: Examined, along: Array, transverse: Array) -> None:
 
 def _stiffness(own: Examined, length: Array) -> None:
     """Check that matrix, springs and end forces agree on one stiffness."""
-    matrix, (k, rows) = own.stiffness_matrix(length), own.springs(length)
-    summed = np.swapaxes(rows, -1, -2) @ (k[..., None] * rows)
-    root = np.sqrt(np.sum(np.abs(k)[..., None] * rows**2, axis=-2))
-    allowed = _ALIKE * root[..., :, None] * root[..., None, :]
+    matrix, (summed, allowed) = own.stiffness_matrix(length), _summed(*own.springs(length))
     _same(own, "stiffness_matrix", "the sum of its springs, K = sum_i k_i b_i b_i^T", matrix, summed, allowed)
     unit = np.eye(12).reshape(12, *(1,) * length.ndim, 12)
     forces = np.moveaxis(own.end_forces(length, unit), 0, -1)
     _same(own, "end_forces", "its stiffness times the displacement", forces, summed, allowed)
+
+
+def _summed(k: Array, rows: Array) -> tuple[Array, Array]:
+    """Stiffness (..., 12, 12) of springs k (..., n), and by how much another like it may differ, in any units."""
+    root = np.sqrt(np.sum(np.abs(k)[..., None] * rows**2, axis=-2))
+    return np.swapaxes(rows, -1, -2) @ (k[..., None] * rows), _ALIKE * root[..., :, None] * root[..., None, :]
 
 
 def _same(own: Examined, method: str, what: str, found: Array, wanted: Array, allowed: Array) -> None:
@@ -270,15 +273,12 @@ def _cut(own: Examined, length: Array) -> None:
         last = {n: Stretch(ndim=len(shape), axis=axis, indices=slice(-n, None)) for n in (_FEW, _LEAST)}
         few, more = (own if n >= size else own.cut(_within(own, part)) for n, part in last.items())
         at = np.full((1,) * (len(shape) + 1), float(length.reshape(-1)[0]))
-        for method, part, whole, trailing in zip(
-            ("stiffnesses", "deformations"), few.springs(at), more.springs(at), (1, 2), strict=True
-        ):
-            there = last[_FEW](whole, trailing)
-            # to rounding: what is summed up, as along a taper, may differ in the last bit where less is summed at once
-            if part.shape != there.shape or np.any(np.abs(part - there) > _ALIKE * np.abs(there).max(initial=0.0)):
-                raise FrameError(
-                    f"{own.what}: cut to a few entries of its batch it returns other {method} than there: {_FIELDS}"
-                )
+        here, there = few.springs(at), [last[_FEW](each, k) for each, k in zip(more.springs(at), (1, 2), strict=True)]
+        if any(one.shape != other.shape for one, other in zip(here, there, strict=True)):
+            raise FrameError(f"{own.what}: cut to a few entries of its batch it returns other springs: {_FIELDS}")
+        # to rounding: what is summed up, as along a taper, may differ in the last bit where less is summed at once
+        text = "the sum of its springs, cut to a few entries of its batch,"
+        _same(own, text, f"that of the whole batch there ({_FIELDS})", _summed(*here)[0], *_summed(*there))
 
 
 def _within(own: Examined, change: Change) -> Change:

@@ -94,17 +94,16 @@ def sparse_steps(
     tuple
         The steps.
     """
-    out = []
+
+    def at(i: int, j: int) -> int:
+        return place.setdefault((i, j) if i >= j else (j, i), len(place))
+
+    pivots, out = list(pivots), []
+    pairs = {size: np.tril_indices(size) for size in {len(below) for _, below in pivots}}
     for k, below in pivots:
-        for i in below:
-            place.setdefault((max(i, k), min(i, k)), len(place))
-        first, second = np.tril_indices(len(below))
-        pairs = [(below[a], below[b]) for a, b in zip(first.tolist(), second.tolist(), strict=True)]
-        for i, j in pairs:
-            place.setdefault((max(i, j), min(i, j)), len(place))
-        target = np.array([place[max(p), min(p)] for p in pairs], dtype=np.int64)
-        column = np.array([place[max(i, k), min(i, k)] for i in below], dtype=np.int64)
-        updates = ((target, first, second),) if below else ()
+        column = np.array([at(i, k) for i in below], dtype=np.int64)
+        target = np.array([at(i, j) for a, i in enumerate(below) for j in below[: a + 1]], dtype=np.int64)
+        updates = ((target, *pairs[len(below)]),) if below else ()
         out.append(PivotStep(k, place[k, k], np.array(below, dtype=np.int64), column, updates))
     return tuple(out)
 

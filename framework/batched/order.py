@@ -13,6 +13,7 @@ import heapq
 import operator
 from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from ..cache import ORDERS
 from ..structure.parts import Grid, Matrix, Row, Value, masks_of
@@ -20,9 +21,11 @@ from ..structure.parts import Grid, Matrix, Row, Value, masks_of
 Pattern = dict[int, dict[int, int]]
 Springs = list[tuple[Row, Value]]
 # Sort key of an unknown, which is its last item; the smallest key is eliminated first.
-Key = Callable[[Pattern, int, Grid], tuple[int, int, int]]
+Key = tuple[int, int, int]
 # Up to this many unknowns two ways of ordering are compared.
 FEW = 60
+# Up to this many unknowns sets of them are bits of numbers, which are intersected in a third of the time.
+_BITS = 4096
 
 
 @dataclass(frozen=True)
@@ -146,10 +149,12 @@ def order(pattern: Pattern, candidates: Iterable[int], grid: Grid) -> Order:
     waiting = set(candidates)
     copied = {k: dict(row) for k, row in pattern.items()} if len(waiting) <= FEW else {}
     sizes = {grid.sizes[mask] for k in waiting for mask in pattern[k].values()}
-    by_cost = _ordered(pattern, waiting, grid, _cost if len(sizes) > 1 else _shape)
-    if not copied or len(sizes) == 1:
+    if len(sizes) <= 1:
+        return _ordered(pattern, waiting, _ByShape(pattern, grid))
+    by_cost = _ordered(pattern, waiting, _ByCost(pattern, grid))
+    if not copied:
         return by_cost
-    return min(by_cost, _ordered(copied, waiting, grid, _shape), key=lambda found: found.operations(grid))
+    return min(by_cost, _ordered(copied, waiting, _ByShape(copied, grid)), key=lambda found: found.operations(grid))
 
 
 def in_turn(pattern: Pattern, pivots: Iterable[int]) -> Order:
@@ -160,46 +165,73 @@ def in_turn(pattern: Pattern, pivots: Iterable[int]) -> Order:
     return result
 
 
-def _ordered(pattern: Pattern, candidates: set[int], grid: Grid, key: Key) -> Order:
-    """Eliminate `candidates` from `pattern`, the one with the least `key` first."""
+def _ordered(pattern: Pattern, candidates: set[int], by: _ByShape) -> Order:
+    """Eliminate `candidates` from `pattern`, the one with the least key first."""
     waiting = set(candidates)
     result = Order([], {}, {})
-    keys = {k: key(pattern, k, grid) for k in waiting}
+    keys = {k: by.key(k) for k in waiting}
     heap = sorted(keys.values())
     while heap:
         entry = heapq.heappop(heap)
         k = entry[-1]
         if k not in waiting or keys[k] != entry:
             continue
-        keys[k] = key(pattern, k, grid)
+        keys[k] = by.key(k)
         if keys[k] > entry:
             heapq.heappush(heap, keys[k])
             continue
         waiting.remove(k)
         _eliminate(pattern, k, result)
+        by.follow(k, result.below[k])
         for i in waiting.intersection(result.below[k]):
-            keys[i] = key(pattern, i, grid)
+            keys[i] = by.key(i)
             heapq.heappush(heap, keys[i])
     return result
 
 
-def _size(pattern: Pattern, k: int, grid: Grid) -> int:
-    """Number of batch entries over which the column of k varies."""
-    return grid.sizes[functools.reduce(operator.or_, pattern[k].values(), 0)]
+class _ByShape:
+    """Keys by the number of batch entries over which the column varies, then by the length of the column."""
+
+    def __init__(self, pattern: Pattern, grid: Grid) -> None:
+        self.pattern, self.sizes = pattern, grid.sizes
+
+    def key(self, k: int) -> Key:
+        """Key of unknown k in the pattern as it is now."""
+        row = self.pattern[k]
+        return self.sizes[functools.reduce(operator.or_, row.values(), 0)], len(row), k
+
+    def follow(self, k: int, below: list[int]) -> None:
+        """Take note that k has been eliminated, with the unknowns `below` in its column."""
 
 
-def _shape(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
-    """Sort key by the number of batch entries over which the column varies, then by the length of the column."""
-    return _size(pattern, k, grid), len(pattern[k]), k
+class _ByCost(_ByShape):
+    """Keys by cost: operations of a pivot over the batch, and two over the whole batch for each fill entry.
 
+    The unknowns that are coupled with another one are a set: the bits of a number, or a set of Python where that number
+    would be long.
+    """
 
-def _cost(pattern: Pattern, k: int, grid: Grid) -> tuple[int, int, int]:
-    """Sort key by cost: operations of pivot k over the batch, and two over the whole batch for each fill entry."""
-    near = pattern[k].keys() - {k}
-    present = sum(len(near & pattern[i].keys()) - (i in pattern[i]) for i in near)
-    fill = (len(near) * (len(near) - 1) - present) // 2
-    own = _size(pattern, k, grid) * len(near) * (len(near) + 3)
-    return own + 2 * grid.sizes[-1] * fill, len(near), k
+    def __init__(self, pattern: Pattern, grid: Grid) -> None:
+        super().__init__(pattern, grid)
+        few = len(pattern) <= _BITS
+        self.single: dict[int, Any] = {k: 1 << place if few else {k} for place, k in enumerate(pattern)}
+        self.count: Callable[[Any], int] = int.bit_count if few else len
+        none: Any = 0 if few else set()
+        self.coupled = {
+            k: functools.reduce(operator.or_, [self.single[i] for i in row if i != k], none)
+            for k, row in pattern.items()
+        }
+
+    def key(self, k: int) -> Key:
+        size, length, _ = super().key(k)
+        own, count = self.coupled[k], length - 1
+        present = sum([self.count(own & self.coupled[i]) for i in self.pattern[k]]) - count
+        fill = (count * (count - 1) - present) // 2
+        return size * count * (count + 3) + 2 * self.sizes[-1] * fill, count, k
+
+    def follow(self, k: int, below: list[int]) -> None:
+        for i in below:
+            self.coupled[i] = (self.coupled[i] | self.coupled[k]) ^ self.single[i] ^ self.single[k]
 
 
 def _eliminate(pattern: Pattern, k: int, order: Order) -> None:

@@ -90,7 +90,9 @@ class SymbolicFactorisation:
         pattern: Pattern = {}
         for k in range(self.size):
             link(pattern, k, k, 0)
-        for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True):
+        self.source: Index = np.flatnonzero(self.rows >= self.columns)
+        lower = list(zip(self.rows[self.source].tolist(), self.columns[self.source].tolist(), strict=True))
+        for i, j in lower:
             link(pattern, i, j, 0)
         free = range(self.first_constraint)
         constraints = range(self.first_constraint, self.size)
@@ -105,12 +107,10 @@ class SymbolicFactorisation:
             ((k, each.below[k]) for each in orders for k in each.pivots), place
         )
         self.entries, self.place = len(place), place
-        lower = [(i, j) for i, j in zip(self.rows.tolist(), self.columns.tolist(), strict=True)]
-        self.source = np.array([n for n, (i, j) in enumerate(lower) if i >= j], dtype=np.int64)
-        self.goal = np.array([place[lower[n]] for n in self.source], dtype=np.int64)
+        self.goal = np.array([place[pair] for pair in lower], dtype=np.int64)
         if not self.half:
-            mirror = {pair: n for n, pair in enumerate(lower)}
-            self.other = np.array([mirror[lower[n][1], lower[n][0]] for n in self.source], dtype=np.int64)
+            mirror = {pair: n for n, pair in enumerate(zip(self.columns.tolist(), self.rows.tolist(), strict=True))}
+            self.other = np.array([mirror[pair] for pair in lower], dtype=np.int64)
 
     def prescribed_forces(self, values: Array, prescribed_residual: Array) -> Array:
         """Forces on the unknowns from displacements `prescribed_residual` (prescribed, m) of the prescribed

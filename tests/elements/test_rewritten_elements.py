@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spring
+from linkframe.elements import Beam, Circle, Joint, Material, PointMass, Rectangle, Spring
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.protocol import LineElement
 from numpy.testing import assert_allclose, assert_array_equal
@@ -367,6 +367,20 @@ class _Sampled(Winkler):
     weights: Array = field(default_factory=lambda: WEIGHTS)
 
 
+@dataclass(frozen=True, eq=False)
+class _Centred(Delegating):
+    """Its torsion, the softest in a wire, by the mean modulus of the batch, of which a few entries know nothing."""
+
+    inner: Beam
+    stiffness_matrix = LineElement.stiffness_matrix
+    end_forces = LineElement.end_forces
+
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        k, rows = self.inner.springs(length)
+        moduli = np.asarray(self.inner.material.E)
+        return k * np.where(np.arange(6) == 3, moduli.mean() / moduli[..., None], 1.0), rows
+
+
 class _Undivided(Delegating):
     """No dataclass."""
 
@@ -380,6 +394,10 @@ class _Undivided(Delegating):
         (_Listed(np.linspace(1e11, 2e11, 6000).tolist()), "cut left shape \\(6000,\\)"),
         (_Sampled(BEAM, np.linspace(1e5, 2e5, 6000)), "Sampled of member 'AB'"),
         (_Sampled(BEAM, np.linspace(1e5, 2e5, 4)), "Sampled of member 'AB'"),
+        (
+            _Centred(Beam(Circle(diameter=5e-5), Material(E=np.linspace(1e11, 2e11, 4), nu=0.3))),
+            "cut to a few .* \\(3, 3\\)",
+        ),
         (_Undivided(Beam(BAR, Material(E=np.linspace(1e11, 2e11, 6000), nu=0.3))), "holds a batch but is no dataclass"),
     ],
 )

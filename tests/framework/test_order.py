@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
+from linkframe.framework.batched import order as module
 from linkframe.framework.batched.order import Masks, Order, Pattern, in_turn, link, order, two_stages
 from linkframe.framework.cache import ORDERS
 from linkframe.framework.structure.parts import Grid
@@ -127,3 +128,29 @@ def test_fill_varies_as_what_it_comes_from() -> None:
         link(pattern, i, j, mask)
     assert in_turn(pattern, range(3)) == Order([0, 1, 2], {0: [1, 2], 1: [2], 2: []}, dict.fromkeys(range(3), POSE))
     assert not any(pattern.values())
+
+
+@pytest.mark.parametrize("bits", [0, module._BITS])
+def test_cost_of_a_pivot_by_counting(bits: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Operations on its column over the entries of its masks, and two over all for each pair that it couples anew."""
+    monkeypatch.setattr(module, "_BITS", bits)
+    rng, grid = np.random.default_rng(0), Grid((3, 4))
+    pattern: Pattern = {}
+    for k in range(12):
+        link(pattern, 5 * k, 5 * k, int(rng.integers(4)))
+    for i, j in rng.integers(12, size=(20, 2)).tolist():
+        link(pattern, 5 * i, 5 * j, int(rng.integers(4)))
+    of_pivot, counted = module._ByCost.key, 0
+
+    def key(by: module._ByCost, k: int) -> tuple[int, int, int]:
+        nonlocal counted
+        row, found = pattern[k], of_pivot(by, k)
+        others, size = [i for i in row if i != k], max(grid.sizes[m | n] for m in row.values() for n in row.values())
+        apart = sum(j not in pattern[i] for a, i in enumerate(others) for j in others[:a])
+        assert found == (size * len(others) * (len(others) + 3) + 24 * apart, len(others), k)
+        counted += apart
+        return found
+
+    monkeypatch.setattr(module._ByCost, "key", key)
+    order(pattern, list(pattern), grid)
+    assert counted > 20
