@@ -89,7 +89,7 @@ def _broadcast(shapes: set[Shape]) -> Shape:
 def by_joint(**given: Mapping[str, ArrayLike] | None) -> list[Mapping[str, ArrayLike]]:
     """Numbers by joint, as given under names such as ``rates``; an empty mapping for None."""
     for what, numbers in given.items():
-        if numbers is not None and not isinstance(numbers, Mapping):
+        if numbers is not None and type(numbers) is not dict and not isinstance(numbers, Mapping):
             raise FrameError(f"{what} is {numbers!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
     return [numbers or {} for numbers in given.values()]
 
