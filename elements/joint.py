@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -137,8 +136,8 @@ class Joint(JointElement):
         Joint
             Joint with the same stiffness, clearance and pitch.
         """
-        clone = copy(self)
-        object.__setattr__(clone, "axes", axes)
+        clone = object.__new__(type(self))
+        vars(clone).update(given_state(self), axes=axes)
         return clone
 
     @cached_property

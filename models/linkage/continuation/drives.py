@@ -14,6 +14,7 @@ from ....framework.batch import Array, Shape, finite, joined
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
+from ..kinematics.blocks import common
 from ..kinematics.mechanism import Mechanism
 
 # Rate and acceleration of a drive that stands still.
@@ -76,14 +77,9 @@ def given_drives(
             joined(f"{what} of joint {name!r}", array.shape[:-1], shapes)
             shapes[f"{what} of joint {name!r}"] = array.shape[:-1]
             out += _apart(array, scales)
-    shape = _broadcast({state.shape for state in states})
-    full = _broadcast({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
+    shape = common({state.shape for state in states})
+    full = common({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
     return Drives(states, first, second, shape, full)
-
-
-def _broadcast(shapes: set[Shape]) -> Shape:
-    """Shape to which all broadcast."""
-    return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def by_joint(**given: Mapping[str, ArrayLike] | None) -> list[Mapping[str, ArrayLike]]:
