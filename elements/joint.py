@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -143,10 +142,11 @@ class Joint(JointElement):
         FrameError
             If their shapes do not broadcast.
         """
-        clone = copy(self)
-        shapes = {"stiffness": self.stiffness.shape[:-1], "axes": axes.shape[:-2]}
-        shapes |= {"clearance": self.clearance.shape, "pitch": self.pitch.shape}
-        vars(clone).update(axes=axes, shape=common_shape("Joint", shapes))
+        clone = object.__new__(type(self))
+        vars(clone).update(given_state(self), axes=axes)
+        if axes.ndim > 2:
+            shapes = {"stiffness": self.stiffness.shape[:-1], "axes": axes.shape[:-2]}
+            common_shape("Joint", shapes | {"clearance": self.clearance.shape, "pitch": self.pitch.shape})
         return clone
 
     @cached_property

@@ -99,10 +99,10 @@ class LimitedCache(Generic[Kept]):
     def put(self, owner: object, value: Kept) -> None:
         """Keep a value for as long as its owner lives."""
         with self._lock:
-            self._values.pop(owner, None)
-            while len(self._values) >= _OWNERS:
-                oldest = next(iter(self._values), None)
-                self._values.pop(oldest, None)
+            if self._values.pop(owner, None) is None:
+                while len(self._values) >= _OWNERS:
+                    oldest = next(iter(self._values), None)
+                    self._values.pop(oldest, None)
             self._values[owner] = value
 
     def drop(self, owner: object) -> None:

@@ -73,10 +73,9 @@ class Along:
 
     def poses(self, driven: Sequence[Array], parameters: Sequence[Value], shape: Shape) -> Found:
         """Poses at the driven states, which broadcast with the starts to `shape`."""
+        s, whole = driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]], shape_of(driven)
         # The other drives do not move, but their values may have batch axes of their own.
-        s = np.broadcast_to(
-            driven[self.drive] - self.start.state[self.loops.driven_states[self.drive]], shape_of(driven)
-        )
+        s = s if s.shape == whole else np.broadcast_to(s, whole)
         single = SingleDrive(self.loops, self.nominal, self.start, self.drive, self.switch)
         guess = single.guess(s)
         self._drive(guess.state, driven)
@@ -280,9 +279,9 @@ class Paths:
         return self.singles[who]
 
 
-def same_signs(determinants: Sequence[Value], signs: Sequence[Value]) -> Mask:
+def same_signs(determinants: Sequence[Value], signs: Sequence[Value]) -> Mask | bool:
     """Whether all determinants have the expected signs, (...); a sign of 0 allows both."""
-    same: Mask = np.ones((), dtype=bool)
+    same: Mask | bool = True
     for determinant, sign in zip(determinants, signs, strict=True):
         same = same & (np.asarray(determinant) * sign >= 0.0)
     return same

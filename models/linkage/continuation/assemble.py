@@ -83,7 +83,7 @@ class Assembly:
     switch: bool = False
     how: str = ""
 
-    @cached_property
+    @property
     def closed(self) -> Mask:
         """Whether each pose has a position, (...)."""
         return self.reached | self.other if self.other_modes else self.reached

@@ -14,6 +14,7 @@ from ....framework.batch import Array, Shape, finite, join
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
+from ..kinematics.blocks import common
 from ..kinematics.mechanism import Mechanism
 
 # Rate and acceleration of a drive that stands still.
@@ -75,20 +76,15 @@ def given_drives(
             array = _components(f"{what} of joint {name!r}", given[name], components)
             join(shapes, f"{what} of joint {name!r}", array.shape[:-1])
             out += _apart(array, scales)
-    shape = _broadcast({state.shape for state in states})
-    full = _broadcast({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
+    shape = common({state.shape for state in states})
+    full = common({shape, *(x.shape for x in (*first, *second))}) if rates or accelerations else shape
     return Drives(states, first, second, shape, full)
-
-
-def _broadcast(shapes: set[Shape]) -> Shape:
-    """Shape to which all broadcast."""
-    return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 
 def by_joint(**given: Mapping[str, ArrayLike] | None) -> list[Mapping[str, ArrayLike]]:
     """Numbers by joint, as given under names such as ``rates``; an empty mapping for None."""
     for what, numbers in given.items():
-        if numbers is not None and not isinstance(numbers, Mapping):
+        if numbers is not None and type(numbers) is not dict and not isinstance(numbers, Mapping):
             raise FrameError(f"{what} is {numbers!r}: give numbers by joint, such as {what}={{'A': 1.0}}")
     return [numbers or {} for numbers in given.values()]
 

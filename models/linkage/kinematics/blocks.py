@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from itertools import product
 
 import numpy as np
@@ -20,7 +20,11 @@ _WHOLE = slice(None)
 
 def shape_of(*groups: Sequence[Value]) -> Shape:
     """Shape to which all values of some groups broadcast."""
-    shapes = {x.shape for values in groups for x in values if isinstance(x, np.ndarray)}
+    return common({x.shape for values in groups for x in values if isinstance(x, np.ndarray)})
+
+
+def common(shapes: Set[Shape]) -> Shape:
+    """Shape to which all broadcast, which is mostly the only one."""
     return next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
 
 

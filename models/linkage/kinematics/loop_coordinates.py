@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from operator import add, sub
 from typing import Any, Self
 
 import numpy as np
@@ -95,14 +96,14 @@ class LoopCoordinates:
                 state[those.start] = 1.0
         return state
 
-    def advance(self, state: list[Value], step: Sequence[Value], *, sign: float = 1.0) -> list[Value]:
-        """State after the unknowns have moved by `sign` times `step`, Euler parameters of unit length."""
-        out = list(state)
+    def advance(self, state: list[Value], step: Sequence[Value], *, back: bool = False) -> list[Value]:
+        """State after the unknowns have moved by `step`, or `back` by it; Euler parameters of unit length."""
+        out, moved = list(state), sub if back else add
         for place, k in self.singles:
-            out[place] = state[place] + sign * step[k]
+            out[place] = moved(state[place], step[k])
         for place, k in self.spherical:
-            change = euler_parameter_rate(state[place : place + 4], [sign * x for x in step[k : k + 3]])
-            out[place : place + 4] = unit_length([x + y for x, y in zip(state[place : place + 4], change, strict=True)])
+            change = euler_parameter_rate(state[place : place + 4], step[k : k + 3])
+            out[place : place + 4] = unit_length(list(map(moved, state[place : place + 4], change)))
         return out
 
     def unit(self, state: list[Value]) -> list[Value]:
@@ -183,7 +184,7 @@ class LoopCoordinates:
                 first = first or size
                 if not size <= far or (iteration > 0 and last > 1e-6 and size > CONTRACTION * last):
                     return None
-                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                state = self.advance(state, step, back=True)  # type: ignore[arg-type, assignment]
                 last = size
                 if size < 1e-3:
                     break
@@ -195,7 +196,7 @@ class LoopCoordinates:
         step, last = found[:n], max(map(abs, found[:n]), default=0.0)
         if not last <= max(CONTRACTION * size, 1e-12):
             return None
-        state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+        state = self.advance(state, step, back=True)  # type: ignore[arg-type, assignment]
         behind = n + n * len(self.mechanism.driven)
         return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
@@ -212,7 +213,7 @@ class LoopCoordinates:
                     return None
                 if before > 1e-5 and size > CONTRACTION * before:
                     return None
-                state = self.advance(state, step, sign=-1.0)  # type: ignore[arg-type, assignment]
+                state = self.advance(state, step, back=True)  # type: ignore[arg-type, assignment]
                 before = size
                 if size <= LAST_STEP:
                     return ClosedOne(state, found[n:])

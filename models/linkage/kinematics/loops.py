@@ -146,10 +146,11 @@ class Loops(LoopCoordinates):
         size = _largest(step)
         bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
         trusted = trusted & ~(bad & moving)
-        if not (isinstance(moving, np.ndarray) and moving.all()):
-            step = [choose(moving, x, 0.0) for x in step]
-        state = self.advance(state, step, sign=-1.0)
-        before = choose(moving, size, before)
+        if isinstance(moving, np.ndarray) and moving.all():
+            before = size
+        else:
+            step, before = [choose(moving, x, 0.0) for x in step], choose(moving, size, before)
+        state = self.advance(state, step, back=True)
         return state, trusted, moving & (size > LAST_STEP) & (size < 1e3), before
 
     @staticmethod
@@ -219,7 +220,7 @@ class Loops(LoopCoordinates):
         lost = ~(size <= FIRST_STEP) | ((last > 1e-6) & (size > CONTRACTION * last))
         good = good & ~(lost & moving)
         moving = moving & good
-        state = self.advance(state, [choose(moving, x, 0.0) for x in step], sign=-1.0)
+        state = self.advance(state, [choose(moving, x, 0.0) for x in step], back=True)
         return state, good, moving & (size >= 1e-3), first, choose(moving, size, last)
 
     def arrived(
@@ -228,7 +229,7 @@ class Loops(LoopCoordinates):
         """The last step of `poses`, on arrays or recorded terms, and which poses are good."""
         size = _largest(step)
         good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
-        return self.advance(state, [choose(good, x, 0.0) for x in step], sign=-1.0), good
+        return self.advance(state, [choose(good, x, 0.0) for x in step], back=True), good
 
     def rates_at_once(
         self,

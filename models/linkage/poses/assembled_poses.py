@@ -21,7 +21,7 @@ from ..continuation.driven import remedy
 from ..continuation.drives import Drives, given_drives
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
-from ..kinematics.blocks import blocks, cut_all
+from ..kinematics.blocks import blocks, common, cut_all
 from ..kinematics.mechanism import Mechanism, compiled
 from ..kinematics.terms import Value
 
@@ -201,7 +201,8 @@ class AssembledPoses:
         """Results of a program, entry by entry, NaN where the pose is not assembled."""
         state, *others = inputs
         given = state, self.mechanism.parameters, *others
-        work = program.calculation(given, self.shape) if worth_compiling(math.prod(self.shape)) else None
+        long = bool(self.shape) and worth_compiling(math.prod(self.shape))
+        work = program.calculation(given, self.shape) if long else None
         found: Sequence[Value] = work.results() if work is not None and not self._far else program[1](*given)
         if self.assembly.all_closed:
             return list(found)
@@ -216,7 +217,7 @@ class AssembledPoses:
         """Vector (..., 3) in global axes from entries in the ground's axes."""
         arrays = [x.shape for x in components if isinstance(x, np.ndarray)]
         if arrays or self.shape:
-            out = np.empty((*np.broadcast_shapes(self.shape, *arrays), 3))
+            out = np.empty((*common({self.shape, *arrays}), 3))
             for k, x in enumerate(components):
                 out[..., k] = x * scale
         else:
@@ -227,7 +228,11 @@ class AssembledPoses:
 
     def _global_columns(self, columns: Sequence[Sequence[Value]]) -> Array:
         """Matrix (..., 3, k) of vectors in global axes from their entries in the ground's axes."""
-        return np.stack([self._global(components) for components in columns], axis=-1)
+        each = [self._global(components) for components in columns]
+        out = np.empty((*each[0].shape, len(each)))
+        for k, column in enumerate(each):
+            out[..., k] = column
+        return out
 
     # -- look-up ----------------------------------------------------------------------------------------------------
 
