@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..batch import Same
 from ..structure.parts import Value, mask_of
 from .program import NONE, Operation, Products, Program, Rounds
 from .selection import Made, selected
@@ -223,11 +222,12 @@ class Recording:
             plain = float(value)
             if self.fixed or plain in (0.0, 1.0, -1.0):
                 return plain
-        key = Same(value)
-        if key not in self._known:
-            self._known[key] = self._new(len(self.given), mask_of(value))
+        # by identity, which no other object takes, as the input is kept
+        number = self._known.get(id(value))
+        if number is None:
+            number = self._known[id(value)] = self._new(len(self.given), mask_of(value))
             self.given.append(value)
-        return Term(self, self._known[key])
+        return Term(self, number)
 
     def later(self, mask: int) -> Value:
         """The term of an input that is passed when the program runs; it varies over the axes of a mask."""
