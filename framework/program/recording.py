@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from ..batch import Same
 from ..structure.parts import Value, mask_of
 from .program import NONE, Operation, Products, Program, Rounds
 from .selection import Made, selected
@@ -222,10 +223,10 @@ class Recording:
             plain = float(value)
             if self.fixed or plain in (0.0, 1.0, -1.0):
                 return plain
-        # by identity, which no other object takes, as the input is kept
-        number = self._known.get(id(value))
+        key = Same(value)
+        number = self._known.get(key)
         if number is None:
-            number = self._known[id(value)] = self._new(len(self.given), mask_of(value))
+            number = self._known[key] = self._new(len(self.given), mask_of(value))
             self.given.append(value)
         return Term(self, number)
 
