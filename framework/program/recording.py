@@ -224,10 +224,11 @@ class Recording:
             if self.fixed or plain in (0.0, 1.0, -1.0):
                 return plain
         key = Same(value)
-        if key not in self._known:
-            self._known[key] = self._new(len(self.given), mask_of(value))
+        number = self._known.get(key)
+        if number is None:
+            number = self._known[key] = self._new(len(self.given), mask_of(value))
             self.given.append(value)
-        return Term(self, self._known[key])
+        return Term(self, number)
 
     def later(self, mask: int) -> Value:
         """The term of an input that is passed when the program runs; it varies over the axes of a mask."""

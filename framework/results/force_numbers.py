@@ -58,8 +58,8 @@ class ForceNumbers:
 
     def displacement(self, node: int) -> Sequence[Value]:
         """The six displacements of a node in global axes."""
-        axes = self.topology.axes(node)
-        return self._node(node) if axes is None else _rotated(self._matrix(axes), self._node(node))
+        axes = self.tree.turn(node)
+        return self._node(node) if axes is None else _rotated(self._taken(axes), self._node(node))
 
     # -- pieces -----------------------------------------------------------------------------------------------------
 
@@ -100,7 +100,10 @@ class ForceNumbers:
         return list(np.moveaxis(array, -1, 0))
 
     def _matrix(self, axes: Array) -> Matrix:
-        return [[self._take(value) for value in row] for row in entries(self.grid, axes) or ()]
+        return self._taken(entries(self.grid, axes) or [])
+
+    def _taken(self, axes: Sequence[Sequence[Value]]) -> Matrix:
+        return [[self._take(value) for value in row] for row in axes]
 
     # -- joints and supports ----------------------------------------------------------------------------------------
 

@@ -76,16 +76,15 @@ def force_entries(topology: Topology, rhs_parameters: RightHandSideParameters) -
         add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
 
     for node, k, value in component_loads(topology):
-        global_axes, number = topology.bodies[node] is None, grid.value(value)
-        if global_axes and type(number) is float:  # as most often
+        axes, number = topology.axes_of[topology.bodies[node]], grid.value(value)
+        if axes is None and type(number) is float:  # as most often
             if number != 0.0:
                 add(forces.setdefault(6 * node + k, {}).setdefault(0, {}), 0, number)
             continue
         shares: Row = {6 * node + k: 1.0}
-        if not global_axes:
-            axes = aligned(topology.axes(node), len(grid.shape), 2)
-            block = 6 * node + 3 * (k // 3)
-            shares = {block + c: share for c, share in enumerate(grid.components(axes[..., k % 3, :]))}
+        if axes is not None:
+            block, row = 6 * node + 3 * (k // 3), aligned(axes, len(grid.shape), 2)[..., k % 3, :]
+            shares = {block + c: share for c, share in enumerate(grid.components(row))}
         for key, factor in rhs_parameters.row(number).items():
             for dof, push in scaled(shares, factor).items():
                 put(dof, -1 - key, push)

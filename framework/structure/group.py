@@ -6,7 +6,7 @@ A piece is a whole member, or one of its segments where members are divided.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -115,6 +115,11 @@ class Group:
         """
         entries = math.prod(_widened(self.chord.shape[1:-1], self.shape))
         return self.element.springs(self.length) if len(self.pieces) * entries <= _KEPT else None
+
+    @cached_property
+    def spring_numbers(self) -> tuple[Sequence[Array | float], Mapping[tuple[int, int], Array | float]]:
+        """The values of `springs` one by one, see `LineElement.spring_numbers`."""
+        return self.element.spring_numbers(self.length)
 
     @cached_property
     def spring_stiffness(self) -> Array | None:

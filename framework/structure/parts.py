@@ -87,7 +87,12 @@ def mask_of(value: object) -> int:
 
 def mask_of_shape(shape: Shape) -> int:
     """Mask of the axes of a shape that are longer than one."""
-    return sum(1 << axis for axis, n in enumerate(shape) if n > 1)
+    mask, bit = 0, 1
+    for n in shape:
+        if n > 1:
+            mask |= bit
+        bit <<= 1
+    return mask
 
 
 def masks_of(rows: Iterable[Row]) -> list[dict[int, int]]:
@@ -266,7 +271,7 @@ def add_congruence(
     bool
         Whether all terms were wanted.
     """
-    complete = True
+    complete, rows = True, _as_precise(rows, (part for row in matrix.values() for part in row.values()))
     for a, left in rows.items():
         for b, parts in matrix.get(a, {}).items():
             if b >= a and b in rows:
@@ -325,7 +330,7 @@ def add_squares(
     into: dict[int, Parts], scale: dict[int, Parts], rows: dict[int, Factors], wanted: Sequence[bool]
 ) -> bool:
     """Add the squares of factors times the `scale` of their rows, as far as `wanted`; whether all terms were."""
-    complete = True
+    complete, rows = True, _as_precise(rows, scale.values())
     for a, row in rows.items():
         for mask, value in scale.get(a, {}).items():
             for i, factor, over in row:
@@ -351,6 +356,20 @@ def add_loads(into: Loads, loads: Loads, rows: dict[int, Factors], wanted: Seque
                     else:
                         complete = False
     return complete
+
+
+def _as_precise(rows: dict[int, Factors], numbers: Iterable[Parts]) -> dict[int, Factors]:
+    """Rows with their arrays in extended precision if the numbers are, as the first of them tells.
+
+    A product of arrays of two precisions takes twice as long; so each array is converted once, not in every product.
+    """
+    first = next((value for parts in numbers for value in parts.values()), None)
+    if getattr(first, "dtype", None) != Extended:
+        return rows
+    return {
+        a: [(k, f.astype(Extended, copy=False) if isinstance(f, np.ndarray) else f, mask) for k, f, mask in row]
+        for a, row in rows.items()
+    }
 
 
 @dataclass
