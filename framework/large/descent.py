@@ -28,6 +28,8 @@ _HALVINGS = 40
 _STIFF, _STIFFER, _MOVED, _SETTLING = 1e-3, 10.0, 0.1, 3
 # Share of a step that is short, and how many longer ones are tried instead, each by this share of the last.
 _SHORT, _TRIALS = 0.3, 3
+# Stiffness beside a unit diagonal, with which rounding does not move what is free.
+_LITTLE = 1e-10
 # Amount of a mode, in radians or sizes of the frame, by which a saddle is left.
 _PERTURBATION = 1e-2
 
@@ -133,10 +135,12 @@ class Descent:
 
     def _resisted(self, at: Linearisation) -> Callable[[Array], Array]:
         """What solves the equations of the tangent, free motions left out."""
+        elimination = self.newton.elimination
         if self.model.free > LARGE:
-            return self.newton.factor(at).solve
-        spectrum = self.newton.elimination.spectrum(at.values)
-        return partial(spectrum.solve, free=np.abs(spectrum.values) <= self.newton.elimination.free)
+            # a little stiffness on each coordinate resists a free motion, and changes the others by a little
+            return elimination.factor(elimination.raised(at.values, _LITTLE)).solve
+        spectrum = elimination.spectrum(at.values)
+        return partial(spectrum.solve, free=np.abs(spectrum.values) <= elimination.free)
 
     def _step(
         self, at: Linearisation, equations: TreeEquations, state: StateOfEntries, at_rest: Array
@@ -189,7 +193,8 @@ class Descent:
             if positive.all():
                 break
             shift = np.where(positive, shift, np.maximum(10.0 * shift, 1e-10))
-        return self.newton.step(at, np.zeros((0, len(shift))), factors.solve)
+        prescribed = np.zeros((self.model.size - self.model.free, len(shift)))
+        return self.newton.step(at, prescribed, factors.solve)
 
     def _searched(
         self,

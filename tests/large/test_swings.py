@@ -34,6 +34,23 @@ def test_a_pendulum_hangs_wherever_it_starts() -> None:
     assert solution.iterations.max() < 60
 
 
+@pytest.mark.parametrize("angle", [0.0, 57.0, 143.0])
+def test_a_long_rod_hangs_below_where_its_hinge_is_moved(angle: float) -> None:
+    """In more segments than are solved side by side; it lengthens by its weight, ``rho g L^2 / 2 E``."""
+    start = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+    frame = Frame()
+    frame.node("O", (0.0, 0.0, 0.0))
+    frame.node("B", start)
+    frame.add("OB", Beam(Circle(diameter=0.05), Material(E=2e9, nu=0.3, density=7850.0), segments=81), "O", "B")
+    frame.fix("O", "uy", "uz", "rx", "ry")
+    frame.prescribe("O", ux=0.3)
+    frame.gravity(GRAVITY)
+    solution = frame.solve(large=True)
+    assert solution.stable
+    longer = 7850.0 * 9.81 / (2.0 * 2e9)
+    assert_allclose(start + solution.displacement("B")[:3], [0.3, -1.0 - longer, 0.0], atol=1e-9)
+
+
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_chain_hangs_as_its_weights_tell(side: float) -> None:
     """Four bars between two pins, from an arc below (1) and from one above (-1), which falls through.
