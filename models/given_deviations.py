@@ -35,7 +35,7 @@ class Rescaled:
     distribution
         That which is given.
     factor, offset
-        From its values to those that are wanted.
+        From its values to those that are wanted; a factor below zero turns them over.
     """
 
     distribution: Distribution
@@ -55,7 +55,8 @@ class Rescaled:
         ndarray
             Quantiles, (...).
         """
-        return np.asarray(self.offset + self.factor * self.distribution.ppf(q))
+        share = q if self.factor > 0.0 else 1.0 - q
+        return np.asarray(self.offset + self.factor * self.distribution.ppf(share))
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,13 @@ class Deviation:
             return self.distribution
         if nominal == 0.0:
             raise FrameError(f"{self.description!r} is in percent of a nominal value of zero: give it as a number")
-        given, factor = self.distribution, abs(nominal)
+        given = self.distribution
         if isinstance(given, Interval):
-            return Interval(nominal + factor * given.low, nominal + factor * given.high)
+            low, high = sorted((nominal + nominal * given.low, nominal + nominal * given.high))
+            return Interval(low, high)
         if isinstance(given, Normal):
-            return Normal(nominal + factor * given.loc, factor * given.scale)
-        return Rescaled(given, factor, nominal)
+            return Normal(nominal + nominal * given.loc, abs(nominal) * given.scale)
+        return Rescaled(given, nominal, nominal)
 
     def require_near(self, nominal: float, what: str) -> None:
         """Refuse a distribution whose mean is further from the nominal value than it spreads.
@@ -171,6 +173,8 @@ def deviation(name: str, nominal: float, given: Uncertain | float) -> Deviation:
             return distributed(*call)
         if (match := _PERCENT.fullmatch(given)) is not None:
             half = 0.01 * float(match["half"])
+            if not half > 0.0:
+                raise FrameError(f"tolerance {given!r} leaves no room: give a width above zero")
             return Deviation(tolerance(0.0, f"± {half!r}", match["kind"] or "uniform"), True, given, True)
         if (match := _HALF_WIDTH.fullmatch(given)) is not None:
             return Deviation(tolerance(nominal, f"± {match['half']}", match["kind"] or "uniform"), False, given, True)

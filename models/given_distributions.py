@@ -19,7 +19,7 @@ _SYMMETRIC = re.compile(
     rf"(?P<nominal>{_NUMBER})?\s*(?:±|\+/-|\+-)\s*(?P<half>{_NUMBER})\s*(?P<percent>%?)\s*(?P<kind>\w*)"
 )
 _LIMITS = re.compile(
-    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<percent>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*%?\s*(?P<kind>\w*)"
+    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<first>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*(?P<percent>%?)\s*(?P<kind>\w*)"
 )
 _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
 
@@ -84,6 +84,8 @@ def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigm
     up, down = (
         (float(parts["half"]), -float(parts["half"])) if "half" in parts else (float(parts["up"]), float(parts["down"]))
     )
+    if parts.get("first") and not parts["percent"]:
+        raise FrameError(f"tolerance {text!r} has one limit in percent: give both so, '+0.2 %/-0.1 %', or neither")
     if parts["percent"]:
         if nominal == 0.0:
             raise FrameError(f"tolerance {text!r} is in percent of a nominal value of zero: give it as a number")
