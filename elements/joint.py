@@ -112,7 +112,7 @@ class Joint(JointElement):
             advance = numbers(self.pitch, "Joint: pitch")
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = springs.shape[:-1], () if rotated is None else rotated.shape[:-2], gap.shape, advance.shape
-        if any(shapes):
+        if len({shape for shape in shapes if shape}) > 1:
             common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
