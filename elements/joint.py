@@ -111,8 +111,9 @@ class Joint(JointElement):
             advance = numbers(self.pitch, "Joint: pitch")
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = springs.shape[:-1], () if rotated is None else rotated.shape[:-2], gap.shape, advance.shape
+        shape: tuple[int, ...] = ()
         if any(shapes):
-            common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
+            shape = common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
@@ -120,6 +121,8 @@ class Joint(JointElement):
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )
+        if type(self) is Joint:  # of a subclass it would hide a shape of its own
+            vars(self)["shape"] = shape
 
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)

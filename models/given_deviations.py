@@ -100,7 +100,8 @@ class Deviation:
             raise FrameError(f"{self.description!r} is in percent of a nominal value of zero: give it as a number")
         given = self.distribution
         if isinstance(given, Interval):
-            return Interval(*sorted((nominal + nominal * given.low, nominal + nominal * given.high)))
+            low, high = sorted((nominal + nominal * given.low, nominal + nominal * given.high))
+            return Interval(low, high)
         if isinstance(given, Normal):
             return Normal(nominal + nominal * given.loc, abs(nominal) * given.scale)
         return Rescaled(given, nominal, nominal)
@@ -176,6 +177,8 @@ def deviation(name: str, nominal: float, given: Uncertain | float) -> Deviation:
             return distributed(*call)
         if (match := _PERCENT.fullmatch(given)) is not None:
             half = 0.01 * float(match["half"])
+            if not half > 0.0:
+                raise FrameError(f"tolerance {given!r} leaves no room: give a width above zero")
             return Deviation(tolerance(0.0, f"± {half!r}", match["kind"] or "uniform"), True, given, True)
         if (match := _HALF_WIDTH.fullmatch(given)) is not None:
             return Deviation(tolerance(nominal, f"± {match['half']}", match["kind"] or "uniform"), False, given, True)

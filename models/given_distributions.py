@@ -20,7 +20,7 @@ _SYMMETRIC = re.compile(
 )
 # A sign of percent behind the second number is that of both.
 _LIMITS = re.compile(
-    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?:%(?=.*%))?\s*/?\s*(?P<down>-{_NUMBER})\s*(?P<percent>%?)"
+    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<first>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*(?P<percent>%?)"
     r"\s*(?P<kind>\w*)"
 )
 _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
@@ -86,10 +86,12 @@ def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigm
     up, down = (
         (float(parts["half"]), -float(parts["half"])) if "half" in parts else (float(parts["up"]), float(parts["down"]))
     )
+    if parts.get("first") and not parts["percent"]:
+        raise FrameError(f"tolerance {text!r} has one limit in percent: give both so, '+0.2 %/-0.1 %', or neither")
     if parts["percent"]:
         if nominal == 0.0:
             raise FrameError(f"tolerance {text!r} is in percent of a nominal value of zero: give it as a number")
-        up, down = 0.01 * abs(nominal) * up, 0.01 * abs(nominal) * down
+        down, up = sorted((0.01 * nominal * up, 0.01 * nominal * down))
     if not up > down:
         raise FrameError(f"tolerance {text!r} leaves no room: give a width above zero")
     if kind == "uniform":

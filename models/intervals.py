@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,6 +39,58 @@ def checked_probability(p: object) -> float:
     if isinstance(p, bool) or not isinstance(p, int | float | np.floating) or not 0.0 <= p <= 1.0:
         raise FrameError(f"probability p of a quantile is {p!r}: give a number from 0 to 1")
     return float(p)
+
+
+class Estimates(Protocol):
+    """Mean and standard deviation with their standard errors, (...) each."""
+
+    @property
+    def mean(self) -> Array: ...
+
+    @property
+    def standard_error(self) -> Array: ...
+
+    @property
+    def std(self) -> Array: ...
+
+    @property
+    def std_standard_error(self) -> Array: ...
+
+
+def interval_of(
+    found: Estimates,
+    of: str | float,
+    level: float,
+    of_quantile: Callable[[float, float], ConfidenceInterval],
+    freedom: ArrayLike = np.inf,
+) -> ConfidenceInterval:
+    """Interval of the mean, of the standard deviation, or of a quantile.
+
+    Parameters
+    ----------
+    found
+        What is estimated.
+    of
+        ``"mean"``, ``"std"``, or the probability of a quantile.
+    level
+        Probability, between 0 and 1.
+    of_quantile
+        Called with a probability and the level; returns the interval of that quantile.
+    freedom
+        Degrees of freedom of the error of the mean, (...).
+
+    Raises
+    ------
+    FrameError
+        If `of` is none of these.
+    """
+    if of == "mean":
+        return by_error(found.mean, found.standard_error, level, freedom)
+    if of == "std":
+        return by_error(found.std, found.std_standard_error, level, least=0.0)
+    if isinstance(of, str):
+        raise FrameError(f"confidence interval of {of!r}: choose 'mean', 'std', or the probability of a quantile")
+    return of_quantile(of, level)
 
 
 def by_error(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..framework.errors import FrameError
-from .intervals import ConfidenceInterval, by_error
+from .intervals import ConfidenceInterval, interval_of
 
 Array = NDArray[np.float64]
 
@@ -209,13 +209,7 @@ class Statistics(ABC):
         FrameError
             If `level` or `of` is invalid, or a quantile needs samples that were not kept.
         """
-        if of == "mean":
-            return by_error(self.mean, self.standard_error, level, np.asarray(self.moments.n) - 1)
-        if of == "std":
-            return by_error(self.std, self.std_standard_error, level, least=0.0)
-        if isinstance(of, str):
-            raise FrameError(f"confidence interval of {of!r}: choose 'mean', 'std', or the probability of a quantile")
-        return self._quantile_interval(of, level)
+        return interval_of(self, of, level, self._quantile_interval, np.asarray(self.moments.n) - 1)
 
     @abstractmethod
     def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:

@@ -185,7 +185,8 @@ class MeasuredOutcome:
         columns = {f"{name}_{axis}": each[:, k] for name, each in vectors.items() for k, axis in enumerate(AXES)}
         numbers = np.column_stack([*self._values.values(), *columns.values()]).tolist()
         rows = ([*row, "outside" if off else ""] for row, off in zip(numbers, found.outside.tolist(), strict=True))
-        return separated([*self.drives, *columns, "band"], rows)
+        drives = (f"{name}_{drive.unit}" if drive.unit else name for name, drive in self.drives.items())
+        return separated([*drives, *columns, "band"], rows)
 
     def in_words(self) -> str:
         """Sentences with chi squared and the poses outside the band."""
@@ -250,4 +251,5 @@ class MeasuredOutcome:
         return heading, rows
 
     def _where(self, pose: int) -> str:
-        return ", ".join(f"{name} = {values[pose]:g}" for name, values in self._values.items())
+        signs = {name: "°" if drive.sign == "°" else f" {drive.sign}" for name, drive in self.drives.items()}
+        return ", ".join(f"{name} = {values[pose]:g}{signs[name]}" for name, values in self._values.items())

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...framework.errors import expected_mechanisms
 from .beside import Beside
+from .letters import missing_letters
 from .measured import FIGURE_FILE, TABLE_FILE, MeasuredOutcome
 from .output import results, terminal_width, written
 from .rendered import picture
@@ -161,7 +162,7 @@ def run(
         Beside(partial(_without_samples, job, stage), worth=bool(job.work)) as other,
         picture(space) as drawn,
     ):
-        stages = Stages(4 + space + 2 * plane, begun)
+        stages, boxes = Stages(4 + space + 2 * plane, begun), list[str]()
         with stages("solution", job.work) as advance:
             job.compute(advance)
         if space:
@@ -175,7 +176,7 @@ def run(
             if samples:
                 np.savez_compressed(stage / "samples.npz", **samples)
         if plane:
-            with stages("figures"):
+            with stages("figures"), missing_letters() as boxes:
                 for name, figure in job.figures():
                     _write(figure, stage / name, formats)
                 if job.result.measured is not None:
@@ -184,12 +185,12 @@ def run(
                 job.page(stage / PAGE)
         with stages("ParaView files"):
             compared = other.outcome()
-        notes = []
+        notes: list[str] = []
         if space:
             with stages("3-D picture"):
                 notes = drawn.wait()
         with stages("report"):
-            notes = [*job.remarks(), *notes]
+            notes = [*job.remarks(), *boxes, *notes]
             pictures, report = dict(_pictures(stage, job.captions(), formats)), job.report(compared)
         text = report.text(pictures, notes, stages.seconds, PAGE if plane else "")
         (stage / "report.md").write_text(text, encoding="utf-8")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
 from ...framework.errors import FrameError
-from ..intervals import ConfidenceInterval, by_error, checked_level, checked_probability
+from ..intervals import ConfidenceInterval, by_error, checked_level, checked_probability, interval_of
 from ..quantiles import log_density
 from .inputs import JointInputs
 
@@ -134,15 +134,10 @@ class Reweighted:
         FrameError
             If `level` or `of` cannot be meant.
         """
-        if of == "mean":
-            return by_error(self.mean, self.standard_error, level)
-        if of == "std":
-            return by_error(self.std, self.std_standard_error, level, least=0.0)
-        if isinstance(of, str):
-            raise FrameError(f"confidence interval of {of!r}: choose 'mean', 'std', or the probability of a quantile")
-        return self._quantile_interval(checked_probability(of), checked_level(level))
+        return interval_of(self, of, level, self._quantile_interval)
 
     def _quantile_interval(self, p: float, level: float) -> ConfidenceInterval:
+        p, level = checked_probability(p), checked_level(level)
         value = self.quantile(p)
         error = np.sqrt(np.sum((self._of_each * ((self.samples <= value) - p)) ** 2, axis=0))
         low, high = by_error(p, error, level)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -130,9 +130,7 @@ class Rated(Joint):
 
 def test_a_joint_may_keep_a_shape_of_its_own() -> None:
     """The joint itself writes none where Python would look for that first."""
-    joint = Rated(np.full(6, 1e8))
-    assert joint.shape == (3,)
-    assert set(vars(Joint(np.full(6, 1e8)))) == {each.name for each in fields(Joint)}
+    assert Rated(np.full(6, 1e8)).shape == (3,)
 
 
 def test_a_joint_is_replaced_like_any_dataclass() -> None:

@@ -72,7 +72,7 @@ def test_residuals_and_band(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     file, out = written(tmp_path, TOLERANCE + MEASURED), tmp_path / "out"
     assert main(["run", str(file), "--out", str(out), "--figures", "none"]) == 0
     rows = list(csv.DictReader((out / "measured.csv").read_text().splitlines()))
-    assert_allclose([float(row["A"]) for row in rows], ANGLES)
+    assert_allclose([float(row["A_deg"]) for row in rows], ANGLES)
     assert_allclose([[float(row[f"residual_{k}"]) for k in "xy"] for row in rows], OFF, atol=1e-6)
     assert_allclose([[float(row[f"uncertainty_{k}"]) for k in "xy"] for row in rows], expected(), rtol=1e-2)
     assert [row["band"] for row in rows] == ["", "", "outside"]
@@ -85,7 +85,7 @@ def test_residuals_and_band(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
         told = text.partition("Measured P against the prediction: chi squared ")[2]
         assert_allclose(float(told.split()[0]), chi_squared, rtol=0.02)
         assert "of 6 components" in text
-        assert "1 of 3 poses outside the 95 % band: A = 80." in text
+        assert "1 of 3 poses outside the 95 % band: A = 80°." in text
     assert "## Measured" in report
     # A run without what was measured leaves no such table behind.
     assert "measured.csv" in LinkageJob.optional

@@ -337,7 +337,7 @@ def test_samples_out_of_range_are_blamed_on_their_tolerance(tmp_path: Path) -> N
     law = 'distribution = "norm"\nloc = 1e-5\nscale = 1e-5'
     given = inputs(tmp_path, LINKAGE + tolerance('["joints.B.clearance"]', law))
     line = LINKAGE.count("\n") + 2
-    told = r"tolerances\.t: samples of joints\.B\.clearance reach from -.* to .*give zero or above"
+    told = r"tolerances\.t: samples of joints\.B\.clearance (are|reach from) -.*give zero or above"
     with pytest.raises(FrameError, match=rf"line {line}, {told}"):
         _ = compute(given).spread
     given = inputs(tmp_path, LINKAGE + tolerance('["joints.B.stiffness"]', 'distribution = "norm"\nscale = "60 %"'))
@@ -393,3 +393,15 @@ def test_the_report_lists_tolerances_with_their_units(tmp_path: Path) -> None:
     lines = report(compute(replace(inputs(tmp_path, text), samples=2).at_pose(3))).text({}, [], {}).splitlines()
     assert f"| t | norm(loc={place:.7f}, scale=1e-06) | m | points.P.x |" in lines
     assert "| springs | norm(scale=5 %) | of each number | joints.B.stiffness |" in lines
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ("-5 %", "tolerance '-5 %' leaves no room: give a width above zero"),
+        ("± 500 %", r"samples of joints\.B\.clearance are -\S+: clearance of joint 'B' is -\S+: give zero or above"),
+    ],
+)
+def test_a_tolerance_is_refused_in_the_words_it_was_given_in(given: str, told: str, tmp_path: Path) -> None:
+    with pytest.raises(FrameError, match=told):
+        inputs(tmp_path, LINKAGE + tolerance('["joints.B.clearance"]', f'tolerance = "{given}"'))

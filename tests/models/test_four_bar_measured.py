@@ -86,7 +86,7 @@ def test_the_files_of_the_job(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     band = np.hypot(UNCERTAINTY, deviation * np.linalg.norm(slopes, axis=0))
     with (out / "measured.csv").open(encoding="utf-8") as lines:
         rows = list(csv.DictReader(lines))
-    assert_allclose([float(row["A"]) for row in rows], ANGLES)
+    assert_allclose([float(row["A_deg"]) for row in rows], ANGLES)
     for name, wanted, close in (
         ("residual", off, {"atol": 1e-7}),
         ("uncertainty", band, {"rtol": 0.02}),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from linkframe.framework.errors import FrameError
 from linkframe.models import GaussianCopula, propagate, tolerance
 from linkframe.models.distributions import Interval, Normal
+from linkframe.models.given_deviations import deviation
 from linkframe.models.given_distributions import continuous, distribution_of
 from linkframe.models.propagation.correlation import by_quadrature, nataf
 from linkframe.models.propagation.inputs import JointInputs
@@ -67,6 +68,31 @@ def test_a_normal_tolerance_is_three_standard_deviations():
     assert tolerance(10.0, "± 10 %", "normal", sigmas=2.0) == Normal(10.0, 0.5)
     assert tolerance(10.0, "+1/-0.5") == Interval(9.5, 11.0)
     assert_allclose(law.cdf(law.ppf(np.array([0.1, 0.9]))), [0.1, 0.9], rtol=1e-14)
+
+
+@pytest.mark.parametrize("text", ["+5/-2 %", "+5 %/-2 %", "+5% -2%"])
+def test_limits_in_percent(text):
+    """A sign of percent behind both stands for both: 5 % of 200 is 10, not 5."""
+    assert tolerance(200.0, text) == Interval(196.0, 210.0)
+    assert distribution_of("x", f"200 {text}") == Interval(196.0, 210.0)
+    assert deviation("x", 200.0, f"{text} normal").about(200.0) == Normal(203.0, 14.0 / 6.0)
+
+
+def test_a_limit_in_percent_beside_one_that_is_not_is_refused():
+    with pytest.raises(FrameError, match=r"'\+5 %/-2' has one limit in percent: give both so"):
+        tolerance(200.0, "+5 %/-2")
+
+
+@pytest.mark.parametrize("nominal", [-50.0, 50.0])
+@pytest.mark.parametrize(
+    "text", ["norm(1 %, 5 %)", "uniform(-5 %, 20 %)", "expon(scale=5 %)", "triang(0.8, -5 %, 10 %)"]
+)
+def test_shares_of_a_number_below_zero_scale_it(text, nominal):
+    """The number times one and the share, as the samples of a file have it, whatever its sign."""
+    found = deviation("x", nominal, text)
+    probabilities = np.linspace(0.05, 0.95, 7)
+    shares = found.distribution.ppf(probabilities if nominal > 0.0 else 1.0 - probabilities)
+    assert_allclose(found.about(nominal).ppf(probabilities), nominal * (1.0 + shares), rtol=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -140,3 +140,13 @@ def test_figures_in_other_forms(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert (out / "mechanism.svg").read_bytes() == before
     assert main([*few, "--format", "pdf"]) == 0
     assert "\n[The linkage at A = " in (out / "report.md").read_text(encoding="utf-8")
+
+
+def test_letters_that_the_font_has_not_are_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """In a sentence, in place of warnings of the program that draws."""
+    file = tmp_path / "arm.toml"
+    file.write_text(ARM.replace("B = ", '"图" = ').replace('"B"', '"图"'), encoding="utf-8")
+    assert main(["run", str(file), "--figures", "2d", "--out", str(tmp_path / "out")]) == 0
+    told = "The font of the figures has no 图: a box stands in place of each letter"
+    assert told in capsys.readouterr().out.replace("\n", " ")
+    assert f"**Note:** {told}" in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")

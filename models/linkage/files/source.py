@@ -89,7 +89,9 @@ class Source:
         for place, values in self.samples.items():
             shared = min(len(place), len(path))
             if place[:shared] == path[:shared]:
-                drawn = f"samples of {'.'.join(map(str, place))} reach from {values.min():g} to {values.max():g}"
+                least, most = (f"{each:g}" for each in (values.min(), values.max()))
+                reach = f"are {least}" if least == most else f"reach from {least} to {most}"
+                drawn = f"samples of {'.'.join(map(str, place))} {reach}"
                 path, message = self.by[place], f"{drawn}: {LONG_LIST.sub('[...]', message)}"
                 break
         path = (*self.written.get(path[:3], path[:3]), *path[3:])

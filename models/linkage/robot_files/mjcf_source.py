@@ -81,9 +81,9 @@ class MjcfSource:
                     "masses that bodies have"
                 )
         for word, known in (("angle", r"degree|radian"), ("eulerseq", r"[xyzXYZ]{3}")):
-            if (given := self.compiler.get(word)) is not None and not re.fullmatch(known, given):
+            if word in self.compiler and not re.fullmatch(known, self.compiler[word]):
                 one = "degree or radian" if word == "angle" else "three of the letters xyz and XYZ"
-                raise FrameError(f"compiler: {word} is {given!r}: give {one}")
+                raise FrameError(f"compiler: {word} is {self.compiler[word]!r}: give {one}")
         if self.compiler.get("coordinate", "local") != "local":
             raise FrameError(
                 f"compiler: coordinate={self.compiler['coordinate']!r}: write places relative to the body around them"

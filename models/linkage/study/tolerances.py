@@ -178,7 +178,8 @@ def _checked(
         source.fail(path, str(error))
     names = tuple(entry_name(source, place) for place in places)
     units = dict.fromkeys(unit_of(source, each) for each in nominal)
-    unit = "of each number" if found.relative else ", ".join(filter(None, units))
+    share = found.relative or "%" in found.description
+    unit = "of each number" if share else ", ".join(filter(None, units))
     return Tolerance(places, nominal, found.distribution, found.relative, found.description, names, unit)
 
 
