@@ -95,8 +95,12 @@ class LimitState:
 
     def worst(self, scores: Array) -> Array:
         """Smallest value (m,) over all poses at scores (m, k): zero or less if any pose fails."""
+        return np.asarray(self.at_all_poses(scores).min(axis=1))
+
+    def at_all_poses(self, scores: Array) -> Array:
+        """Values (m, poses) at scores (m, k) and each pose."""
         count = self.poses or 1
-        return np.asarray(self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count)).min(axis=1))
+        return self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count))
 
     def linearised(self, scores: Array, pose: Index) -> tuple[Array, Array]:
         """Values (n,) and gradients (n, k) with respect to the scores, at scores (n, k) and poses (n,)."""
