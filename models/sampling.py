@@ -344,9 +344,17 @@ def _checked_replicates(replicates: object, n: int) -> int:
     count = whole_number(replicates, "replicates", 1)
     if count not in REPLICATES:
         raise FrameError(f"replicates is {count}: choose one of {', '.join(map(str, REPLICATES))}")
-    if n % count or n < 2 * count:
-        raise FrameError(f"number of samples n is {n}: give a multiple of the {count} replicates, twice that or more")
+    samples_of_each(n, count)
     return count
+
+
+def samples_of_each(n: int, replicates: int) -> int:
+    """Number of samples of each replicate, 2 or more, if n samples are divided equally."""
+    if n % replicates or n < 2 * replicates:
+        raise FrameError(
+            f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
+        )
+    return n // replicates
 
 
 def goes_on(sampler: Sampler) -> bool:

@@ -18,7 +18,7 @@ from ....framework.graphics.style import COLOURS
 from ....framework.pictures.bearings import ARC_POINTS, circle_arcs
 from ....framework.pictures.shapes import Surface, arrow, arrows, block, copies, joined, prism, sphere, tubes, upright
 from ..description.parts import LinkageLink, Pair
-from .places import FREE_TEXT, DrawnPoses, PosePlaces, free_arrows
+from .places import FREE_TEXT, DrawnPoses, PosePlaces, beam_axes, free_arrows
 from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import lines, linkage_scene
@@ -209,9 +209,7 @@ class MotionBodies:
             if not isinstance(section, CrossSection):
                 yield self._tube(np.stack([at[first], at[second]]), 0.6)
                 continue
-            drawn = self.motion.linkage.points
-            rows = places.value(np.asarray(beam.axes(drawn[second] - drawn[first]), dtype=float), 2)
-            rotated = rows @ places.value(self.motion.axes(link.name), 2).T
+            rotated = beam_axes(places, (first, second), beam) @ places.value(self.motion.axes(link.name), 2).T
             for part in outlines(section):
                 yield prism(part, at[first], at[second], rotated)
 
