@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -21,6 +23,13 @@ def switch(value: object, what: str) -> bool:
     if not isinstance(value, bool | np.bool_):
         raise FrameError(f"{what} is {value!r}: give True or False")
     return bool(value)
+
+
+def check_gradient(derivatives: Container[str], names: Iterable[str], what: str = "input") -> None:
+    """Raise an error unless the derivatives of a gradient, by name, include those by all `names` of inputs."""
+    for name in names:
+        if name not in derivatives:
+            raise FrameError(f"the gradient has no derivative by {name!r}: give one for each {what}")
 
 
 def above_zero(value: ArrayLike, what: str) -> Array:

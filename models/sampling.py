@@ -54,8 +54,17 @@ def root_seed(rng: Seed) -> np.random.SeedSequence:
 
 def stream(root: np.random.SeedSequence, name: str) -> np.random.Generator:
     """Random number generator for a name, independent of which other names there are."""
-    key = (*root.spawn_key, *name.encode())
-    return np.random.default_rng(np.random.SeedSequence(root.entropy, spawn_key=key))
+    return np.random.default_rng(named_seed(root, name))
+
+
+def named_seed(root: np.random.SeedSequence, name: str) -> np.random.SeedSequence:
+    """Seed sequence for a name, derived from `root`."""
+    return np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *name.encode()))
+
+
+def replicate_seeds(root: np.random.SeedSequence, replicates: int) -> list[np.random.SeedSequence]:
+    """Seed sequences of independent randomisations, derived from `root`."""
+    return [named_seed(root, f"replicate {k}") for k in range(replicates)]
 
 
 def sample_blocks(
@@ -245,10 +254,7 @@ class _ReplicatedPoints(Points):
     def __init__(
         self, names: Sequence[str], n: int, root: np.random.SeedSequence, sampler: str, replicates: int
     ) -> None:
-        roots = [
-            np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *f"replicate {k}".encode()))
-            for k in range(replicates)
-        ]
+        roots = replicate_seeds(root, replicates)
         self.each = [_BY_NAME[sampler](names, n // replicates, own) for own in roots]
         super().__init__(names, n, root)
 
@@ -338,9 +344,17 @@ def _checked_replicates(replicates: object, n: int) -> int:
     count = whole_number(replicates, "replicates", 1)
     if count not in REPLICATES:
         raise FrameError(f"replicates is {count}: choose one of {', '.join(map(str, REPLICATES))}")
-    if n % count or n < 2 * count:
-        raise FrameError(f"number of samples n is {n}: give a multiple of the {count} replicates, twice that or more")
+    samples_of_each(n, count)
     return count
+
+
+def samples_of_each(n: int, replicates: int) -> int:
+    """Number of samples of each replicate, 2 or more, if n samples are divided equally."""
+    if n % replicates or n < 2 * replicates:
+        raise FrameError(
+            f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
+        )
+    return n // replicates
 
 
 def goes_on(sampler: Sampler) -> bool:

@@ -20,7 +20,7 @@ from ..framework.listing import MOST, text_table
 from .distributions import Distribution, Uncertain
 from .given_distributions import distributions_of
 from .intervals import ConfidenceInterval, by_error
-from .sampling import LEAST, Seed, root_seed, samples_first, stream
+from .sampling import LEAST, Seed, replicate_seeds, root_seed, samples_first, samples_of_each, stream
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -284,14 +284,11 @@ def _replicated(
     replicates: int,
 ) -> SobolIndices:
     """Means of the indices of independent randomisations, with standard errors from their scatter."""
-    if whole_number(n, "number of samples n", 2) % replicates or n < 2 * replicates:
-        raise FrameError(
-            f"number of samples n is {n}: give a multiple of the {replicates} replicates, twice that or more"
-        )
-    each = []
-    for k in range(replicates):
-        own = np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, *f"replicate {k}".encode()))
-        each.append(sobol_indices(fn, distributions, n=n // replicates, rng=own, axis=axis, chunk=chunk))
+    size = samples_of_each(whole_number(n, "number of samples n", 2), replicates)
+    each = [
+        sobol_indices(fn, distributions, n=size, rng=own, axis=axis, chunk=chunk)
+        for own in replicate_seeds(root, replicates)
+    ]
     first, total = (np.stack([getattr(found, name) for found in each]) for name in ("first", "total"))
     alone, together = (np.std(values, axis=0, ddof=1) / np.sqrt(replicates) for values in (first, total))
     means = first.mean(axis=0), total.mean(axis=0)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..program import machine_code
 from ..structure.parts import Extended, Value
-from .entry_steps import Step, divided, least, most, negative, widen
+from .entry_steps import Step, divided, kept_places, least, most, negative, widen
 
 _WIDE, _DOUBLE = "x86_fp80", "double"
 _INF = {_WIDE: "0xK7FFF8000000000000000", _DOUBLE: "0x7FF0000000000000"}
@@ -73,8 +73,7 @@ class EntryMachineCode:
         wide = [*given, *(isinstance(value, np.longdouble) for value in constants)]
         size = len(wide)
         made, first = [*_kinds(wide, shared)], size + len(shared)
-        used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
-        kept = [*ratios, *sorted(k for k in used if k < first)]
+        kept = kept_places(ratios, loaded, known, nodes, first)
         self._kept, self._ratios = len(kept), [made[k] for k in ratios]
         places: dict[bool, list[int]] = {True: [], False: []}
         for k, kind in enumerate(given):

@@ -26,6 +26,14 @@ def carried_out(steps: Sequence[Step], given: list[Any]) -> list[Any]:
     return values
 
 
+def kept_places(
+    ratios: Sequence[int], loaded: Sequence[Step], known: Sequence[int], nodes: Sequence[int], first: int
+) -> list[int]:
+    """Places before `first` of the numbers that the second part needs: the pivot ratios, then the others in order."""
+    used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
+    return [*ratios, *sorted(k for k in used if k < first)]
+
+
 class EntryCode:
     """Both parts of an `EntryProgram` as Python functions; compiling them takes some ten milliseconds.
 
@@ -52,8 +60,7 @@ class EntryCode:
         nodes: Sequence[int],
     ) -> None:
         first = size + len(shared)
-        used = {k for _, a, b in loaded for k in (a, b)}.union(known, nodes)
-        kept = [*ratios, *sorted(k for k in used if k < first)]
+        kept = kept_places(ratios, loaded, known, nodes, first)
         source = [
             *_written("shared", [range(size)], shared, size, [kept]),
             *_written("loaded", [kept, range(first, first + loads)], loaded, first + loads, [nodes, known]),

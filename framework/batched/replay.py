@@ -18,12 +18,10 @@ from ..cache import PROGRAMS
 from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..structure.parts import Matrix, Parts, Row, Value, is_zero
+from .entry_steps import Step, carried_out
 from .order import Masks, Order, Springs
 from .partial_factorisation import PartialFactorisation
 from .stage import Forces, Stage, mapped_forces
-
-# An operation and the places of its two operands.
-Operations = tuple[Callable[[Any, Any], Any], int, int]
 
 # Largest number of operations for which a list is recorded, by its memory.
 MOST = 20_000
@@ -128,7 +126,7 @@ class _Recorded:
 
     def __init__(self) -> None:
         self.met = 0
-        self.made: tuple[list[Operations], list[Value], PartialFactorisation] | None = None
+        self.made: tuple[list[Step], list[Value], PartialFactorisation] | None = None
 
     def replayed(self, given: RecordedElimination, masks: Masks, rhs_parameters: list[Value]) -> PartialFactorisation:
         """Both stages of a component: without a list the first few times, later by the list."""
@@ -138,11 +136,7 @@ class _Recorded:
         if self.made is None:
             self.made = self._record(given, masks)
         steps, constants, template = self.made
-        values: list[Any] = [_scalar(number) for number in given.numbers()]
-        values += constants
-        put = values.append
-        for operation, a, b in steps:
-            put(operation(values[a], values[b]))
+        values = carried_out(steps, [*map(_scalar, given.numbers()), *constants])
 
         def number(value: Value) -> Value:
             return values[value.number] if isinstance(value, Term) else value
@@ -159,9 +153,7 @@ class _Recorded:
             rhs_parameters=rhs_parameters,
         )
 
-    def _record(
-        self, given: RecordedElimination, masks: Masks
-    ) -> tuple[list[Operations], list[Value], PartialFactorisation]:
+    def _record(self, given: RecordedElimination, masks: Masks) -> tuple[list[Step], list[Value], PartialFactorisation]:
         recording = Recording()
         terms = given.mapped(lambda value: recording.later(0))
         progress = terms.plainly(masks, [])

@@ -145,12 +145,16 @@ class EquilibriumResidual:
 
     def absolute(self) -> Real:
         """Values of the unknowns in the coordinates of the frame's own tree (without tree members), (..., n)."""
-        out = self.values.copy()
+        return self.in_own_tree(self.values, self.displacements)
+
+    def in_own_tree(self, values: Real, displacements: Real) -> Real:
+        """Values of the unknowns (..., n) in the coordinates of `absolute`, given the displacements (..., nodes, 6)."""
+        out = values.copy()
         determinate = {link.child for link in self.kinematics.links if link.edge.kind == MEMBER}
         for index, unknown in enumerate(self.unknowns):
             node, component = divmod(unknown, 6)
             if node in determinate:
-                out[..., index] = self.displacements[..., node, component]
+                out[..., index] = displacements[..., node, component]
         return out
 
     @cached_property

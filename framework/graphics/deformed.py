@@ -154,8 +154,7 @@ def _plane(rest: Array, moved: Array) -> tuple[int, int] | None:
 def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, names: bool, force: str) -> None:
     """Joints, supports, forces at nodes and their names, where they have been displaced to."""
     frame = solution.frame
-    nodes = list(frame.nodes)
-    rest = taken(solution, index, [frame.position(node)[..., None, :] for node in nodes])[0, :, 0]
+    nodes, rest = list(frame.nodes), _at_rest(solution, index)
     moved = np.nan_to_num(np.broadcast_to(solution.displacements(), (*solution.shape, len(nodes), 6))[index][0, :, :3])
     at = dict(zip(nodes, rest + factor * moved, strict=True))
     for name, link in frame.joints.items():
@@ -182,13 +181,16 @@ def _add_marks(scene: Scene, solution: Results, index: Index, factor: float, nam
         scene.labels.extend(Label(text, place) for text, place in named_places(at, APART * scene.size, groups))
 
 
+def _at_rest(solution: Results, index: Index) -> Array:
+    """Positions of the nodes at one batch entry without displacement, (nodes, 3)."""
+    frame = solution.frame
+    return taken(solution, index, [frame.position(node)[..., None, :] for node in frame.nodes])[0, :, 0]
+
+
 def _moves(solution: Results, index: Index, mode: Array) -> Iterator[LoadArrow]:
     """Arrows of a free motion (nodes, 3), one at a place."""
-    frame = solution.frame
-    nodes = list(frame.nodes)
-    rest = taken(solution, index, [frame.position(node)[..., None, :] for node in nodes])[0, :, 0]
     seen: set[tuple[float, ...]] = set()
-    for at, way in zip(rest, mode, strict=True):
+    for at, way in zip(_at_rest(solution, index), mode, strict=True):
         own = (*np.round(at, 9).tolist(), *np.round(way, 6).tolist())
         if np.linalg.norm(way) > LEAST and own not in seen:
             seen.add(own)

@@ -18,7 +18,7 @@ from ..paraview.entries import Index
 from ..paraview.scene import beams, placed, solved, taken
 from ..solution import Solution
 from .bearings import Bearing, bearings
-from .shapes import Surface, arrow, block, cone, copies, joined, sphere, tubes, upright
+from .shapes import Surface, arrows, block, cone, copies, joined, sphere, tubes, upright
 
 STATIONS = 24
 # What can colour the members, in words.
@@ -216,10 +216,7 @@ class Drawing:
 
     def _forces(self, pose: int) -> Surface:
         """Arrows that end at the loaded nodes."""
-        drawn = self._arrows[pose]
-        length = np.linalg.norm(drawn, axis=-1)
-        axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
-        return copies(arrow(), self._displaced(self.loaded, pose), length, axes)
+        return arrows(self._displaced(self.loaded, pose), self._arrows[pose], self.up)
 
     @property
     def _moves(self) -> Array:
@@ -230,9 +227,7 @@ class Drawing:
         """Arrows that begin at the nodes; of those that do not move in any pose there are none."""
         moving = np.linalg.norm(self.free, axis=-1).max(axis=0) > 1e-6
         drawn = self._moves[pose][moving]
-        length = np.linalg.norm(drawn, axis=-1)
-        axes = upright(np.where(length[:, None] > 0.0, drawn, self.up))
-        return copies(arrow(), self.nodes[0][pose][moving] + drawn, length, axes)
+        return arrows(self.nodes[0][pose][moving] + drawn, drawn, self.up)
 
     def _displaced(self, nodes: tuple[Array, Array], pose: int) -> Array:
         rest, shift = nodes

@@ -150,6 +150,12 @@ def copies(template: Surface, places: Array, sizes: Array, axes: Array) -> Surfa
     return Surface(points.reshape(-1, 3), normals.reshape(-1, 3), faces.reshape(-1, 4), np.tile(template.values, count))
 
 
+def arrows(tips: Array, vectors: Array, up: Array) -> Surface:
+    """Arrows along vectors (n, 3) that end at `tips` (n, 3); zero vectors have arrows along `up` of no length."""
+    length = np.linalg.norm(vectors, axis=-1)
+    return copies(arrow(), tips, length, upright(np.where(length[:, None] > 0.0, vectors, up)))
+
+
 def upright(directions: Array) -> Array:
     """Axes (n, 3, 3), as columns, of which the third is along `directions` (n, 3)."""
     third = directions / np.linalg.norm(directions, axis=-1, keepdims=True)

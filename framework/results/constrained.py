@@ -21,7 +21,6 @@ from ..error_bounds.kinematic_edge import Real, extended, norm
 from ..error_bounds.resistance import displaced, resisted
 from ..error_bounds.resolved import rest
 from ..error_bounds.sparse_compliance import Factored
-from ..error_bounds.tree_members import MEMBER
 from ..solvers.sparse import SparseSolver
 from ..structure.parts import Extended
 from ..structure.topology import Index
@@ -223,11 +222,5 @@ def extent(statics: Statics) -> Real:
 
 
 def _absolute(state: EquilibriumResidual, motions: Real) -> Real:
-    """The unknowns in motions, converted from the coordinates in which determinate members carry each other."""
-    out, moved = motions.copy(), displaced(state, state.unknowns, motions)[1]
-    determinate = {link.child for link in state.kinematics.links if link.edge.kind == MEMBER}
-    for index, unknown in enumerate(state.unknowns):
-        node, component = divmod(unknown, 6)
-        if node in determinate:
-            out[..., index] = moved[..., node, component]
-    return out
+    """The unknowns in motions, in the coordinates of the frame's own tree (without tree members)."""
+    return state.in_own_tree(motions, displaced(state, state.unknowns, motions)[1])

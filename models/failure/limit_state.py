@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from ...framework.checked import check_gradient
 from ...framework.errors import FrameError
 from ..propagation.inputs import JointInputs
 
@@ -47,6 +48,20 @@ def check_called(limit: Function, names: Sequence[str], poses: bool) -> None:
             f"the limit-state function takes {inspect.signature(limit)}, but is called with {given}: "
             f"let it take one mapping x, and read x[{first!r}] for {first}"
         ) from None
+
+
+def checked_values(found: ArrayLike, count: int) -> Array:
+    """Values (count,) that a limit-state function returned, after a check of their shape."""
+    values = np.asarray(found, dtype=np.float64)
+    if values.shape != (count,):
+        raise FrameError(f"the limit-state function returned shape {values.shape} for {count} samples: one each")
+    return values
+
+
+def nan_as_failure(found: ArrayLike) -> Array:
+    """Values of a limit state with minus infinity for NaN."""
+    values = np.asarray(found, dtype=np.float64)
+    return np.where(np.isnan(values), -np.inf, values)
 
 
 @dataclass(eq=False)
@@ -91,12 +106,16 @@ class LimitState:
         self.evaluations += len(rows)
         parts = [slice(start, start + ROWS) for start in range(0, len(rows), ROWS)]
         found = np.concatenate([self._called(rows[part], which[part]) for part in parts] or [np.zeros(0)])
-        return np.where(np.isnan(found), -np.inf, found).reshape(scores.shape[:-1])
+        return nan_as_failure(found).reshape(scores.shape[:-1])
 
     def worst(self, scores: Array) -> Array:
         """Smallest value (m,) over all poses at scores (m, k): zero or less if any pose fails."""
+        return np.asarray(self.at_all_poses(scores).min(axis=1))
+
+    def at_all_poses(self, scores: Array) -> Array:
+        """Values (m, poses) at scores (m, k) and each pose."""
         count = self.poses or 1
-        return np.asarray(self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count)).min(axis=1))
+        return self.values(np.repeat(scores[:, None], count, axis=1), np.arange(count))
 
     def linearised(self, scores: Array, pose: Index) -> tuple[Array, Array]:
         """Values (n,) and gradients (n, k) with respect to the scores, at scores (n, k) and poses (n,)."""
@@ -129,7 +148,7 @@ class LimitState:
             raise FrameError(
                 f"the gradient returned values of shape {values.shape} for {len(scores)} samples: one each"
             )
-        return np.where(np.isnan(values), -np.inf, values), by_input
+        return nan_as_failure(values), by_input
 
     def _checked(self, by_input: object, count: int) -> dict[str, Array]:
         """Derivatives (m,) with respect to each input, by name."""
@@ -138,9 +157,7 @@ class LimitState:
                 f"the gradient returned {type(by_input).__name__}: return derivatives by the names of the inputs, or a "
                 "pair of the values and these"
             )
-        missing = [name for name in self.inputs.names if name not in by_input]
-        if missing:
-            raise FrameError(f"the gradient has no derivative by {missing[0]!r}: give one for each input")
+        check_gradient(by_input, self.inputs.names)
         out = {name: np.asarray(by_input[name], dtype=np.float64) for name in self.inputs.names}
         for name, slope in out.items():
             if slope.shape not in ((), (count,)):
@@ -148,12 +165,7 @@ class LimitState:
         return {name: np.broadcast_to(slope, (count,)) for name, slope in out.items()}
 
     def _called(self, scores: Array, pose: Index) -> Array:
-        found = np.asarray(self.function(*self._arguments(self.inputs.at_scores(scores), pose)), dtype=np.float64)
-        if found.shape != (len(scores),):
-            raise FrameError(
-                f"the limit-state function returned shape {found.shape} for {len(scores)} samples: one each"
-            )
-        return found
+        return checked_values(self.function(*self._arguments(self.inputs.at_scores(scores), pose)), len(scores))
 
     def _arguments(self, samples: Mapping[str, Array], pose: Index) -> tuple[object, ...]:
         return (samples,) if self.poses is None else (samples, pose)

@@ -127,9 +127,7 @@ class LimitStateProblems:
         """Number of the pose (m,) at which scores (m, k) are closest to failure, among the poses of a problem."""
         if not self.together:
             return np.full(len(scores), problem)
-        count = self.state.poses or 1
-        values = self.state.values(np.repeat(scores[:, None], count, axis=1), np.arange(count))
-        return np.asarray(np.argmin(values, axis=1))
+        return np.asarray(np.argmin(self.state.at_all_poses(scores), axis=1))
 
     def random(self, most: int) -> Estimate:
         """Share of failures among `most` samples."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...framework.checked import whole_number
+from ...framework.checked import check_gradient, whole_number
 from ...framework.errors import FrameError
 from ..sampling import samples_first
 from .number import FuzzyNumber, fuzzy_of, levels_of, membership_within
@@ -209,9 +209,7 @@ def _first_order(
         slopes = (8.0 * (other - one) - (last - two)) / width
     else:
         given = gradient(**dict(zip(function.names, middle.tolist(), strict=True)))
-        missing = [name for name in function.names if name not in given]
-        if missing:
-            raise FrameError(f"the gradient has no derivative to {missing[0]!r}: give one for each input")
+        check_gradient(given, function.names)
         slopes = np.stack([np.broadcast_to(given[name], function.shape).reshape(-1) for name in function.names])
     ends = np.stack([(lower - middle)[..., None] * slopes, (upper - middle)[..., None] * slopes])
     least, greatest = values[0] + ends.min(axis=0).sum(axis=1), values[0] + ends.max(axis=0).sum(axis=1)

@@ -14,6 +14,7 @@ from ...framework.batch import Array
 from ...framework.errors import FrameError
 from ...framework.listing import counted
 from ...framework.renamed import RenamedAttribute
+from .export import save
 from .graphics.drawn_motion import DrawnMotion
 from .graphics.dxf import save_motion
 from .graphics.units import SI, Units
@@ -230,8 +231,6 @@ class Motion(DrawnMotion, MeasuredMotion):
         ...     sorted(path.name for path in Path(folder).iterdir())
         ['arm', 'arm.pvd']
         """
-        from .export import save  # its modules take long to load
-
         if Path(path).suffix == ".dxf":
             if times is not None:
                 raise FrameError(

@@ -82,8 +82,7 @@ def reliability_of(
     **options: Any,
 ) -> Reliability:
     """Probability that a point leaves a ball about its nominal position; see `Motion.reliability`."""
-    check_zone(motion, point, limit, compliance)
-    margin = _Margin(motion, point, float(limit), build, distributions, compliance)
+    margin = _Margin(motion, point, limit, build, distributions, compliance)
     own = {"starts": STARTS, "gradient": margin.gradient, **options}
     if own["gradient"] == ADJOINT:
         own["gradient"] = margin.by_adjoint()
@@ -184,8 +183,7 @@ def share_left(
 
     It is dimensionless, as other programs compare it with absolute tolerances.
     """
-    check_zone(motion, point, limit, compliance)
-    margin = _Margin(motion, point, float(limit), build, distributions, compliance)
+    margin = _Margin(motion, point, limit, build, distributions, compliance)
 
     def share(samples: Mapping[str, Array], pose: NDArray[np.int64] | None = None) -> Array:
         return margin(samples, pose) / margin.limit
@@ -209,8 +207,9 @@ class _Margin:
         distributions: Mapping[str, Uncertain],
         compliance: bool = False,
     ) -> None:
+        check_zone(motion, point, limit, compliance)
         self.compliance = compliance
-        self.point, self.limit, self.build = point, limit, build
+        self.point, self.limit, self.build = point, float(limit), build
         self.nominal = motion.position(point)
         self.drives = {name: driven_values(motion, name) for name in motion.linkage.drives}
         self.distributions = distributions_of(distributions)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import numbers
+from ...framework.checked import check_gradient
 from ...framework.errors import FrameError
 from ..intervals import ConfidenceInterval, by_error
 from .table import checked_uncertainty
@@ -275,9 +276,7 @@ class _Model:
 
     def _given(self, changes: Array, gradient: Gradient) -> Array:
         by_name = gradient(**dict(zip(self.start, self.values(changes).tolist(), strict=True)))
-        missing = [name for name in self.start if name not in by_name]
-        if missing:
-            raise FrameError(f"the gradient has no derivative by {missing[0]!r}: give one for each parameter")
+        check_gradient(by_name, self.start, "parameter")
         columns = [np.broadcast_to(by_name[name], self.shape)[self.there] * self.weight for name in self.start]
         return np.stack(columns, axis=-1) * self.sizes
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from ..four_bar.closure import BRANCHES
 from ..job.output import add_output
 from ..job.overrides import add_tolerance
-from ..job.sharing import add_sharing
+from ..job.sharing import add_sharing, sharing
 from ..moments import NAN_POLICIES
 from ..sampling import SAMPLERS
 from .inputs import LENGTHS, Inputs
@@ -149,7 +149,6 @@ def _add(group: _ArgumentGroup, name: str, text: str, **kind: Any) -> None:
 def _start(options: Namespace) -> None:
     # imported once the options are checked, as this loads all of the numerics
     from ..job.run import run
-    from ..job.sharing import sharing
     from .job import FourBarJob
 
     names = [field.name for field in fields(Inputs)]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..distributions import ends
+from ..distributions import SIGMAS, ends
 from ..four_bar.description import JOINTS, LINKS
 from ..job import digits
 from ..linkage.page.data import MOST_POSES
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from .inputs import Inputs
     from .result import Result
 
-# Number of standard deviations that counts as the limit of a normal distribution.
-DEVIATIONS = 3.0
 NUMBERS = (
     "Numbers are written to 12 digits. The table has a bound on the numerical error of the deflection at each pose. "
     "Worst cases are exact to first order in clearances and tolerances."
@@ -58,10 +56,10 @@ def _motion(result: Result, every: int) -> Motion:
 
 def _limits(inputs: Inputs) -> tuple[dict[str, float], dict[str | tuple[str, str, str], float]]:
     """Largest clearances, and tolerances of the lengths, for `Motion.worst_case`."""
-    clearance = inputs.to_radius * (inputs.clearance + DEVIATIONS * inputs.clearance_sd)
+    clearance = inputs.to_radius * (inputs.clearance + SIGMAS * inputs.clearance_sd)
     spans: tuple[str | tuple[str, str, str], ...] = ("crank", ("coupler", "B", "D"), "rocker", ("ground", "A", "E"))
     clearances = dict.fromkeys(JOINTS, clearance) if clearance else {}
-    lengths = dict.fromkeys(spans, DEVIATIONS * inputs.length_sd) if inputs.length_sd else {}
+    lengths = dict.fromkeys(spans, SIGMAS * inputs.length_sd) if inputs.length_sd else {}
     given = given_tolerances(inputs)
     for joint in JOINTS:
         if found := [given[name] for name in (f"clearance.{joint}", "clearance") if name in given]:
@@ -76,7 +74,7 @@ def _notes(inputs: Inputs) -> Iterator[str]:
     """Notes on the limits of the deviations, and on those without limits."""
     limited = ", or to the limits that --tolerance gives" if inputs.tolerance else ""
     yield (
-        f"Clearances and lengths go to {DEVIATIONS:g} standard deviations{limited}. Not among the worst cases, as they "
+        f"Clearances and lengths go to {SIGMAS:g} standard deviations{limited}. Not among the worst cases, as they "
         "do not move the rigid linkage: modulus of elasticity and stiffness of the joints; nor the load, which has its "
         "slider, and the contact angle, which is free."
     )

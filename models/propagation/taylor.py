@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import numbers
+from ...framework.checked import check_gradient
 from ...framework.errors import FrameError
 from ..distributions import Uncertain
 from ..sampling import samples_first
@@ -189,9 +190,7 @@ def _central(joint: JointInputs) -> tuple[Array, Array]:
 
 def _given_gradient(given: Any, names: tuple[str, ...], value: Array) -> Array:
     if isinstance(given, Mapping):
-        missing = [name for name in names if name not in given]
-        if missing:
-            raise FrameError(f"the gradient has no derivative to {missing[0]!r}: give one for each input")
+        check_gradient(given, names)
         given = np.stack([np.broadcast_to(given[name], value.shape) for name in names], axis=-1)
     return _shaped(given, (*value.shape, len(names)))
 

@@ -15,7 +15,7 @@ from ...distributions import Uncertain
 from ...propagation.correlation import GaussianCopula, Pairs
 from ...propagation.inputs import JointInputs
 from ...sampling import samples_first
-from ..limit_state import Function
+from ..limit_state import Function, checked_values, nan_as_failure
 from .marginal import Marginal
 
 Array = NDArray[np.float64]
@@ -107,12 +107,12 @@ class InputFunction:
             def one(**samples: Array) -> Array:
                 found = function(**samples)
                 results = samples_first(_without_status(found), len(next(iter(samples.values()))), 0)
-                return _failing(results.reshape(len(results), -1)[:, number])
+                return nan_as_failure(results.reshape(len(results), -1)[:, number])
 
             return replace(self, function=one, outputs=1)
         chosen = self.poses if self.poses is None or self.anywhere else self.poses[[number]]
         failing = self.function
-        return replace(self, function=lambda *given: _failing(failing(*given)), poses=chosen, outputs=1)
+        return replace(self, function=lambda *given: nan_as_failure(failing(*given)), poses=chosen, outputs=1)
 
     def __call__(self, points: Array) -> Array:
         """Results (m, p) for inputs (m, k), in one call of the function."""
@@ -167,12 +167,8 @@ class InputFunction:
         return rows.reshape(len(points), -1, points.shape[1]), above - below
 
     def _called(self, function: Callable[..., Any], points: Array) -> Array:
-        found = np.asarray(self._arguments_of(function, points), dtype=np.float64)
         count = 1 if self.poses is None else len(self.poses)
-        if found.shape != (len(points) * count,):
-            raise FrameError(
-                f"the limit-state function returned shape {found.shape} for {len(points) * count} samples: one each"
-            )
+        found = checked_values(self._arguments_of(function, points), len(points) * count)
         return found.reshape(len(points), count)
 
     def _arguments_of(self, function: Callable[..., Any], points: Array) -> Any:
@@ -188,8 +184,3 @@ def _without_status(found: Any) -> Any:
     return (
         found[0] if isinstance(found, tuple) and len(found) == 2 and np.asarray(found[1]).dtype.kind in "UT" else found
     )
-
-
-def _failing(found: ArrayLike) -> Array:
-    values = np.asarray(found, dtype=np.float64)
-    return np.where(np.isnan(values), -np.inf, values)

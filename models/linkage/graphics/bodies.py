@@ -16,9 +16,9 @@ from ....framework.graphics.deformed import round_scale
 from ....framework.graphics.scene import JointSymbol, LoadArrow, Scene
 from ....framework.graphics.style import COLOURS
 from ....framework.pictures.bearings import ARC_POINTS, circle_arcs
-from ....framework.pictures.shapes import Surface, arrow, block, copies, joined, prism, sphere, tubes, upright
+from ....framework.pictures.shapes import Surface, arrow, arrows, block, copies, joined, prism, sphere, tubes, upright
 from ..description.parts import LinkageLink, Pair
-from .places import FREE_TEXT, DrawnPoses, PosePlaces, free_arrows
+from .places import FREE_TEXT, DrawnPoses, PosePlaces, beam_axes, free_arrows
 from .plane import plane
 from .regions import DrawnRegion, drawn_regions, magnified, outline_of, told
 from .scene import lines, linkage_scene
@@ -209,9 +209,7 @@ class MotionBodies:
             if not isinstance(section, CrossSection):
                 yield self._tube(np.stack([at[first], at[second]]), 0.6)
                 continue
-            drawn = self.motion.linkage.points
-            rows = places.value(np.asarray(beam.axes(drawn[second] - drawn[first]), dtype=float), 2)
-            rotated = rows @ places.value(self.motion.axes(link.name), 2).T
+            rotated = beam_axes(places, (first, second), beam) @ places.value(self.motion.axes(link.name), 2).T
             for part in outlines(section):
                 yield prism(part, at[first], at[second], rotated)
 
@@ -274,9 +272,7 @@ class MotionBodies:
         nothing = [LoadArrow(scene.points[0], np.zeros(3), "")] * (self._most_moving - len(scene.moves))
         shown = [*scene.moves, *nothing]
         ways = ARROW * scene.size * np.array([each.force for each in shown])
-        length = np.linalg.norm(ways, axis=-1)
-        axes = upright(np.where(length[:, None] > 0.0, ways, self.up))
-        return copies(arrow(), np.array([each.at for each in shown]) + ways, length, axes)
+        return arrows(np.array([each.at for each in shown]) + ways, ways, self.up)
 
     def _region(self, region: DrawnRegion, pose: int) -> Surface:
         """A region as a body about its point, in a plane as a prism; thickened to remain visible."""

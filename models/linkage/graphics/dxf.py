@@ -17,7 +17,7 @@ from ....framework.errors import FrameError
 from ....framework.graphics.scene import Label, Scene
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
-from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, assembled_of, series_of
+from .places import DrawnPlaces, DrawnPoses, PosePlaces, ReferencePlaces, assembled_of, beam_axes, series_of
 from .plane import plane
 from .scene import linkage_scene
 
@@ -199,8 +199,7 @@ def _sections(places: DrawnPlaces, flat: tuple[int, int] | None) -> Iterator[tup
             if not isinstance(section, CrossSection):
                 continue
             ends = np.stack([places.position(point, link.name) for point in (first, second)])
-            drawn = places.linkage.points
-            rows = places.value(np.asarray(beam.axes(drawn[second] - drawn[first]), dtype=float), 2)
+            rows = beam_axes(places, (first, second), beam)
             across = np.stack([places.rotated(link.name, row) for row in rows[1:]])
             corners = [part @ across for part in outlines(section)]
             if flat is None:

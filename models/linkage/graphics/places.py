@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ....framework.batch import Array, Shape, one_entry
 from ....framework.errors import FrameError
 from ....framework.graphics.scene import FLAT, LoadArrow, beside
+from ....framework.protocol import LineElement
 from ..description.linkage_description import LinkageDescription
 
 # Ratio to the largest speed of a point below which a point counts as at rest.
@@ -37,6 +38,12 @@ class DrawnPlaces(Protocol):
 
     def value(self, array: Array, trailing: int) -> Array:
         """Entry of an array that may vary over the batch; its last `trailing` axes remain."""
+
+
+def beam_axes(places: DrawnPlaces, ends: tuple[str, str], beam: LineElement) -> Array:
+    """Axes of a beam between two points in the reference configuration, as rows, (3, 3)."""
+    drawn = places.linkage.points
+    return places.value(np.asarray(beam.axes(drawn[ends[1]] - drawn[ends[0]]), dtype=float), 2)
 
 
 class PosesInRow(Protocol):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ...job.output import add_output
 from ...job.overrides import add_tolerance
-from ...job.sharing import add_sharing
+from ...job.sharing import add_sharing, sharing
 from ...sampling import SAMPLERS
 
 if TYPE_CHECKING:
@@ -103,7 +103,6 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 def _start(options: Namespace) -> None:
     # imported once the options are checked, as this loads all of the numerics
     from ...job.run import run
-    from ...job.sharing import sharing
     from .inputs import read_inputs
     from .run import LinkageJob
 

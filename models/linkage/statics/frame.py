@@ -96,7 +96,6 @@ class Builder:
         self.nodes = Nodes(motion.linkage)
         self.pieces: Pieces = {}
         self.spins = _spins(self.linkage)
-        self.clamped = clamped
         self.lost = ~motion.is_assembled
         if self.lost.any():
             self.frame.exclude(self.lost)

@@ -15,13 +15,12 @@ from ..motion import Motion
 from ..worst_case.contributors import Contributors
 from ..worst_case.limits import Given, Limit, limits
 from ..worst_case.worst_case import WorstCase
+from .parts import OF_CLEARANCE
 from .sampled import SampledDisplacement
 from .tolerances import Tolerance
 
 # Step of the central differences, as a share of the half width of a tolerance.
 STEP = 3e-3
-# Numbers of a joint that the worst case of clearances covers already, in all directions of contact.
-OF_CLEARANCE = ("clearance", "contact")
 # Probabilities at which quantiles are taken of a distribution that does not give its standard deviation.
 MIDDLES = (np.arange(4096) + 0.5) / 4096
 

@@ -14,6 +14,7 @@ from .tolerances import Tolerance
 
 KINDS = ("geometry", "clearance", "compliance", "load", "thermal")
 TOGETHER = "together"
+# Numbers of a joint that determine its clearance; the worst case covers all directions of contact already.
 OF_CLEARANCE = ("clearance", "contact")
 # Numbers of links, springs and materials that determine forces on the linkage, and not its compliance.
 OF_LOAD = {"links": ("mass", "inertia", "centre"), "springs": ("length", "damping"), "materials": ("density",)}
