@@ -151,7 +151,8 @@ class LoopCoordinates:
 
         `follow` holds the velocities of the `Equations.followers` per unit of their drives.
         """
-        drives, unknown = self.drive_velocities(state, direction), [0.0] * self.columns
+        drives = self.drive_velocities(state, direction)
+        unknown: list[Value] = [0.0] * self.columns
         for (drive, k), x in zip(self.equations.followers, follow, strict=True):
             unknown[k] = unknown[k] + drives[drive] * x
         rate = self.state_rate(state, unknown)
