@@ -402,3 +402,34 @@ def test_differences_of_the_audit_see_an_error():
     t = 0.1 * np.arange(-2, 3)
     assert abs(difference(t**3, 0.1)) < 1e-15
     assert abs(difference(t**3 + t, 0.1) - 1.0) < 1e-14
+
+
+def test_three_cognates_draw_one_curve_together():
+    """Roberts 1875: with (P - A) / (B - A) the same in all couplers; by count the ten bars cannot move."""
+    oa, ob, a, b, p = 0j, 5 + 0j, 1.2 + 1.5j, 4.1 + 2.6j, 2.0 + 3.9j
+    share = (p - a) / (b - a)
+    d, f = oa + p - a, ob + p - b
+    places = {"O": oa, "Q": ob, "R": oa + share * (ob - oa), "A": a, "B": b, "P": p, "D": d, "F": f}
+    places |= {"E": d + share * (p - d), "G": p + share * (f - p)}
+    linkage = Linkage({name: (z.real, z.imag) for name, z in places.items()})
+    for points in ("OA", "QB", "ABP", "OD", "RE", "DEP", "QF", "RG", "FGP"):
+        linkage.link(points, *points)
+    linkage.revolute("O", "ground", "OA", drive=True)
+    for point, first, second in (
+        ("A", "OA", "ABP"), ("B", "ABP", "QB"), ("Q", "ground", "QB"),
+        ("O", "ground", "OD"), ("D", "OD", "DEP"), ("E", "DEP", "RE"), ("R", "ground", "RE"), ("P", "ABP", "DEP"),
+        ("Q", "ground", "QF"), ("F", "QF", "FGP"), ("G", "FGP", "RG"), ("R", "ground", "RG"), ("P", "ABP", "FGP"),
+    ):  # fmt: skip
+        linkage.revolute(point, first, second, name=f"{point} of {second}")
+    assert (linkage.mobility().actual, linkage.mobility().kutzbach) == (1, -1)
+    motion = linkage.move(O=np.linspace(-0.4, 0.4, 9))
+    turned = oa + (a - oa) * np.exp(1j * np.linspace(-0.4, 0.4, 9))
+    # B on a circle about A and one about Q, on the side on which it is drawn
+    apart, long, short = abs(ob - turned), abs(b - a), abs(b - ob)
+    along = (long**2 - short**2 + apart**2) / (2.0 * apart)
+    across = np.sign(((b - a) / (ob - a)).imag) * np.sqrt(long**2 - along**2)
+    other = turned + (along + 1j * across) * (ob - turned) / apart
+    wanted = turned + share * (other - turned)
+    for link in ("ABP", "DEP", "FGP"):
+        found = motion.position("P", link)
+        assert_allclose(found[:, 0] + 1j * found[:, 1], wanted, atol=1e-13)

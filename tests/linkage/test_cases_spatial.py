@@ -170,6 +170,27 @@ OVERCONSTRAINED = {
         (0.4, 0.0, 0.0, 0.0, 0.0, -0.4),
         (0.5, 1.0, -1.0, 1.0, -1.0, 0.5),
     ),
+    # symmetric about a plane (Myard 1931; Baker 1979)
+    "Myard": (
+        (1.0, 1.0 / np.sin(0.8), 0.0, 1.0 / np.sin(0.8), 1.0),
+        (0.8, RIGHT, np.pi - 1.6, RIGHT, np.pi - 0.8),
+        (0.0,) * 5,
+        (1.0, 2.0, 1.0, 2.0, 1.0),
+    ),
+    # the squares of every other length have the same sum (Bricard 1927)
+    "Bricard, trihedral": (
+        (1.0, 1.2, 1.1, 0.9, 1.0, np.sqrt(1.0 + 1.1**2 + 1.0 - 1.2**2 - 0.9**2)),
+        (RIGHT, -RIGHT) * 3,
+        (0.0,) * 6,
+        (0.38, 2.21, 0.44, 2.15, 0.37, 1.86),
+    ),
+    # opposite links are alike (Bricard 1927)
+    "Bricard, line-symmetric": (
+        (1.0, 0.8, 0.6) * 2,
+        (0.7, 1.1, 0.9) * 2,
+        (0.1, 0.2, 0.3) * 2,
+        (-1.2, 0.88, -2.49) * 2,
+    ),
 }
 
 

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from linkframe.models import Linkage
+from linkframe.models.linkage.kinematics.loops import Loops
+from linkframe.models.linkage.kinematics.mechanism import compiled
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
@@ -105,3 +107,65 @@ def test_turned_mirrored_and_scaled_linkages_move_alike(seed, planar, scale, mir
     for k in range(len(kinds)):
         expected = motion.position(f"P{k}") @ there.T + shift
         assert_allclose(alike.position(f"P{k}"), expected, atol=1e-9 * scale)
+
+
+def chains_of_four_bars():
+    """Two chains that do not meet, each of a four-bar whose rocker is the crank of another; and a driven pendulum."""
+    linkage = Linkage()
+    for k in range(2):
+        x = 9.0 * k
+        places = {"A": (x, 0), "B": (x, 1), "D": (x + 2.4, 1.6), "E": (x + 2.2, 0), "F": (x + 2.8, 1.2)}
+        places |= {"G": (x + 5.0, 1.5), "H": (x + 4.6, 0)}
+        for name, place in places.items():
+            linkage.point(f"{name}{k}", place)
+        for name, points in {"crank": "AB", "coupler": "BD", "rocker": "DEF", "rod": "FG", "end": "GH"}.items():
+            linkage.link(f"{name}{k}", *(f"{point}{k}" for point in points))
+        for point, first, second in (
+            ("B", "crank", "coupler"), ("D", "coupler", "rocker"), ("F", "rocker", "rod"), ("G", "rod", "end"),
+        ):  # fmt: skip
+            linkage.revolute(f"{point}{k}", f"{first}{k}", f"{second}{k}")
+        for point, link in {"A": "crank", "E": "rocker", "H": "end"}.items():
+            linkage.revolute(f"{point}{k}", "ground", f"{link}{k}", drive=point == "A")
+    linkage.point("P", (-3, 0))
+    linkage.link("pendulum", "P")
+    linkage.revolute("P", "ground", "pendulum", drive=True)
+    return linkage
+
+
+def test_unknowns_follow_only_the_drives_that_reach_them():
+    """By differences of closed poses: what is taken not to follow a drive stands still, what follows is as given."""
+    mechanism = compiled(chains_of_four_bars())
+    loops, h = Loops(mechanism), 1e-6
+    start = loops.close(loops.reference_state, mechanism.parameters)
+    moved = np.zeros((len(mechanism.driven), loops.columns))
+    for drive, place in enumerate(loops.driven_states):
+        ends = []
+        for sign in (1.0, -1.0):
+            state = list(start.state)
+            state[place] += sign * h
+            ends.append(np.array(loops.close(state, mechanism.parameters).state)[loops.unknown_states])
+        moved[drive] = (ends[0] - ends[1]) / (2.0 * h)
+    taken = np.zeros_like(moved)
+    for place, value in zip(loops.equations.followers, start.follow, strict=True):
+        taken[place] = value
+    assert_allclose(taken, moved, atol=1e-8)
+    # each chain has two loops of two unknowns in the equations, which all move with its own crank
+    assert np.count_nonzero(taken) == len(loops.equations.followers) == 8
+    assert loops.equations.driven_together == [(0, 0), (1, 1), (2, 2)]
+
+
+def test_many_chains_move_as_each_does_alone():
+    """Each drive's chain at 40 poses off the way of the others, by differences from a single chain."""
+    both, angles = chains_of_four_bars(), np.random.default_rng(3).uniform(-0.5, 0.5, (2, 40))
+    motion = both.move(A0=angles[0], A1=angles[1], P=angles[0] * 3.0)
+    for k in range(2):
+        alone = both.move(A0=angles[k], A1=0.0 * angles[k], P=0.0)
+        found = motion.position(f"G{k}") - (9.0 * k, 0.0, 0.0)
+        assert_allclose(found, alone.position("G0"), atol=1e-14)
+    assert motion.is_regular.all()
+
+
+def test_two_drives_of_one_loop_are_followed_together():
+    linkage = ring([(0, 0), (-0.5, 1), (0.8, 2), (2.4, 1.0), (2, 0)], [(0, 0, 1)] * 5, ["revolute"] * 5)
+    linkage.revolute("P4", "link 3", "ground", drive=True, replace=True)
+    assert Loops(compiled(linkage)).equations.driven_together == [(0, 0), (1, 0), (1, 1)]

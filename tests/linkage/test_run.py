@@ -16,7 +16,7 @@ from linkframe.models.command_line import main
 from linkframe.models.linkage import read_linkage, write_linkage
 from linkframe.models.linkage.job.inputs import read_inputs
 from linkframe.models.linkage.job.result import compute
-from linkframe.models.linkage.job.table import as_csv, as_text
+from linkframe.models.linkage.job.table import as_csv, as_text, legend
 from linkframe.models.sampling import draw
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.linkages import bennett, four_bar
@@ -454,3 +454,24 @@ def test_both_drives_of_one_joint(tmp_path: Path) -> None:
         assert old in QUILL
         with pytest.raises(FrameError, match=told):
             read_inputs(written(tmp_path, QUILL.replace(old, new)))
+
+
+@pytest.mark.parametrize(
+    ("drive", "told", "label"),
+    [
+        ('A = { start = 20.0, stop = 40.0, steps = 3, unit = "deg" }', "A = 30°", "A [°]"),
+        ('A = { start = 0.5, stop = 1.5, steps = 3, unit = "rad" }', "A = 1 rad", "A [rad]"),
+        ("slide = { start = 0.0, stop = -0.02, steps = 3 }", "slide = -0.01 m", "slide [m]"),
+    ],
+)
+def test_a_pose_is_told_in_the_unit_of_its_drive(tmp_path: Path, drive: str, told: str, label: str) -> None:
+    text = LINKAGE.replace("B = [0.1, 0.0]", "B = [0.06, 0.08]").replace("C = [0.4, 0.0]", "C = [0.35, 0.0]")
+    if drive.startswith("slide"):
+        text = text.replace("drive = true\n", "").replace(
+            "axis = [1.0, 0.0, 0.0]", "axis = [1.0, 0.0, 0.0]\ndrive = true"
+        )
+    path = tmp_path / "unit.toml"
+    path.write_text(f'{text}\n[run]\npoints = ["B"]\n\n[run.drives]\n{drive}\n', encoding="utf-8")
+    result = compute(read_inputs(path))
+    assert result.where(1) == told
+    assert f"{label}" in legend(result)

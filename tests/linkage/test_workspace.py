@@ -272,3 +272,13 @@ def test_linkages_without_a_workspace_are_refused() -> None:
         space.plot("torque")
     with pytest.raises(FrameError, match="give a length above zero"):
         space.condition(0.0)
+
+
+def test_places_are_sought_from_the_drive_values_of_the_reference_configuration() -> None:
+    """Of each drive its own, in the order of the drives."""
+    linkage = Linkage(A=(0, 0), B=(1, 0), P=(1.5, 0.5))
+    linkage.link("upper", "A", "B")
+    linkage.link("lower", "B", "P")
+    linkage.revolute("A", "ground", "upper", drive=True, reference=0.3)
+    linkage.revolute("B", "upper", "lower", drive=True, reference=-0.8)
+    assert_allclose(InverseKinematics(linkage, "P").start, [0.3, -0.8], atol=1e-15)

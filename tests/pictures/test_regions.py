@@ -108,3 +108,18 @@ def test_bearings_are_as_much_wider_than_journals_as_they_say() -> None:
 def test_what_is_no_region_is_refused(given: Any, told: str) -> None:
     with pytest.raises(FrameError, match=told):
         arm().plot(regions=given)
+
+
+def test_a_rigid_link_is_bars_along_its_outline() -> None:
+    """They reach from point to point, and no further than their radius beyond."""
+    motion = space()
+    bodies = MotionBodies(motion, (2,), Looks())
+    for name, link in motion.linkage.links.items():
+        assert not link.beams
+        ((surface, _),) = (found for key, found in bodies.surfaces(0).items() if key == f"link {name}")
+        ends = np.array([motion.position(point, name)[2] for point in link.points])
+        for corner, outer in (
+            (ends.min(axis=0), surface.points.min(axis=0)),
+            (ends.max(axis=0), surface.points.max(axis=0)),
+        ):
+            assert_allclose(outer, corner, atol=bodies.pin)

@@ -76,12 +76,15 @@ class Derivatives:
         As in `Pose`.
     rate, bend
         First and second derivatives of the state by the driven states, (n, f) and (n, f, f).
+    pairs
+        Places of those that something in the state follows together, the second at most the first.
     """
 
     follow: Array
     determinants: Array
     rate: Array
     bend: Array
+    pairs: list[tuple[int, int]]
 
     def along(self, change: Array) -> tuple[Array, Array]:
         """First and second derivatives of the state (n, poses) along changes of the driven states (f, poses).
@@ -93,19 +96,19 @@ class Derivatives:
         part = np.empty_like(first)
         for i, x in enumerate(change):
             first += np.multiply(self.rate[:, i, None], x, out=part)
-            for j, y in enumerate(change[: i + 1]):
-                factor = self.bend[:, i, j, None] * (1.0 if i == j else 2.0)
-                if factor.any():
-                    second += np.multiply(factor, x * y, out=part)
+        for i, j in self.pairs:
+            factor = self.bend[:, i, j, None] * (1.0 if i == j else 2.0)
+            if factor.any():
+                second += np.multiply(factor, change[i] * change[j], out=part)
         return first, second
 
     @classmethod
     def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
         """Derivatives at a pose; spherical joints must not be driven."""
-        f, state = len(loops.driven_states), [np.array(x) for x in pose.state]
-        both = np.eye(f)[:, :, None] + np.eye(f)[:, None, :]
+        f, state, pairs = len(loops.driven_states), [np.array(x) for x in pose.state], loops.equations.driven_together
+        i, j = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
         # By polarisation: 2 B(u, v) = B(u + v, u + v) - B(u, u) - B(v, v).
-        combinations = np.concatenate([np.eye(f), both.reshape(f, -1)], axis=1)
+        combinations = np.concatenate([np.eye(f), np.eye(f)[:, i] + np.eye(f)[:, j]], axis=1)
         spread: list[Value] = [np.broadcast_to(x, combinations.shape[1:]) for x in state]
         velocities = loops.velocities(spread, parameters, list(combinations))
         changes = loops.accelerations(spread, parameters, velocities, None)
@@ -117,10 +120,11 @@ class Derivatives:
             )
         )
         rate[loops.driven_states] = combinations
-        own, sums = bend[:, :f], bend[:, f:].reshape(-1, f, f)
-        mixed = 0.5 * (sums - own[:, :, None] - own[:, None, :])
+        mixed = np.zeros((len(bend), f, f))
+        mixed[:, i, j] = mixed[:, j, i] = 0.5 * (bend[:, f:] - bend[:, i] - bend[:, j])
         determinants = np.array(pose.determinants, dtype=np.float64)
-        return cls(np.array(pose.follow), determinants, rate[:, :f], np.nan_to_num(mixed, posinf=0.0, neginf=0.0))
+        mixed = np.nan_to_num(mixed, copy=False, posinf=0.0, neginf=0.0)
+        return cls(np.array(pose.follow), determinants, rate[:, :f], mixed, pairs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,7 @@ class Pose:
     state
         State of all joints, (n,).
     follow
-        Velocity of each unknown per unit velocity of each drive, drive by drive.
+        Velocities of the `Equations.followers` per unit velocity of their drives.
     determinants
         Determinants of the blocks of equations.
     first_step, last_step

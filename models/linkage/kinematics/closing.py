@@ -287,7 +287,7 @@ class Closing:
         if pivots:
             sure = sure & _firm(sheet.shares, found[-pivots:])
         at, good = loops.arrived(found[:n], at, good, moving, last)
-        behind = n + n * count
+        behind = n + len(loops.equations.followers)
         return sheet.written(
             [self._unknown(at), found[n:behind], found[behind : len(found) - pivots], [first], [good & sure]]
         )

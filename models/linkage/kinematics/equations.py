@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -44,6 +44,29 @@ class Equations:
         return {"mechanism": self.mechanism, "linear": self.linear, "_programs": {}}
 
     @cached_property
+    def followers(self) -> list[tuple[int, int]]:
+        """Of the unknowns that follow each drive, the number of the drive and their own: drive by drive.
+
+        The other derivatives of unknowns by drives are zero at every pose, as between loops that do not meet.
+        """
+        mechanism = self.mechanism
+        order, (places, columns) = {i: k for k, i in enumerate(mechanism.acting)}, mechanism.acting_places
+        acts = np.zeros((len(mechanism.acting), len(mechanism.columns)), dtype=bool)
+        acts[places, columns] = True
+        sides = acts[[order[i] for i in mechanism.active]][:, mechanism.driven]
+        drives, unknowns = np.nonzero(self.linear.reached(sides).T)
+        return list(zip(drives.tolist(), unknowns.tolist(), strict=True))
+
+    @cached_property
+    def driven_together(self) -> list[tuple[int, int]]:
+        """Numbers of two drives that some unknown follows both, the second at most the first; each goes with itself."""
+        by_unknown: dict[int, list[int]] = {}
+        for drive, unknown in self.followers:
+            by_unknown.setdefault(unknown, []).append(drive)
+        pairs = {(i, j) for drives in by_unknown.values() for i in drives for j in drives if j <= i}
+        return sorted(pairs | {(k, k) for k in range(len(self.mechanism.driven))})
+
+    @cached_property
     def step(self) -> tuple[Function, Function]:
         """(state, parameters) to the step of each unknown; for arrays, followed by the determinants of the blocks."""
         if self.linear.compact:
@@ -56,19 +79,23 @@ class Equations:
 
     @cached_property
     def pose(self) -> tuple[Function, Function]:
-        """As `step`; between steps and determinants, the velocity of each unknown per unit of each drive, by drive."""
+        """As `step`; between steps and determinants, the velocities of the `followers` per unit of their drives."""
         if self.linear.compact:
             return self.mechanism.program("closed pose", self._pose)
         return self._pose_by_matrix, self._of_arrays(self.mechanism.full, len(self.mechanism.driven))
 
     def _pose(self, formulas: Formulas) -> list[Scalar]:
         residual, jacobian, drives = formulas.closing
-        follow: list[Scalar] = []
         count = len(formulas.driven)
-        for k in range(count):
-            follow += [-1.0 * x for x in self.linear.solve(jacobian, drives[k::count])]
+        by_drives = [self.linear.solve(jacobian, drives[k::count]) for k in range(count)]
         step = self.linear.solve(jacobian, residual)
+        follow = [-1.0 * by_drives[drive][unknown] for drive, unknown in self.followers]
         return [*step, *follow, *self.linear.determinants(jacobian)]
+
+    def _following(self, solutions: Sequence[Sequence[Any]]) -> list[Any]:
+        """The step, and where there are any, the velocities of the `followers` of those of all unknowns by drives."""
+        step, *by_drives = solutions
+        return [*step, *(by_drives[drive][unknown] for drive, unknown in self.followers if by_drives)]
 
     def written(self, drives: int) -> tuple[Functions, int] | None:
         """`step`, or `pose` with so many drives, as one program, and the number of pivots after its results.
@@ -114,8 +141,8 @@ class Equations:
         right = np.array(entries[:m])[:, None]
         if drives:
             right = np.concatenate([right, -np.array(entries[behind:]).reshape(m, drives)], axis=1)
-        found: list[float] = self.linear.solve_floats(jacobian, right).T.ravel().tolist()
-        return found, jacobian
+        found: list[list[float]] = self.linear.solve_floats(jacobian, right).T.tolist()
+        return self._following(found), jacobian
 
     def _of_arrays(self, programs: tuple[Function, Function], drives: int) -> Function:
         m, n = self.linear.rows, self.linear.columns
@@ -125,7 +152,7 @@ class Equations:
             behind = m + m * n
             jacobian, right = entries[m:behind], [entries[:m]]
             right += [[-x for x in entries[behind + k :: drives]] for k in range(drives)]
-            out = [x for side in self.linear.solve_all(jacobian, right) for x in side]
+            out = self._following(self.linear.solve_all(jacobian, right))
             return [*out, *self.linear.determinants(jacobian)]
 
         def arrays(state: Sequence[Value], parameters: Sequence[Value]) -> list[Value]:
@@ -152,7 +179,7 @@ class Equations:
         residual, jacobian, by_drives = formulas.closing
         rights = [residual, *([-1.0 * x for x in by_drives[k::drives]] for k in range(drives))]
         found = Eliminated(self.linear, self.linear.order, jacobian, rights)
-        return [*(x for solution in found.solutions for x in solution), *found.determinants, *found.pivots]
+        return [*self._following(found.solutions), *found.determinants, *found.pivots]
 
     @cached_property
     def shares(self) -> list[float]:

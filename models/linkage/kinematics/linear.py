@@ -86,6 +86,16 @@ class Linear:
                     done |= mine
         return blocks
 
+    def reached(self, sides: Pattern) -> Pattern:
+        """Which entries of x, (columns, k), can differ from zero where those of r do that are in `sides`, (rows, k)."""
+        out = np.ones((self.columns, sides.shape[1]), dtype=bool)
+        if not self.square:
+            return out
+        for rows, columns in self.blocks:
+            before = [k for i in rows for k in self._solved_before[i]]
+            out[columns] = sides[rows].any(axis=0) | out[before].any(axis=0)
+        return out
+
     @property
     def signs(self) -> int:
         """Number of determinants."""
@@ -126,17 +136,14 @@ class Linear:
             return self._least(entries, rights)
         n = self.columns
         outputs: list[list[Any]] = [[0.0] * n for _ in rights]
-        solved: list[int] = []
         for rows, columns in self.blocks:
             block = [[entries[i * n + j] for j in columns] for i in rows]
             known = [
-                [self._known(entries, right, out, solved, i) for i in rows]
-                for right, out in zip(rights, outputs, strict=True)
+                [self._known(entries, right, out, i) for i in rows] for right, out in zip(rights, outputs, strict=True)
             ]
             for out, found in zip(outputs, _block(block, known), strict=True):
                 for j, x in zip(columns, found, strict=True):
                     out[j] = x
-            solved += columns
         return outputs
 
     def solve_one(self, entries: Sequence[float], right: Sequence[float]) -> list[float]:
@@ -151,11 +158,10 @@ class Linear:
             return list(map(float, [*self.solve(entries, right), *self.determinants(entries)]))
         n = self.columns
         out = [0.0] * n
-        solved: list[int] = []
         determinants: list[float] = []
         for rows, columns in self.blocks:
             block = [[entries[i * n + j] for j in columns] for i in rows]
-            known = [self._known(entries, right, out, solved, i) for i in rows]
+            known = [self._known(entries, right, out, i) for i in rows]
             if len(rows) > 2:
                 matrix = np.array(block)
                 found = np.linalg.solve(matrix, np.array(known)[:, None])[:, 0].tolist()
@@ -165,7 +171,6 @@ class Linear:
                 determinants.append(self._determinant(block))
             for j, x in zip(columns, found, strict=True):
                 out[j] = x
-            solved += columns
         return [*out, *determinants]
 
     def solve_floats(self, jacobian: Array, right: Array) -> Array:
@@ -194,14 +199,22 @@ class Linear:
         if not self.square and self.rank == self.columns > 0:
             self.projection = np.asarray(np.linalg.pinv(jacobian), dtype=np.float64)
 
-    def _known(
-        self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], solved: list[int], i: int
-    ) -> Any:
+    def _known(self, entries: Sequence[Any], right: Sequence[Any], out: Sequence[Any], i: int) -> Any:
         value = right[i]
-        for k in solved:
-            if self.pattern[i, k]:
-                value = value - entries[i * self.columns + k] * out[k]
+        for k in self._solved_before[i]:
+            value = value - entries[i * self.columns + k] * out[k]
         return value
+
+    @cached_property
+    def _solved_before(self) -> list[list[int]]:
+        """By row, what it has of the unknowns of earlier blocks, in the order of solution."""
+        found: list[list[int]] = [[] for _ in range(self.rows)]
+        solved: list[int] = []
+        for rows, columns in self.blocks:
+            for i in rows:
+                found[i] = [solved[k] for k in np.flatnonzero(self.pattern[i, solved])]
+            solved += columns
+        return found
 
     def _least(self, entries: Sequence[Any], rights: Sequence[Sequence[Any]]) -> list[list[Any]]:
         m, n = self.rows, self.columns

@@ -15,7 +15,7 @@ from .equations import Equations
 from .euler_parameters import angular_velocity_of, euler_parameter_rate, unit_length
 from .linear import Linear
 from .mechanism import Mechanism
-from .terms import Value
+from .terms import Value, dot
 
 # Step below which the iteration ends: the next step would be below rounding.
 LAST_STEP = 1e-9
@@ -150,10 +150,12 @@ class LoopCoordinates:
     def rate_along(self, state: Sequence[Value], direction: Sequence[Value], follow: Sequence[Value]) -> list[Value]:
         """Derivative of the state as the driven states move in a direction.
 
-        `follow` holds the velocity of each unknown per unit of each drive, drive by drive.
+        `follow` holds the velocities of the `Equations.followers` per unit of their drives.
         """
-        drives, n = self.drive_velocities(state, direction), self.columns
-        unknown = [sum((d * x for d, x in zip(drives, follow[k::n], strict=True)), start=0.0) for k in range(n)]
+        drives = self.drive_velocities(state, direction)
+        unknown: list[Value] = [0.0] * self.columns
+        for (drive, k), x in zip(self.equations.followers, follow, strict=True):
+            unknown[k] = unknown[k] + drives[drive] * x
         rate = self.state_rate(state, unknown)
         for place, slope in zip(self.driven_states, direction, strict=True):
             rate[place] = slope
@@ -197,7 +199,7 @@ class LoopCoordinates:
         if not last <= max(CONTRACTION * size, 1e-12):
             return None
         state = self.advance(state, step, back=True)  # type: ignore[arg-type, assignment]
-        behind = n + n * len(self.mechanism.driven)
+        behind = n + len(self.equations.followers)
         return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
     def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
@@ -232,7 +234,7 @@ class LoopCoordinates:
         """`velocities` from the results of ``mechanism.full``, numbers or recorded terms."""
         n, m, f = self.columns, self.rows, len(self.mechanism.driven)
         behind = m + m * n
-        right = [-sum((entries[behind + i * f + k] * drives[k] for k in range(f)), start=0.0) for i in range(m)]
+        right = [-dot(entries[behind + i * f : behind + i * f + f], drives) for i in range(m)]
         return self._all(self.linear.solve(entries[m:behind], right), drives)
 
     def accelerations(

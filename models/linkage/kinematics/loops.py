@@ -196,7 +196,7 @@ class Loops(LoopCoordinates):
                     break
             found = pose_at(state, parameters)
             state, good = self.arrived(found[:n], state, good, moving, last)
-        behind = n + n * len(self.mechanism.driven)
+        behind = n + len(self.equations.followers)
         return Poses(state, list(found[n:behind]), list(found[behind:]), first, good)
 
     def approached(
