@@ -117,10 +117,7 @@ class Accuracy(ConditionNumbers):
 
     @cached_property
     def _large(self) -> LargeSolution:
-        if self.contacts is None:
-            frame = self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()})
-        else:
-            frame = self.frame()
+        frame = self._finding_contact if self.contacts is None else self.frame()
         return frame.solve(large=True)
 
     # -- how it stands ----------------------------------------------------------------------------------------------
@@ -174,7 +171,7 @@ class Accuracy(ConditionNumbers):
         Frame
             Of the batch shape, clamped at the drive; its clearances are offsets in the joints, towards the contact.
         """
-        frame = self._loaded()
+        frame = self._bare.copy()
         for joint, gap in self.offsets.items():
             frame.offset(joint, ux=gap.real, uy=gap.imag)
         return frame
@@ -208,7 +205,7 @@ class Accuracy(ConditionNumbers):
 
     @cached_property
     def _in_equilibrium(self) -> Solution:
-        return self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()}).solve()
+        return self._finding_contact.solve()
 
     @cached_property
     def _under_load(self) -> Solution:
@@ -218,6 +215,11 @@ class Accuracy(ConditionNumbers):
     def _bare(self) -> Frame:
         """The loaded linkage without clearance, which nothing changes."""
         return self._loaded()
+
+    @cached_property
+    def _finding_contact(self) -> Frame:
+        """The loaded linkage with clearance, whose journals lie where they are in equilibrium."""
+        return self._loaded({joint: gap for joint, gap in self.clearances.items() if gap.any()})
 
     @cached_property
     def _unloaded(self) -> Frame:
