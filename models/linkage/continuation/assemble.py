@@ -177,7 +177,9 @@ def _one_by_one(
     limit = max(CLOSED, loops.tolerance)
     if not shape:
         one = one_pose(loops, parameters, start, [float(x) for x in driven], limit)
-        return one and Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
+        if one is None:
+            return None
+        return Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
     if not 0 < math.prod(shape) <= FEW or len(driven) > 1:
         return None
     poses: list[OnePose] = []

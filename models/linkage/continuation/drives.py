@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,8 +22,7 @@ _STILL = np.zeros(())
 _STILL.setflags(write=False)
 
 
-@dataclass(frozen=True, eq=False)
-class Drives:
+class Drives(NamedTuple):
     """Given motion of the driven coordinates, in the mechanism's units.
 
     Attributes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,7 @@ STILL = 1e-14
 ASIDE = 2.0 * max(NEAR, WITHIN)
 
 
-@dataclass(frozen=True, eq=False)
-class OnePose:
+class OnePose(NamedTuple):
     """A closed pose: its state and its closure error."""
 
     state: list[float]

@@ -105,7 +105,7 @@ class SingleDrive:
         guide = self._guide(ahead, back)
         around = {where: Guide.of(side, back) for where, side in _sides(ahead)}
         around |= {-where: Guide.of(ahead, side) for where, side in _sides(back)}
-        out = Guess(guide.entries(within), list(guide.signs_at(within, NEAR)), guide.reached(within))
+        out = Guess(list(guide.entries(within)), list(guide.signs_at(within, NEAR)), guide.reached(within))
         out.s, out.guide, out.drive, out.around, out.switched = within, guide, self.drive, around, self.switch
         return out
 

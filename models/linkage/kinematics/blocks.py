@@ -73,4 +73,4 @@ def taken(values: Sequence[Value], chosen: NDArray[np.intp] | NDArray[np.bool_] 
 
 def members_of(values: Sequence[Value], chosen: NDArray[np.bool_]) -> list[Value]:
     """The `chosen` members of values that broadcast to the mask's shape, (members,); scalars are kept."""
-    return [np.broadcast_to(x, chosen.shape)[chosen] if np.ndim(x) else x for x in values]
+    return [np.broadcast_to(x, chosen.shape)[chosen] if isinstance(x, np.ndarray) and x.ndim else x for x in values]

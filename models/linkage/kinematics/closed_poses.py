@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,8 +58,7 @@ class Closed:
     determinants: list[Value]
 
 
-@dataclass(frozen=True, eq=False)
-class ClosedOne:
+class ClosedOne(NamedTuple):
     """A closed pose: its state, and the determinants of the blocks of equations."""
 
     state: list[float]

@@ -225,7 +225,7 @@ def unit_motions(motion: Kinematics) -> Iterator[Kinematics]:
     for drive in range(count):
         rates = [np.asarray(float(k == drive)) for k in range(count)]
         still = [np.zeros(())] * count
-        drives = replace(motion.drives, rates=rates, accelerations=still, full_shape=motion.drives.shape)
+        drives = motion.drives._replace(rates=rates, accelerations=still, full_shape=motion.drives.shape)
         yield replace(motion, drives=drives)
 
 

@@ -54,7 +54,7 @@ def _forces(motion: FramedPoses, accelerations: Array) -> Array:
     count, axes = len(accelerations), (1,) * len(whole_shape(motion))
     columns = [column.reshape(count, *axes) for column in accelerations.T]
     shape = count, *axes[len(motion.shape) :], *motion.shape
-    drives = replace(motion.drives, accelerations=columns, full_shape=shape)
+    drives = motion.drives._replace(accelerations=columns, full_shape=shape)
     found = reactions(replace(motion, drives=drives))
     return np.concatenate([found.drives[joint] for joint in motion.linkage.drives], axis=-1)
 
