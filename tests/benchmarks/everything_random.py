@@ -329,7 +329,7 @@ def short_targets(rows: list[Row]) -> list[Target]:
 
 
 BOUND = (
-    "describing the linkage, checks, numbering and order of elimination take Python some 5 ms, whatever the samples; "
+    "describing the linkage, checks, numbering and order of elimination take Python 5 to 8 ms, whatever the samples; "
     "the peers have these written into their programs"
 )
 
