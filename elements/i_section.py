@@ -8,6 +8,7 @@ import numpy as np
 
 from ..framework.protocol import Array
 from .cross_section import CrossSection, greatest, split, von_mises
+from .flange_signs import SignedStresses, lowered_by_signs
 from .parameters import Real, require
 from .rectangle_sides import AT_SHORT
 from .wall import Wall, raise_along_wall
@@ -87,9 +88,10 @@ class ISection(CrossSection):
         flanges to mid-height (shear flow ``Vz S / Iy``, torsion ``T tw / J``), by Jourawski's and Saint-Venant's
         formulas (Timoshenko, *Strength of Materials* I and II); near the tip of a flange the torsional stress is that
         of a strip, 0.74 of ``T tf / J`` in the middle of its end face. The torsional stress of an open wall has
-        opposite signs on its two faces, so that it adds to the shear on one of them. Faces are sampled so closely
-        that the greatest stress is underestimated by less than 0.1 %. Not included: where web and flange meet, the
-        torsional stress is 5 to 8 % higher in the face above the web, and higher still in the sharp corner.
+        opposite signs on its two faces, so that it adds to the shear on one of them. All six forces count with their
+        signs. Faces are sampled so closely that the greatest stress is underestimated by less than 0.1 %. Not included:
+        where web and flange meet, the torsional stress is 5 to 8 % higher in the face above the web, and higher still
+        in the sharp corner.
 
         Parameters
         ----------
@@ -121,27 +123,54 @@ class ISection(CrossSection):
         first = b * tf * (h - tf) / (2.0 * tw)
         flow_root, flow_middle = up * first, up * (first + (0.5 * h - tf) ** 2 / 2.0)
         by_end, at_end = np.abs(My) * tf / (2.0 * self.Iy), AT_SHORT * in_flange
+        # the end face of a flange, from mid-thickness; at one of the four tips bending adds to the axial force
+        end = Wall(axial + by_tip + by_top - by_end, by_end, twist=at_end)
+        sure = greatest(axial + by_tip + by_top, von_mises(axial + by_tip + by_top - by_end, at_end))
+        sure = raise_along_wall(sure, end, tf / b)
         worst = greatest(
-            axial + by_tip + by_top,
-            von_mises(axial + by_tip + by_top - by_end, at_end),
+            sure,
             von_mises(axial + by_web + by_top, flow_flange + in_flange),
             von_mises(axial + by_web + by_root, flow_root + in_web),
             von_mises(axial + by_web, flow_middle + in_web),
         )
-        faces = (
-            # a flange from its middle to its tip, its end face from mid-thickness, the web from mid-height
-            (
-                Wall(axial + by_top, by_tip, 0.0, up * b * (h - tf) / 4.0, along * b * b / 8.0, in_flange),
-                b / tf,
-                tw / b,
-            ),
-            (Wall(axial + by_tip + by_top - by_end, by_end, twist=at_end), tf / b, 0.0),
-            (Wall(axial + by_web, by_root, flow_root + in_web, parabola=flow_middle - flow_root), 1.0, 0.0),
-        )
-        for face, ratio, start in faces:
-            worst = raise_along_wall(worst, face, ratio, start)
+        # a flange from its middle to its tip, the web from mid-height
+        flange = Wall(axial + by_top, by_tip, 0.0, up * b * (h - tf) / 4.0, along * b * b / 8.0, in_flange)
+        web = Wall(axial + by_web, by_root, flow_root + in_web, parabola=flow_middle - flow_root)
+        worst = raise_along_wall(raise_along_wall(worst, flange, b / tf, tw / b), web)
+        # one shear force or torque alone opposes nothing
+        if sum(bool(np.any(each)) for each in (along, up, in_flange)) > 1:
+            worst = self._with_signs(worst, sure, np.asarray(forces, dtype=np.float64))
         bending, middle = by_tip + by_top, N / self.A
         return np.stack(np.broadcast_arrays(middle - bending, middle + bending, worst), axis=-1)
+
+    def _with_signs(self, worst: Array, sure: Array, forces: Array) -> Array:
+        """Greatest von Mises stress, from what it would be if all forces added up, and what `sure`ly occurs of it."""
+        doubtful = np.asarray(np.isfinite(worst) & (worst > sure))
+        if not doubtful.any():
+            return worst
+
+        def of(each: Real) -> Array:
+            return np.broadcast_to(np.asarray(each, dtype=np.float64), doubtful.shape)[doubtful]
+
+        h, b, tw, tf, Iy, Iz, J = map(of, (self.height, self.width, self.web, self.flange, self.Iy, self.Iz, self.J))
+        scale, out = worst[doubtful], worst.copy()
+        N, Vy, Vz, T, My, Mz = (of(each) / scale for each in split(forces))
+        first, clear = b * tf * (h - tf) / (2.0 * tw), 0.5 * h - tf
+        stresses = SignedStresses(
+            axial=N / of(self.A),
+            tip=-Mz * b / (2.0 * Iz),
+            top=My * h / (2.0 * Iy),
+            root=My * clear / Iy,
+            web=-Mz * tw / (2.0 * Iz),
+            along=Vy * b * b / (8.0 * Iz),
+            up=Vz * b * (h - tf) / (4.0 * Iy),
+            middle=Vz * (first + clear**2 / 2.0) / Iy,
+            fall=Vz * clear**2 / (2.0 * Iy),
+            flange=T * tf / J,
+            twist=T * tw / J,
+        )
+        out[doubtful] = lowered_by_signs(scale, stresses, of(sure) / scale, b / tf, tw / b)
+        return out
 
 
 def _junctions(tw: Real, tf: Real) -> Real:

@@ -76,7 +76,7 @@ def raise_along_wall(worst: Array, wall: Wall, ratio: Real = 1.0, start: Real = 
     twisted = bool(numbers[-1].any())
     for first in range(0, so_far.size, BLOCK):
         some = slice(first, first + BLOCK)
-        side = _places(lengths[some]) if twisted else _EVEN
+        side = places(lengths[some]) if twisted else _EVEN
         so_far[some] *= np.sqrt(_highest(side, starts[some], [each[some] for each in numbers]))
     raised[kept] = so_far
     return raised
@@ -94,8 +94,19 @@ def _highest(side: Side, start: Array, numbers: list[Array]) -> Array:
     return found
 
 
-def _places(ratio: Array) -> Side:
-    """Sample points of a side for ratios (n,), (k, n); (k, 1) where all ratios are equal."""
+def places(ratio: Array) -> Side:
+    """Sample points of a side for ratios (n,), (k, n); (k, 1) where all ratios are equal.
+
+    Parameters
+    ----------
+    ratio
+        Ratio of the length of the side to that of the other, (n,).
+
+    Returns
+    -------
+    Side
+        Sample points and torsional stress there.
+    """
     alike = ratio.size > 0 and bool(np.all(ratio == ratio.flat[0]))
     return side_of(ratio[:1] if alike else ratio)
 
