@@ -59,7 +59,7 @@ def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | No
         return None
     if kind not in SHAPES:
         raise FrameError(
-            f"{what} is a {kind}, whose mass is told by another file: give the body an <inertial> with its mass"
+            f"{what} is a {kind}, whose mass is given by another file: give the body an <inertial> with its mass"
         )
     if given.get("shellinertia") == "true" or "mesh" in given:
         raise FrameError(f"{what} is a shell, or as large as a mesh: give the body an <inertial> with its mass")
