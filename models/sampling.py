@@ -107,7 +107,7 @@ def samples_first(result: ArrayLike, size: int, axis: int, *, copy: bool = True)
     if not -array.ndim <= axis < array.ndim or array.shape[axis] != size:
         raise FrameError(
             f"the function returned shape {array.shape} for {size} samples: it must have them along axis {axis},"
-            " or tell another axis"
+            " or give another axis"
         )
     return np.moveaxis(array, axis, 0)
 

@@ -65,13 +65,13 @@ class LimitStateProblems:
             if kinks.size:
                 problem = 0 if self.together else int(points.pose[kinks[0]])
                 raise FrameError(
-                    f"sorm: a likely failure{self._where(problem)}, at a distance of {points.beta[kinks[0]]:.3g} from "
-                    "the median, lies at an edge of the limit state, which no paraboloid touches: use the method "
+                    f"sorm: the design point{self._where(problem)}, at a distance of {points.beta[kinks[0]]:.3g} from "
+                    "the median, lies at an edge of the limit state, where no paraboloid fits: use the method "
                     "'importance'"
                 )
         known = ~np.isnan(edges.probability)
         if not known.any():
-            raise FrameError("sorm: no point that was found is nearest the median: use the method 'importance'")
+            raise FrameError("sorm: no point that was found is the nearest to the median: use the method 'importance'")
         return self._beyond(edges[known], points.pose[known])
 
     def _beyond(self, edges: Edges, poses: NDArray[np.int64]) -> Estimate:
@@ -84,8 +84,8 @@ class LimitStateProblems:
             if out[problem] == 0.0 and (edges.beta[mine] < 0.0).any():
                 where = self._where(int(problem))
                 raise FrameError(
-                    f"the median fails{where}, but what was found around it leaves it no room: the failures are within "
-                    "a small closed surface, of which planes and paraboloids say nothing; use the method 'importance'"
+                    f"the median fails{where}, and the surfaces found around it enclose almost no probability: planes "
+                    "and paraboloids cannot represent a small closed surface; use the method 'importance'"
                 )
         lost = np.setdiff1d(np.arange(self.problems), pose)
         if lost.size:
@@ -167,9 +167,9 @@ class LimitStateProblems:
         worst = int(np.argmax(np.where(missed > error, missed, 0.0)))
         where = self._where(worst)
         warnings.warn(
-            f"subset simulation was led astray{where}: a failure beyond whose tangent plane the probability is "
-            f"{missed[worst]:.3g} lies where none of its samples went. Its probability is too low, and the interval is "
-            "as wide as that: use the method 'importance', or more samples",
+            f"subset simulation missed a likely failure{where}: no sample lies beyond the tangent plane at one of the "
+            f"design points, where the probability is {missed[worst]:.3g} to first order. The estimate is too low, and "
+            "its standard error was increased by that: use the method 'importance', or more samples",
             SampleWarning,
             stacklevel=4,
         )

@@ -157,7 +157,7 @@ class Reliability:
         'log'
         """
         if not self.probability.ndim:
-            raise FrameError("there is one probability alone, and plot shows that of each pose: leave anywhere out")
+            raise FrameError("there is only one probability, and plot shows one for each pose: leave anywhere out")
         x = np.arange(float(self.probability.size)) if self.along is None else self.along
         band = self.confidence_interval(level) if np.isfinite(self.standard_error).all() else None
         return plot_probability(x, self.probability, band, self.along_label, ax)

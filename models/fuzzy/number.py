@@ -50,8 +50,8 @@ class FuzzyNumber:
         levels, lower, upper = (finite(getattr(self, name), f"{name} of a fuzzy number") for name in vars(self))
         if levels.ndim != 1 or levels.shape != lower.shape or levels.shape != upper.shape or len(levels) < 2:
             raise FrameError(
-                f"a fuzzy number has levels {levels.shape} and cuts {lower.shape}, {upper.shape}: give as many, two "
-                "or more"
+                f"a fuzzy number has levels of shape {levels.shape} and cuts of shapes {lower.shape}, {upper.shape}: "
+                "give as many of each, two or more"
             )
         if levels[0] != 0.0 or levels[-1] != 1.0 or np.any(np.diff(levels) <= 0.0):
             raise FrameError(f"levels of a fuzzy number are {levels.tolist()}: let them rise from 0 to 1")

@@ -79,7 +79,7 @@ def written(stage: Path) -> list[str]:
 def folder(text: str) -> Path:
     """A folder's name from the command line."""
     if not text:
-        raise ArgumentTypeError("is empty: give a folder; . is the one that you are in")
+        raise ArgumentTypeError("is empty: give a folder; . is the current folder")
     return Path(text)
 
 

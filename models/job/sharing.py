@@ -217,7 +217,7 @@ def _workers(text: str) -> int:
     except ValueError:
         value = 0
     if value < 1 and value != -1:
-        raise ArgumentTypeError(f"is {text!r}: give a whole number of processes, or -1 for one a processor")
+        raise ArgumentTypeError(f"is {text!r}: give a whole number of processes, or -1 for one for each processor")
     return value
 
 

@@ -230,8 +230,8 @@ class _Margin:
         """`with_gradient`, refused if adjoints are not available."""
         if self.compliance and not self._offered:
             raise FrameError(
-                f"gradient={ADJOINT!r}: the displacement of {self.point!r} has no adjoint derivatives by all inputs: "
-                "so it is with clearances, springs, loads that turn with links, or axes of joints, Poisson's ratio or "
+                f"gradient={ADJOINT!r}: the displacement of {self.point!r} has no adjoint derivatives by all inputs, "
+                "as with clearances, springs, loads that turn with links, or axes of joints, Poisson's ratio or "
                 "gravity that vary: leave gradient out, so that differences of solutions are taken"
             )
         return self.with_gradient

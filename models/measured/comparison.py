@@ -203,7 +203,7 @@ def compare(
     whole = np.broadcast_to(np.hypot(own, spread), place.shape)
     known = np.isfinite(measured.position) & np.isfinite(place)
     if not known.any():
-        raise FrameError("no pose that was measured has a predicted position: look at the drives and their units")
+        raise FrameError("no pose that was measured has a predicted position: check the drives and their units")
     if np.any(whole[known] <= 0.0):
         raise FrameError("neither measurement nor prediction has an uncertainty: give one of them")
     residual, uncertainty = np.where(known, measured.position - place, np.nan), np.where(known, whole, 1.0)

@@ -144,7 +144,7 @@ class Inputs:
         radial, length = self.clearance * self.to_radius, getattr(self, shortest)
         if radial >= length:
             raise FrameError(
-                f"--clearance is {self.clearance:g}, and with that no less on the radius than --{shortest} {length:g}: "
+                f"--clearance is {self.clearance:g}, which on the radius is not less than --{shortest} {length:g}: "
                 "check its unit, metres"
             )
         _ = self.measured_drive

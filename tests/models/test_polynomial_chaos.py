@@ -201,7 +201,7 @@ def test_derivatives_that_are_given():
     assert_array_equal(as_array.std, found.std)
     second = taylor_moments(fn, GAP, order=2, gradient=by_name, hessian=lambda **at: np.zeros((2, 2, 2)))
     assert_allclose(second.std, found.std, rtol=1e-14)
-    with pytest.raises(FrameError, match="no derivative to 'gamma'"):
+    with pytest.raises(FrameError, match="no derivative by 'gamma'"):
         taylor_moments(fn, GAP, gradient=lambda **at: {"eps": np.zeros(2)})
     with pytest.raises(FrameError, match=r"the derivatives have shape \(2,\): give \(2, 2\)"):
         taylor_moments(fn, GAP, gradient=lambda **at: np.zeros(2))

@@ -30,7 +30,7 @@ def test_subset_simulation_keeps_pace_with_sets_that_narrow() -> None:
 
 def test_second_order_refuses_what_no_paraboloid_touches() -> None:
     two = {name: LAWS[name] for name in "ab"}
-    with pytest.raises(FrameError, match=r"a likely failure, at a distance of 4\.24 .* edge of the limit state"):
+    with pytest.raises(FrameError, match=r"the design point, at a distance of 4\.24 .* edge of the limit state"):
         reliability(lambda x: np.maximum(3.0 - x["a"], 3.0 - x["b"]), two, method="sorm")
     for seed in (0, 5, 22):
         with pytest.raises(FrameError, match=r"the median fails, .* a small closed surface"):

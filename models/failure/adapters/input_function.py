@@ -71,7 +71,7 @@ class InputFunction:
         if not inputs.names:
             raise FrameError("no distributions were given: nothing is uncertain")
         if by_keyword and (poses is not None or gradient is not None):
-            raise FrameError("by_keyword is for functions of propagate, which know no poses and no gradient: leave out")
+            raise FrameError("by_keyword is for functions of propagate, which have no poses and no gradient: omit them")
         at = None if poses is None else np.arange(whole_number(poses, "number of poses", 1))
         found = cls(function, inputs, gradient, at, anywhere and at is not None, by_keyword)
         return replace(found, outputs=found._count())

@@ -77,7 +77,8 @@ class DisplacementSensitivity(PositionSensitivity):
             Always.
         """
         raise FrameError(
-            "the sensitivity of a displacement to the axes of joints is not offered: turn them by a little"
+            "the sensitivity of a displacement to the axes of joints is not offered: turn the axes by a small angle "
+            "and compare"
         )
 
 

@@ -64,7 +64,7 @@ def geom_mass(source: MjcfSource, given: Attributes, what: str) -> BodyMass | No
         raise FrameError(f"{what} is of type {kind!r}: give one of {', '.join((*SHAPES, *OF_FILES, 'plane'))}")
     if kind in OF_FILES:
         raise FrameError(
-            f"{what} is a {kind}, whose mass is told by another file: give the body an <inertial> with its mass"
+            f"{what} is a {kind}, whose mass is given by another file: give the body an <inertial> with its mass"
         )
     if given.get("shellinertia") == "true" or "mesh" in given:
         raise FrameError(f"{what} is a shell, or as large as a mesh: give the body an <inertial> with its mass")

@@ -130,7 +130,7 @@ class Layout:
                 return [beam] * (len(chain) - 1)
             raise FrameError(
                 f"a slider runs along {'-'.join(ends)}, which is a {beam.title}: only a Beam, or an element whose "
-                "parts are as the whole, can be cut where it stands: give it a Beam"
+                "parts equal the whole, can be cut at the slider: give it a Beam"
             )
         cuts = [np.zeros(()), *(self.fractions[name] for name in chain[1:-1]), np.ones(())]
         out: list[LineElement] = []

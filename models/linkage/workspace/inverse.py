@@ -54,7 +54,7 @@ class InverseKinematics:
 
     def __post_init__(self) -> None:
         if self.linkage.shape:
-            raise FrameError(f"the linkage has a batch of shape {self.linkage.shape}: a workspace is of a single one")
+            raise FrameError(f"the linkage has a batch of shape {self.linkage.shape}: a workspace needs one linkage")
         if not self.linkage.drives:
             raise FrameError("nothing drives the linkage, so nothing can be placed: drive a joint with drive=True")
 

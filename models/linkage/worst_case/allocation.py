@@ -171,7 +171,7 @@ class _Program:
             raise FrameError(f"at pose {where} nothing is known to first order, as at a dead point: leave it out")
         if worst.position.stress is not None:
             raise FrameError(
-                "clearances open redundant constraints of this linkage, so that what one lets happen depends on the "
+                "clearances open redundant constraints of this linkage, so that the effect of one depends on the "
                 "others: allocate is for linkages without such constraints"
             )
         if self.combine == "statistical" and worst.position.centre.any():

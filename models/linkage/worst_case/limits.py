@@ -104,7 +104,7 @@ def limits(by: PositionSensitivity, given: Given) -> Iterator[Limit]:
         found = by.drives[joint]
         if found.shape[-1] > 1:
             raise FrameError(
-                f"joint {joint!r} has {found.shape[-1]} drives: a tolerance is known for one of them alone"
+                f"joint {joint!r} has {found.shape[-1]} drives: a tolerance can be given only where there is one"
             )
         yield _interval(f"drive {pair.name}", found, value)
 
