@@ -122,7 +122,7 @@ class Joint(JointElement):
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )
         if type(self) is Joint:  # of a subclass it would hide a shape of its own
-            vars(self)["shape"] = shape
+            vars(self).update(shape=shape)
 
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)

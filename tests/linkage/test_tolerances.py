@@ -398,7 +398,7 @@ def test_the_report_lists_tolerances_with_their_units(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ("-5 %", "tolerance '-5 %' leaves no room: give a width above zero"),
+        ("-5 %", "tolerance '-5 %': write it as '± 0.1'"),
         ("± 500 %", r"samples of joints\.B\.clearance are -\S+: clearance of joint 'B' is -\S+: give zero or above"),
     ],
 )

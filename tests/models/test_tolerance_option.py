@@ -266,7 +266,7 @@ def test_contact_that_follows_from_forces_has_none():
         (["load=norm(2 %, 5)"], "--tolerance load=norm(2 %, 5): scale is 5 beside loc in percent"),
         (["load=+5 %"], "tolerance '+5 %': write it as"),
         (["load=-5 %"], "tolerance '-5 %': write it as"),
-        (["load=+6 %/-3"], "tolerance '+6 %/-3': write it as"),
+        (["load=+6 %/-3"], "tolerance '+6 %/-3' has one limit in percent"),
         (["young=norm(scale=40 %)"], "samples would go below zero, one in a million"),
     ],
 )
