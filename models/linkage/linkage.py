@@ -136,8 +136,8 @@ class Linkage(RangeOfMotion):
         ------
         FrameError
             If a drive is unknown or given twice, shapes do not broadcast, the linkage is not connected to ground, its
-            reference configuration cannot be assembled, its drives leave points free to move, or the stiffness of a
-            free coordinate is inf.
+            reference configuration cannot be assembled, its drives leave points free to move, the stiffness of a free
+            coordinate is inf, or the rates of more drives than there are degrees of freedom differ by a thousandth.
 
         Examples
         --------

@@ -55,6 +55,46 @@ def test_chain_without_its_second_drive():
     assert_allclose(arm.move(B=np.pi / 2).position("D"), (1.0, 2.0, 0.0), atol=1e-15)
 
 
+def square() -> Linkage:
+    """A parallelogram that both cranks drive."""
+    linkage = Linkage(A=(0, 0), B=(0, 1), C=(1, 1), D=(1, 0))
+    for link in ("AB", "BC", "CD"):
+        linkage.link(link, *link)
+    linkage.revolute("A", "ground", "AB", drive=True)
+    linkage.revolute("B", "AB", "BC")
+    linkage.revolute("C", "BC", "CD")
+    linkage.revolute("D", "CD", "ground", drive=True)
+    return linkage
+
+
+def test_rates_of_more_drives_than_freedoms_that_agree():
+    """The coupler moves on a circle: its velocity and acceleration in closed form; D counts from the rocker."""
+    angle, rate, gain = np.array([0.1, -0.3]), 2.0, 5.0
+    motion = square().move(A=angle, D=-angle, rates={"A": rate, "D": -rate}, accelerations={"A": gain, "D": -gain})
+    out, along = np.array([-np.sin(angle), np.cos(angle)]), np.array([-np.cos(angle), -np.sin(angle)])
+    for link in ("BC", "CD"):
+        assert_allclose(motion.velocity("C", link)[:, :2], (rate * along).T, atol=1e-14)
+        assert_allclose(motion.acceleration("C", link)[:, :2], (gain * along - rate**2 * out).T, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("rates", "accelerations", "told"),
+    [
+        ({"A": 1.0, "D": [-1.0, -1.0, -2.0]}, {}, "their rates do not agree at pose 2: give rates"),
+        ({"A": 1.0, "D": 1.0}, {}, "their rates do not agree at pose 0: give rates"),
+        ({"A": 1.0, "D": -1.01}, {}, "their rates do not agree at pose 0: give rates"),
+        ({"A": 1.0, "D": -1.0}, {"A": 1.0}, "their accelerations do not agree at pose 0"),
+    ],
+)
+def test_rates_of_more_drives_than_freedoms_that_do_not_agree_are_refused(rates, accelerations, told):
+    angle = np.array([0.1, 0.2, 0.3])
+    with pytest.raises(FrameError, match=f"^2 drives for 1 degree of freedom: {told}"):
+        square().move(A=angle, D=-angle, rates=rates, accelerations=accelerations)
+    one = {name: np.ravel(value)[-1] for name, value in rates.items()}
+    with pytest.raises(FrameError, match=f"^2 drives for 1 degree of freedom: {told.split(' at ')[0]}: give"):
+        square().move(A=0.1, D=-0.1, rates=one, accelerations=accelerations)
+
+
 def test_spin_that_moves_no_point_needs_no_drive():
     assert rssr(0.1, 0.4, 0.25, (0.15, 0.1, 0.3), 0.3).move(O=0.5).status == "regular"
 

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.parts import GROUND
+from ..kinematics.blocks import blocks, cut_all
 from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
+from ..kinematics.terms import Value
 from .start import jacobian_at, rank_of
 
 # Motion, in units of the linkage's size and radians, below which a point or link counts as at rest.
@@ -104,6 +108,15 @@ def remedy(loops: Loops, gap: float) -> str:
 
     Both show in more equations than there are independent ones.
     """
+    if too_many := too_many_drives(loops):
+        return f"; {too_many}: their values do not agree"
+    if loops.mechanism.begun is not None and loops.rows > loops.linear.rank and gap < ALIKE * loops.mechanism.size:
+        return "; overconstrained: give the points with more digits, or accept this gap with tolerance="
+    return ""
+
+
+def too_many_drives(loops: Loops) -> str:
+    """How many drives there are for how many degrees of freedom, if they are more; else nothing."""
     mechanism = loops.mechanism
     if mechanism.begun is None or loops.rows == loops.linear.rank:
         return ""
@@ -112,11 +125,71 @@ def remedy(loops: Loops, gap: float) -> str:
     columns = len(mechanism.columns)
     freedoms = columns - rank_of(np.array(matrix, dtype=np.float64).reshape(-1, columns), ALIKE)
     drives, taken = len(mechanism.driven), freedoms - free_motions(loops)
-    if drives > taken:
-        return f"; {_number(drives, 'drive')} for {_number(taken, 'degree')} of freedom: their values do not agree"
-    if gap < ALIKE * mechanism.size:
-        return "; overconstrained: give the points with more digits, or accept this gap with tolerance="
-    return ""
+    return f"{_number(drives, 'drive')} for {_number(taken, 'degree')} of freedom" if drives > taken else ""
+
+
+def check_rates(
+    loops: Loops,
+    state: Sequence[Value],
+    parameters: Sequence[Value],
+    v: Sequence[Value],
+    w: Sequence[Value],
+    closed: NDArray[np.bool_],
+) -> None:
+    """Check that the rates of more drives than there are degrees of freedom agree, to a thousandth.
+
+    Parameters
+    ----------
+    loops
+        The loops of the linkage.
+    state, parameters
+        Closed states and dimensions.
+    v, w
+        All velocity coordinates and their time derivatives.
+    closed
+        Which poses are assembled, (...).
+
+    Raises
+    ------
+    FrameError
+        If with these rates or accelerations the loops would open; the message names the pose.
+    """
+    for block in blocks(closed.shape):
+        given = (cut_all(each, block) for each in (state, parameters, v, w))
+        for what, opening, size in _openings(loops, *given):
+            wrong = closed[block] & (opening > ALIKE * size)
+            if np.any(wrong):
+                first = np.argwhere(wrong)[0] + [part.start or 0 for part in block]
+                at = f" at pose {', '.join(map(str, first))}" if len(first) else ""
+                raise FrameError(
+                    f"{too_many_drives(loops)}: their {what} do not agree{at}: give {what} that leave the loops closed"
+                )
+
+
+def _openings(
+    loops: Loops, state: Sequence[Value], parameters: Sequence[Value], v: Sequence[Value], w: Sequence[Value]
+) -> Iterator[tuple[str, Value, Value]]:
+    """How fast the loops open, at which acceleration, and the size of the terms that should cancel, (...) each."""
+    mechanism, m, n = loops.mechanism, loops.rows, loops.columns
+    with np.errstate(all="ignore"):
+        entries = mechanism.full[1](state, parameters)[m:]
+        by = [*mechanism.unknown, *mechanism.driven]
+        f = len(by) - n
+        rows = [[*entries[i * n : i * n + n], *entries[(m * n) + i * f : (m * n) + i * f + f]] for i in range(m)]
+
+        def sums(rates: Sequence[Value]) -> list[tuple[Value, Value]]:
+            terms = [[x * rates[k] for x, k in zip(row, by, strict=True)] for row in rows]
+            return [(sum(each), sum(map(abs, each))) for each in terms]
+
+        yield "rates", *_largest(sums(v))
+        both = zip(mechanism.bias[1](state, parameters, v, w), sums(w), strict=True)
+        yield "accelerations", *_largest([(whole, size + abs(whole - part)) for whole, (part, size) in both])
+
+
+def _largest(rows: Sequence[tuple[Value, Value]]) -> tuple[Value, Value]:
+    """Largest size of both over all rows, (...) each."""
+    one, other = zip(*rows, strict=True)
+    return functools.reduce(np.maximum, map(abs, one)), functools.reduce(np.maximum, other)
 
 
 def _number(count: int, noun: str) -> str:

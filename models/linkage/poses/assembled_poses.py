@@ -17,7 +17,7 @@ from ....framework.program.calculation import worth_compiling
 from ....framework.program.sines import FARTHEST
 from ....framework.program.source import Functions
 from ..continuation.assemble import Assembly, assembled
-from ..continuation.driven import remedy
+from ..continuation.driven import check_rates, remedy, too_many_drives
 from ..continuation.drives import Drives, given_drives
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
@@ -72,8 +72,8 @@ class AssembledPoses:
         Raises
         ------
         FrameError
-            If branch, tolerance or a drive are not what they should be, or the linkage cannot be assembled in the
-            reference configuration.
+            If branch, tolerance or a drive are not what they should be, the linkage cannot be assembled in the
+            reference configuration, or there are more drives than degrees of freedom and their rates do not agree.
         """
         if branch not in BRANCHES:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
@@ -83,7 +83,22 @@ class AssembledPoses:
         mechanism.check_free()
         drives = given_drives(linkage, mechanism, values, rates, accelerations)
         found = assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size, other_modes)
-        return cls(linkage, mechanism, drives, found)
+        poses = cls(linkage, mechanism, drives, found)
+        if rates or accelerations:
+            poses.check_rates()
+        return poses
+
+    def check_rates(self) -> None:
+        """Check that the rates of more drives than there are degrees of freedom agree.
+
+        Raises
+        ------
+        FrameError
+            If the loops would open with them.
+        """
+        found, closed = self.assembly, np.asarray(self.is_assembled)
+        if too_many_drives(found.loops):
+            check_rates(found.loops, found.state, self.mechanism.parameters, *self.velocities, closed)
 
     @cached_property
     def shape(self) -> Shape:
