@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,8 +56,19 @@ class Rescaled:
         ndarray
             Quantiles, (...).
         """
-        own = q if self.factor > 0.0 else 1.0 - q
-        return np.asarray(self.offset + self.factor * self.distribution.ppf(own))
+        if self.factor > 0.0:
+            return self._scaled(self.distribution.ppf(q))
+        upper = getattr(self.distribution, "isf", None)
+        return self._scaled(self.distribution.ppf(1.0 - q) if upper is None else upper(q))
+
+    @property
+    def isf(self) -> Callable[[Array], Array]:
+        """Inverse survival function, which keeps the digits of the upper tail; there if the distribution has one."""
+        upper = cast(Any, self.distribution).isf
+        return lambda q: self._scaled(upper(q) if self.factor > 0.0 else self.distribution.ppf(q))
+
+    def _scaled(self, values: Any) -> Array:
+        return np.asarray(self.offset + self.factor * values)
 
 
 @dataclass(frozen=True)

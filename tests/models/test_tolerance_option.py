@@ -12,6 +12,7 @@ import scipy
 from linkframe.framework.errors import FrameError
 from linkframe.models.command_line import main
 from linkframe.models.distributions import Interval, Normal
+from linkframe.models.given_deviations import Rescaled
 from linkframe.models.given_distributions import called
 from linkframe.models.linkage.job.inputs import RunInputs, read_inputs
 from linkframe.models.linkage.job.report import report as report_of_file
@@ -21,6 +22,7 @@ from linkframe.models.paper.page import _limits
 from linkframe.models.paper.report import _inputs, _summary
 from linkframe.models.paper.result import compute
 from linkframe.models.paper.study import distributions
+from linkframe.models.quantiles import at_scores
 from numpy.testing import assert_allclose, assert_array_equal
 
 FILE = Path(__file__).parents[2] / "examples" / "four_bar.toml"
@@ -276,3 +278,21 @@ def test_what_is_no_tolerance_of_the_four_bar(words, told, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["four-bar", "--tolerance", "clearance"])
     assert "is 'clearance': give NAME=VALUE" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("factor", [2.0, -2.0])
+def test_a_rescaled_distribution_keeps_both_tails(factor):
+    """Gumbel's quantile in closed form, -log(-log(p)), out to probabilities of 2e-33 on either side."""
+    p = scipy.stats.norm.cdf(-12.0)
+    low, high = -np.log(-np.log(p)), -np.log(-np.log1p(-p))
+    ends = sorted((1.0 + factor * low, 1.0 + factor * high))
+    assert_allclose(at_scores(Rescaled(scipy.stats.gumbel_r(), factor, 1.0), np.array([-12.0, 12.0])), ends, rtol=1e-13)
+
+
+def test_a_rescaled_distribution_without_an_upper_tail_has_none():
+    class Quantiles:
+        def ppf(self, q):
+            return q**2
+
+    assert not hasattr(Rescaled(Quantiles(), -2.0), "isf")
+    assert_allclose(Rescaled(Quantiles(), -2.0, 1.0).ppf(Q), 1.0 - 2.0 * (1.0 - Q) ** 2, rtol=1e-15)
