@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .batch import ZERO, Array, distinct, finite, rotated, vector
 from .described.many_elements import alike, one_each
+from .described.members import LONGEST, SHORTEST
 from .described.parts import JointLink, Member, Node, check_ideal
 from .dofs import FORCES, component, components
 from .editing import Editable
@@ -335,7 +336,8 @@ class InBulk(Editable):
         kinds: dict[Hashable, str] = {}
         chords = self._chords(starts, stops, numbers)
         if chords is not None:
-            for k in np.flatnonzero(~chords.any(axis=-1)).tolist():
+            lengths = np.abs(chords).max(axis=-1)
+            for k in np.flatnonzero(~((lengths > SHORTEST) & (lengths < LONGEST))).tolist():
                 self._check_length(names[k], starts[k], stops[k])
         for at in families:
             mine = [elements[k] for k in at.tolist()] if len(elements) > 1 else elements

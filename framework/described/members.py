@@ -22,6 +22,8 @@ from .parts import JointLink, MassPoint, Member, check_ideal
 
 # Two nodes of a joint coincide when their distance is below this share of the frame's size.
 COINCIDENT = 1e-9
+# Lengths of members between which the powers of them that a stiffness has are within the range of floats.
+SHORTEST, LONGEST = 1e-100, 1e100
 
 # The name that stands for all members.
 _ALL = "beam"
@@ -233,14 +235,27 @@ class DescribedMembers(DescribedNodes):
         return {} if known else {kind: name}
 
     def _check_length(self, name: str, start: str, end: str) -> Array:
-        """Vector from the start of a member to its end, (..., 3); raises a `FrameError` where it has zero length."""
+        """Vector from the start of a member to its end, (..., 3).
+
+        Raises
+        ------
+        FrameError
+            Where it has zero length, or one whose powers are beyond the range of floats.
+        """
         chord = self._chord(start, end)
-        if chord.size == 3 and any(part * part > 0.0 for part in chord.reshape(-1).tolist()):
+        if chord.size == 3 and SHORTEST < max(map(abs, chord.reshape(-1).tolist())) < LONGEST:
             return chord
-        length = norms(chord)
-        if np.any(length <= 0.0):
-            where = f" at batch entry {np.argwhere(length <= 0)[0].tolist()}" if length.ndim else ""
-            raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
+        length = np.abs(chord).max(axis=-1)
+        wrong = ~((length > SHORTEST) & (length < LONGEST))
+        if np.any(wrong):
+            where = f" at batch entry {np.argwhere(wrong)[0].tolist()}" if length.ndim else ""
+            worst = float(length[wrong][0])
+            if worst == 0.0:
+                raise FrameError(f"member {name!r} has zero length{where}: nodes {start!r} and {end!r} coincide")
+            raise FrameError(
+                f"member {name!r} is {worst:.3g} long{where}: describe the frame in a unit in which its lengths lie "
+                f"between {SHORTEST:g} and {LONGEST:g}"
+            )
         return chord
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:

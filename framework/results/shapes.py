@@ -47,6 +47,11 @@ class Shapes:
 
 def check_count(what: str, count: int, size: int) -> None:
     """Refuse a number of shapes that a frame with `size` unknowns cannot have."""
+    if not size:
+        raise FrameError(
+            f"{what}({count!r}): the frame has no unknowns, all its nodes are held: release a component, or give "
+            "members more segments"
+        )
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= size:
         raise FrameError(f"{what}({count!r}): give a whole number from 1 to the frame's {size} unknowns")
 

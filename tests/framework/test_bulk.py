@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import re
 import time
 
 import numpy as np
@@ -144,3 +145,17 @@ def test_nothing_that_is_made_in_bulk_is_searched_for_garbage() -> None:
     # once at most behind each of the three
     assert begun.count("start") <= 3
     assert gc.isenabled()
+
+
+@pytest.mark.parametrize("far", [1e155, 1e-155, np.array([1.0, 1e101])])
+@pytest.mark.parametrize("at_once", [False, True])
+def test_lengths_whose_powers_no_float_holds_are_refused(far, at_once):
+    """They had ended as a mechanism, or in an error of the eigenvalues."""
+    frame = Frame()
+    frame.add_nodes(["A", "B"], np.multiply.outer(far, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]))
+    told = f"member 'AB' is {np.max(far):.3g} long" + (" at batch entry [1]" if np.ndim(far) else "")
+    with pytest.raises(FrameError, match=f"{re.escape(told)}: describe the frame in a unit"):
+        if at_once:
+            frame.add_many(BAR, [("A", "B")], names=["AB"])
+        else:
+            frame.add("AB", BAR, "A", "B")

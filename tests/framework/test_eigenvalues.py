@@ -177,3 +177,14 @@ def test_shapes_have_the_batch_of_the_frequencies() -> None:
     modes = frame.modes(2)
     assert modes.frequencies.shape == (3, 2)
     assert modes.shapes("C").shape == (3, 2, 6)
+
+
+@pytest.mark.parametrize("what", ["modes", "buckling"])
+def test_a_frame_of_which_all_is_held_says_so(what):
+    frame = Frame()
+    frame.add_nodes(["A", "B"], [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)])
+    frame.add("AB", Beam(Circle(diameter=0.1), Material(E=2e11, nu=0.3, density=7850.0)), "A", "B")
+    frame.fix("A")
+    frame.fix("B")
+    with pytest.raises(FrameError, match=rf"^{what}\(2\): the frame has no unknowns, all its nodes are held"):
+        getattr(frame, what)(2)
