@@ -49,8 +49,8 @@ def check_count(what: str, count: int, size: int) -> None:
     """Refuse a number of shapes that a frame with `size` unknowns cannot have."""
     if not size:
         raise FrameError(
-            f"{what}({count!r}): the frame has no unknowns, all its nodes are held: release a component, or give "
-            "members more segments"
+            f"{what}({count!r}): the frame has no unknowns, nothing in it can move: release a component, give beams to "
+            "rigid links, or more segments to beams"
         )
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not 1 <= count <= size:
         raise FrameError(f"{what}({count!r}): give a whole number from 1 to the frame's {size} unknowns")

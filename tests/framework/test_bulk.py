@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import re
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -154,8 +155,6 @@ def test_lengths_whose_powers_no_float_holds_are_refused(far, at_once):
     frame = Frame()
     frame.add_nodes(["A", "B"], np.multiply.outer(far, [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0)]))
     told = f"member 'AB' is {np.max(far):.3g} long" + (" at batch entry [1]" if np.ndim(far) else "")
+    add = partial(frame.add_many, BAR, [("A", "B")], ["AB"]) if at_once else partial(frame.add, "AB", BAR, "A", "B")
     with pytest.raises(FrameError, match=f"{re.escape(told)}: describe the frame in a unit"):
-        if at_once:
-            frame.add_many(BAR, [("A", "B")], names=["AB"])
-        else:
-            frame.add("AB", BAR, "A", "B")
+        add()

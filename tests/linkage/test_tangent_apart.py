@@ -99,7 +99,7 @@ def test_what_cannot_move_has_no_compliance_under_load() -> None:
     assert_allclose(motion.compliance_matrix("B"), 0.0, atol=0.0)
     with pytest.raises(FrameError, match="its stiffness is infinite there"):
         motion.stiffness("B")
-    with pytest.raises(FrameError, match=r"frequencies\(1\): .* 0 unknowns"):
+    with pytest.raises(FrameError, match=r"frequencies\(1\): the frame has no unknowns"):
         motion.frequencies(1)
 
 
