@@ -84,6 +84,11 @@ class Equations:
             return self.mechanism.program("closed pose", self._pose)
         return self._pose_by_matrix, self._of_arrays(self.mechanism.full, len(self.mechanism.driven))
 
+    @cached_property
+    def of_one(self) -> tuple[Function, Function, int]:
+        """`step` and `pose` for the floats of one pose, and the number of `followers`."""
+        return self.step[0], self.pose[0], len(self.followers)
+
     def _pose(self, formulas: Formulas) -> list[Scalar]:
         residual, jacobian, drives = formulas.closing
         count = len(formulas.driven)

@@ -177,7 +177,7 @@ class LoopCoordinates:
 
     def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
         """The closed pose near `state`; None if Newton's method does not contract from there."""
-        step_at, pose_at, n = self.equations.step[0], self.equations.pose[0], self.columns
+        (step_at, pose_at, following), n = self.equations.of_one, self.columns
         first = last = 0.0
         try:
             for iteration in range(ITERATIONS):
@@ -199,7 +199,7 @@ class LoopCoordinates:
         if not last <= max(CONTRACTION * size, 1e-12):
             return None
         state = self.advance(state, step, back=True)  # type: ignore[arg-type, assignment]
-        behind = n + len(self.equations.followers)
+        behind = n + following
         return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
     def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
