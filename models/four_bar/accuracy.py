@@ -1,4 +1,4 @@
-"""Where the coupler point of a loaded four-bar with clearance goes: compliance, clearance, and their sum."""
+"""Displacement of the coupler point of a loaded four-bar: by compliance, by clearance, and in total."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ OPEN_LOOP = "clearance leaves the loop open"
 
 @dataclass(frozen=True, eq=False)
 class Accuracy(ConditionNumbers):
-    """Displacement of the coupler point P, each part apart; made by `accuracy`. Computed when read.
+    """Displacement of the coupler point P by its causes; made by `accuracy`, computed when read.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Accuracy(ConditionNumbers):
     clearances
         Radial clearance of the joints B, D, E, (...) each.
     contacts
-        Contact angles of the joints B, D, E, (...) each, or None where the joint forces tell.
+        Contact angles of the joints B, D, E, (...) each, or None where they follow from the joint forces.
     equilibrium
-        Whether those are the forces that the clearances leave, instead of the ones without clearances.
+        Whether those are the joint forces in equilibrium with the clearances, instead of those without clearances.
     """
 
     motion: FourBarMotion
@@ -78,7 +78,7 @@ class Accuracy(ConditionNumbers):
 
     @cached_property
     def clearance_exact(self) -> Array:
-        """Displacement of P by the clearance, (..., 3), the loop closed anew; NaN where it stays open."""
+        """Displacement of P by the clearance, (..., 3), the loop closed again; NaN where it cannot close."""
         return np.broadcast_to(clearance_displacement(self.motion, self.offsets), (*self.shape, 3))
 
     @property
@@ -120,7 +120,7 @@ class Accuracy(ConditionNumbers):
         frame = self._finding_contact if self.contacts is None else self.frame()
         return frame.solve(large=True)
 
-    # -- how it stands ----------------------------------------------------------------------------------------------
+    # -- status -----------------------------------------------------------------------------------------------------
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
@@ -191,7 +191,7 @@ class Accuracy(ConditionNumbers):
         if self.equilibrium:
             return {joint: self._contact_offsets(joint) for joint in JOINTS}
         with expected_mechanisms():
-            # Singular poses have no forces; the displacements tell of them when they are read.
+            # Singular poses have no forces; the warning comes when the displacements are read.
             forces = {joint: self._under_load.joint_force(joint) for joint in JOINTS}
         force = {joint: each[..., 0] + 1j * each[..., 1] for joint, each in forces.items()}
         largest = np.max(np.abs(list(force.values())), axis=0)
@@ -213,7 +213,7 @@ class Accuracy(ConditionNumbers):
 
     @cached_property
     def _bare(self) -> Frame:
-        """The loaded linkage without clearance, which nothing changes."""
+        """The loaded linkage without clearance; it must not be changed."""
         return self._loaded()
 
     @cached_property

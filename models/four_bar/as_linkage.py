@@ -1,4 +1,4 @@
-"""The four-bar as a linkage: drawn by its closed form, with all that can be asked of one and all its figures."""
+"""The four-bar as a linkage: placed by its closed form, with all results and figures of linkages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the coupler point goes when joints have clearance: the loop closed again, exactly."""
+"""Displacement of the coupler point by joint clearance, with the loop closed again exactly."""
 
 from __future__ import annotations
 

@@ -126,14 +126,14 @@ class Closure:
 
     @cached_property
     def singular(self) -> Mask:
-        """Where coupler and rocker lie in one line, so that the drive no longer rules them, (...)."""
+        """Where coupler and rocker lie in one line, so that the drive does not determine their motion, (...)."""
         in_line = (np.abs(f) <= r for f, r in zip(self._factors, self._resolution, strict=True))
         found: Mask = np.logical_or(*in_line)
         return found
 
     @cached_property
     def _smooth(self) -> Mask:
-        """Where the motion has derivatives: not in a dead point, nor where a fixed side makes the rocker turn back."""
+        """Where the motion has derivatives: not at a dead point, nor where a fixed side makes the rocker reverse."""
         vanishing = [np.abs(f) <= r for f, r in zip(self._factors, self._resolution, strict=True)]
         passes = [~v | (excess == 0.0) for v, excess in zip(vanishing, self._excesses, strict=True)]
         follows = passes[0] & passes[1] & (self.branch in FOLLOWING) & (self._square > self._resolution[1])

@@ -25,14 +25,14 @@ LOADS = ("fx", "fy", "mz")
 
 
 def known(kind: str, name: str, names: Iterable[str]) -> str:
-    """A name of a point, link or joint, refused where the four-bar has it not."""
+    """The name of a point, link or joint, checked to be one of `names`."""
     if name not in names:
         raise FrameError(f"the four-bar has no {kind} {name!r}: choose one of {', '.join(names)}")
     return name
 
 
 def check_joints(given: Iterable[str], what: str) -> None:
-    """Refuse what is given for other than passive joints."""
+    """Check that all names are those of passive joints."""
     for joint in given:
         if joint not in JOINTS:
             raise FrameError(f"{what} of joint {joint!r}: the four-bar's passive joints are {', '.join(JOINTS)}")
@@ -101,7 +101,7 @@ class FourBarDescription:
         return a, b, c, d
 
     def link_beam(self, link: str) -> Beam:
-        """Cross-section, material and shear of a link, as they were given or the ones by default.
+        """Cross-section, material and shear of a link, as given or the default.
 
         Parameters
         ----------
@@ -122,7 +122,7 @@ class FourBarDescription:
         return self.beam[link] if isinstance(self.beam, Mapping) else self.beam
 
     def joint_stiffness(self, joint: str) -> Array:
-        """Six springs of a passive joint, as they were given or the ones by default.
+        """Six springs of a passive joint, as given or the default.
 
         Parameters
         ----------
@@ -193,7 +193,7 @@ class FourBarDescription:
         return np.asarray(self.gap(theta) == 0.0)
 
     def singular(self, theta: ArrayLike) -> NDArray[np.bool_]:
-        """Whether coupler and rocker lie in line at drive angles: the drive then no longer rules them.
+        """Whether coupler and rocker lie in line at drive angles, so that the drive does not determine their motion.
 
         Parameters
         ----------

@@ -139,7 +139,7 @@ class FourBarKinematics:
         return self.acceleration_on(*self._point(point))
 
     def free_velocity(self, point: str) -> Array:
-        """Velocity of a point in the motion that the locked crank lets pass where coupler and rocker are in line.
+        """Velocity of a point in the motion that a locked crank leaves free where coupler and rocker are in line.
 
         Parameters
         ----------
@@ -149,8 +149,8 @@ class FourBarKinematics:
         Returns
         -------
         ndarray
-            As D moves across the line at unit speed, the coupler about B and the rocker about E, (..., 3); zero at
-            poses that the crank holds.
+            D moves across the line at unit speed, the coupler about B and the rocker about E, (..., 3); zero at
+            regular poses.
 
         Raises
         ------

@@ -38,7 +38,7 @@ TRANSMITTED = (
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """What a rigid link weighs and what acts on it; every number may be an array.
+    """Mass properties of a rigid link and the loads on it; every number may be an array.
 
     Parameters
     ----------
@@ -115,8 +115,8 @@ class Kinetostatics:
     def plot(self, what: str = "joints", ax: Axes | None = None, *, units: tuple[str, str] = ("m", "N")) -> Axes:
         """Draw the size of the force in every joint, or the drive torque, over the drive angle.
 
-        Curves that coincide are one, with all their names. Of several batch axes it is along the longest, at the first
-        entry of the others.
+        Curves that coincide are drawn once, labelled with all their names. Of several batch axes the longest is drawn,
+        at the first entry of the others.
 
         Parameters
         ----------
@@ -130,7 +130,7 @@ class Kinetostatics:
         Returns
         -------
         matplotlib.axes.Axes
-            What was drawn on; over degrees, or over poses where the drive goes to and fro.
+            The axes; the abscissa is the drive angle in degrees, or the pose number where the drive reverses.
 
         Raises
         ------
@@ -202,7 +202,7 @@ class Kinetostatics:
 def kinetostatics(motion: FourBarKinematics, crank: Link, coupler: Link, rocker: Link, gravity: Pair) -> Kinetostatics:
     """Solve the linkage's nine equations of dynamic equilibrium, Eq. (1)-(4) of the accuracy paper.
 
-    They are derived anew, as the signs and arms printed in (3) are not consistent.
+    They are derived again here, as the signs and lever arms printed in (3) are not consistent.
     """
     links = dict(zip(LINKS, (crank, coupler, rocker), strict=True))
     weight = _pair(gravity, "gravity")

@@ -35,7 +35,7 @@ class Study(SampleStatistics):
     nominal
         Accuracy of the linkage without uncertainty, (poses,).
     parts
-        Results of the samples at the poses that `kept` tells, (poses kept, n).
+        Results of the samples at the poses in `kept`, (poses kept, n).
     inputs
         Samples of the uncertain parameters, (n,) each.
     kept
@@ -75,11 +75,11 @@ class Study(SampleStatistics):
 
     @property
     def sampled(self) -> Accuracy:
-        """Accuracy of the samples at the poses that `kept` tells, (poses kept, n), all at once."""
+        """Accuracy of all samples at the poses in `kept`, (poses kept, n)."""
         return self.some(slice(None))
 
     def some(self, cut: slice) -> Accuracy:
-        """Accuracy of some of the samples at the poses that `kept` tells, (poses kept, some).
+        """Accuracy of some of the samples at the poses in `kept`, (poses kept, some).
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Study(SampleStatistics):
 
     @cached_property
     def clearance_exact(self) -> Spread:
-        """Displacement by clearance, the loop closed anew."""
+        """Displacement by clearance, the loop closed again."""
         return self._spread(self.parts.taken("clearance_exact"))
 
     @cached_property
@@ -130,7 +130,7 @@ class Study(SampleStatistics):
         """Displacement of P from its nominal position, (poses, n, 3)."""
         return self.total.samples
 
-    # -- how it stands ----------------------------------------------------------------------------------------------
+    # -- status -----------------------------------------------------------------------------------------------------
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
@@ -233,7 +233,7 @@ def monte_carlo(
         * ``"E"``: Young's modulus of all links, the shear modulus with it; ``"E.crank"`` ... of one;
         * ``"stiffness"``: every spring of the joints that is neither free nor ideal; ``"ktx"`` ... ``"krz"``: one
           component; ``"clearance"``, ``"contact"``: ε and γ, radians (11). Each is shared by the joints; with
-          ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more particular name rules.
+          ``".B"``, ``".D"``, ``".E"`` behind it, that joint's own. The more specific name takes precedence.
     load, clearance, contact
         Nominal values as for `accuracy`, numbers without batch.
     n

@@ -30,7 +30,7 @@ NAMES = (
 
 
 def check_names(names: Iterable[str]) -> None:
-    """Refuse a name that is no parameter."""
+    """Check that all names are parameters of the four-bar."""
     for name in names:
         if name not in NAMES:
             known = ", ".join((*LENGTHS, "drive", *LOADS, *OF_JOINTS, "E"))
@@ -39,10 +39,10 @@ def check_names(names: Iterable[str]) -> None:
 
 
 def check_overwritten(names: Iterable[str], four_bar: FourBar, clearance: PerJoint, contact: PerJoint | str) -> None:
-    """Refuse one distribution of numbers whose nominal values differ: its draws would stand in place of all of them."""
+    """Check that no distribution stands for numbers whose nominal values differ: its draws would replace them all."""
     given = set(names)
     for name, values in _shared(four_bar, clearance, contact).items():
-        # What has a distribution of its own keeps to that.
+        # Parts that have a distribution of their own are not replaced.
         of = {part: value for part, value in values.items() if given.isdisjoint(_own_names(name, part))}
         first = next(iter(of), "")
         apart = next((part for part in of if not np.array_equal(of[part], of[first])), None)
@@ -75,7 +75,7 @@ def _shared(four_bar: FourBar, clearance: PerJoint, contact: PerJoint | str) -> 
 
 
 def _own_names(name: str, part: str) -> tuple[str, ...]:
-    """Names that rule a part before a common name does."""
+    """The more specific names of a part, which take precedence over a common name."""
     component, _, joint = part.partition(".")
     if name == "stiffness":
         return f"stiffness.{joint}", component, part
