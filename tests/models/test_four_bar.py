@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from linkframe.framework.errors import FrameError
-from linkframe.models import FourBar, Link
+from linkframe.models import FourBar, Link, PoseState
 from numpy.testing import assert_allclose, assert_array_equal
 
 DEGREES = np.arange(0, 361, 10)
 CHANGE_POINTS = np.radians([0.0, 180.0, 360.0])
-SINGULAR = "singular: coupler and rocker in line"
+SINGULAR = "singular (direct-kinematic, type II): coupler and rocker in line"
 length = st.floats(0.05, 5.0)
 angle = st.floats(-7.0, 7.0)
 
@@ -59,6 +59,7 @@ def test_singular_poses_are_named_and_only_those():
     motion = FourBar().move(np.radians(DEGREES))
     singular = np.isin(DEGREES, [0, 180, 360])
     assert_array_equal(motion.status, np.where(singular, SINGULAR, "regular"))
+    assert_array_equal(motion.state, np.where(singular, PoseState.SINGULAR_DIRECT, PoseState.REGULAR))
     assert np.all(FourBar().move(CHANGE_POINTS + 1e-12).status == "regular")
 
 
