@@ -23,12 +23,13 @@ if TYPE_CHECKING:
     from .results.singular import FreeMotion
     from .shape_rules import cubic_shapes, straight_shapes
     from .solution import Solution
-    from .states import SolutionState
+    from .states import ClearanceState, SolutionState
     from .view import movie, picture
 
 __all__ = [
     "AllResults",
     "Buckling",
+    "ClearanceState",
     "Contact",
     "EquilibriumPath",
     "Frame",
@@ -56,6 +57,7 @@ __all__ = [
 _LATER = {
     "AllResults": ".results.base",
     "Buckling": ".results.buckling",
+    "ClearanceState": ".states",
     "Contact": ".clearances.contact",
     "EquilibriumPath": ".large.path",
     "Frame": ".frame",

@@ -9,12 +9,12 @@ from .batched.chunks import large_masks, steps
 from .batched.order import Order
 from .batched.plan import Plan
 from .clearances.clearance import Clearances, joints_with_clearance
-from .clearances.contact import STATES
 from .description import Description
 from .dofs import DISPLACEMENTS
 from .listing import Explanation
 from .results.linear import LinearResults
 from .solvers.stacked import StackedSolver
+from .states import ClearanceState
 from .structure.parts import Grid
 
 # Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
@@ -178,7 +178,7 @@ def _clearances(frame: Description, found: Clearances | None) -> list[str]:
     lines = [f"Clearances: {_contact(found)}"]
     for name, state in zip(found.names, found.state, strict=True):
         kinds, counts = np.unique(state, return_counts=True)
-        text = ", ".join(f"{STATES[kind]} at {count}" for kind, count in zip(kinds, counts, strict=True))
+        text = ", ".join(f"{ClearanceState(kind).text} at {count}" for kind, count in zip(kinds, counts, strict=True))
         lines.append(f"  joint {name}: {text} of {state.size} entries.")
     return lines
 

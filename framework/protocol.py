@@ -356,8 +356,8 @@ class LineElement(SectionLaw):
             displacement.
         """
         stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
-        pulls = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
-        out: Array = (pulls[..., None, :] @ rows)[..., 0, :]
+        forces = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
+        out: Array = (forces[..., None, :] @ rows)[..., 0, :]
         return out
 
     def end_force_numbers(self, length: Array, displacement: Sequence[Any]) -> Sequence[Any] | None:

@@ -62,6 +62,34 @@ class SolutionState(State):
     POSE_NOT_REGULAR = 10
 
 
+class ClearanceState(State):
+    """State of a joint with clearance at one batch entry: `Contact.state` holds these numbers.
+
+    * ``CLOSED``: in contact.
+    * ``OPEN``: not in contact, at a position that the rest of the frame determines.
+    * ``FREE``: not in contact and movable within the clearance without any force, so that displacements that depend on
+      it are one choice of many.
+    * ``UNRESOLVED``: the load is so small compared with the stiffness against closing the clearance that rounding hides
+      the contact; or no offset is compatible, as between rigid links and ideal joints in one line; or, at large
+      displacement, no equilibrium was found.
+    * ``MECHANISM``: the frame is one even without clearances.
+    * ``ABSENT``: the entry was left out.
+
+    Examples
+    --------
+    >>> from linkframe.framework import ClearanceState
+    >>> ClearanceState.CLOSED.text
+    'closed'
+    """
+
+    CLOSED = 0
+    OPEN = 1
+    FREE = 2
+    UNRESOLVED = 3
+    MECHANISM = 4
+    ABSENT = 5
+
+
 def states_of(shape: tuple[int, ...], state: State) -> States:
     """A batch of one state."""
     return np.full(shape, state, dtype=np.int8)

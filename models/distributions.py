@@ -85,7 +85,7 @@ class ContinuousDistribution(ABC):
 
     @abstractmethod
     def mean(self) -> float:
-        """Mean.
+        """Expected value of the distribution.
 
         Returns
         -------
@@ -162,7 +162,7 @@ class Normal(ContinuousDistribution):
         return np.asarray(-0.5 * off**2 - np.log(np.sqrt(2.0 * np.pi) * self.scale))
 
     def mean(self) -> float:
-        """Mean."""
+        """Expected value, where the density is greatest."""
         return self.loc
 
     def std(self) -> float:
@@ -237,7 +237,7 @@ class Interval(ContinuousDistribution):
         return np.clip((self.high - np.asarray(x)) / (self.high - self.low), 0.0, 1.0)
 
     def mean(self) -> float:
-        """Mean."""
+        """Expected value, half way between the limits."""
         return 0.5 * (self.low + self.high)
 
     def std(self) -> float:

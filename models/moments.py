@@ -170,7 +170,7 @@ class Statistics(ABC):
 
     @property
     def mean(self) -> Array:
-        """Mean, (...)."""
+        """Mean of the samples that count, (...)."""
         return self.moments.mean
 
     @property

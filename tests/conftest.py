@@ -1,22 +1,40 @@
 """What all tests share: hypothesis draws the same examples on every machine, and no deadline on a busy one.
 
+A test that states an absolute tolerance allows that much and no more: NumPy would add a relative one of 1e-7.
+
 No test leaves machine code in the user's folder, nor takes it from there. Each process calculates in one thread, as
 several side by side would wait for each other.
 """
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
 import sys
+from typing import Any
 
 # before NumPy is loaded, which reads them
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(threads, "1")
 
+import numpy.testing  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
+_assert_allclose = numpy.testing.assert_allclose
+
+
+@functools.wraps(_assert_allclose)
+def assert_allclose(actual: Any, desired: Any, *tolerances: float, **named: Any) -> None:
+    """That of NumPy, without its relative tolerance where an absolute one alone is given."""
+    if "atol" in named and not tolerances:
+        named.setdefault("rtol", 0.0)
+    _assert_allclose(actual, desired, *tolerances, **named)
+
+
+# before any test imports it
+numpy.testing.assert_allclose = assert_allclose
 os.environ["LINKFRAME_CACHE"] = "off"
 settings.register_profile("linkframe", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("linkframe")

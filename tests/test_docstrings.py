@@ -158,8 +158,11 @@ def repeats(name: str, text: str) -> bool:
 
 
 def repeated(name: str) -> list[str]:
+    """What a summary, or the text of a parameter, says no more of than its name."""
     doc = Documented(name)
     given = {each: " ".join(text) for each, (_, text) in doc.doc_all_parameters.items()}
+    summary = EVERYTHING[name][0].__doc__.strip().split("\n\n")[0]
+    given |= {name.rpartition(".")[2]: summary}
     return [f"{name}: {each} is said to be {text!r}" for each, text in given.items() if repeats(each, text)]
 
 
@@ -214,6 +217,10 @@ def test_what_is_missing_would_be_found(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setitem(EVERYTHING, "scaled", (scaled, None))
     assert {finding.split()[1] for finding in findings("scaled")} == {"PR01", "PR08", "PR09", "RT01", "SS05"}
     assert repeated("scaled") == ["scaled: load is said to be 'the load'"]
+    monkeypatch.setattr(scaled, "__doc__", "Scaled, (...).")
+    assert repeated("scaled") == ["scaled: scaled is said to be 'Scaled, (...).'"]
+    monkeypatch.undo()
+    monkeypatch.setitem(EVERYTHING, "scaled", (scaled, None))
     assert shapeless("scaled") == ["scaled: load has no shape"]
     assert repeats("drive_rate", "Its drive rate, (...).")
     assert not repeats("node", "Name of the node.")

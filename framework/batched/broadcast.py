@@ -178,7 +178,9 @@ class BroadcastSolver:
         return self._factors[component].negligible if component in self._factors else 0
 
     def ran(self, component: int) -> str:
-        """How the chunks of a component were last computed and why, in words; empty where none were."""
+        """How a component was last computed and why, in words; empty where it was not, or by no program."""
+        if self.plan.known_entry is not None:
+            return self.plan.known_entry.ran
         return self._factors[component].ran if component in self._factors else ""
 
     def origin(self, component: int) -> str:

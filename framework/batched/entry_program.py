@@ -26,9 +26,11 @@ from .stage import SUSPECT
 
 
 class Way(Enum):
-    """How the steps are run: one by one, as compiled Python functions, or as machine code."""
+    """How the steps are run, in words."""
 
-    STEPS, COMPILED, MACHINE = range(3)
+    STEPS = "by Python one by one"
+    COMPILED = "as Python functions"
+    MACHINE = "as machine code"
 
 
 @dataclass(eq=False)
@@ -53,6 +55,8 @@ class EntrySolution:
         Method by which the plan would be solved otherwise, and why.
     again
         Whether the part that is independent of the loads was reused from an earlier solution.
+    way, size
+        How the steps of the program were run, and how many there are.
     """
 
     displacements: Array
@@ -63,6 +67,13 @@ class EntrySolution:
     ratios: Sequence[Value]
     method: Method
     again: bool
+    way: Way
+    size: int
+
+    @property
+    def ran(self) -> str:
+        """How the program was run, in words."""
+        return f"{self.size} steps, recorded for all frames of this topology, {self.way.value}"
 
     @cached_property
     def unknowns(self) -> dict[int, Value]:
@@ -130,7 +141,8 @@ class EntryProgram:
                     return None
             numbers.former = self, way, (ratios, state)
             nodes, known = self._loaded(state, [loads.values[k] for k in self.loads], way)
-        return EntrySolution(nodes, self.unknowns, known, self.component, self.excited, ratios, self.method, again)
+        found = self.unknowns, known, self.component, self.excited, ratios, self.method
+        return EntrySolution(nodes, *found, again, way, self.size)
 
     def _shared(self, numbers: EntryNumbers, way: Way) -> tuple[list[Any], Any]:
         """Run the first part: the pivot ratios, and the state for the second part."""

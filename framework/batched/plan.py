@@ -66,8 +66,6 @@ class Plan:
         # properties of members are computed once, for the first loads and all others
         self.topology = unloaded.topology if frame is unloaded.frame else unloaded.topology.loaded(frame)
         self._blocks: dict[int, Block] = {}
-        # Number of the only part of the frame that counts as loaded; None where all loaded parts do.
-        self._island: int | None = None
         # Unknowns that count as loaded whether or not loads reach them.
         self.asked_unknowns: frozenset[int] = frozenset()
 
@@ -168,7 +166,7 @@ class Plan:
     @cached_property
     def coupling(self) -> Coupling:
         """Coupling of the unknowns by members and springs, for the method with one banded matrix for each entry."""
-        if (rough := self.__dict__.get("rough_coupling")) is not None and rough.exact:
+        if (rough := vars(self).get("rough_coupling")) is not None and rough.exact:
             return cast(Coupling, rough)
         with timed(self.times, "pattern"):
             return Coupling(self)
@@ -244,6 +242,9 @@ class Plan:
     @cached_property
     def excited(self) -> set[int]:
         """Components that a load, an offset or a prescribed displacement acts on."""
+        return self._loaded_components()
+
+    def _loaded_components(self) -> set[int]:
         if self.known_entry is not None:
             return set(self.known_entry.excited)
         pushed = set(self.forces)
@@ -254,16 +255,13 @@ class Plan:
         reached = {k for dof in pushed for k in self._coupled(dof)}
         reached |= {k for spring in self.tree.springs if min(spring.row, default=0) < 0 for k in unknowns(spring.row)}
         component = self.component
-        found = {component[k] for k in reached}
-        return (
-            found if self._island is None else {k for k in found if self.connected_components[k // 6] == self._island}
-        )
+        return {component[k] for k in reached}
 
     def part(self, node: int) -> Plan:
         """The plan in which only the part of the frame that contains a node counts as loaded."""
-        clone = copy.copy(self)
-        clone.__dict__.pop("excited", None)
-        clone._island = int(self.connected_components[node])
+        clone, parts = copy.copy(self), self.connected_components
+        found = self._loaded_components()
+        clone.excited = found if self.known_entry else {k for k in found if parts[k // 6] == parts[node]}
         return clone
 
     def reaching(self, unknowns: Iterable[int]) -> Plan:

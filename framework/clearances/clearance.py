@@ -28,8 +28,9 @@ from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
 from ..results.linear import LinearResults
+from ..states import ClearanceState, States, put
 from ..structure.parts import collapsed
-from .contact import ABSENT, CLOSED, MECHANISM, STATES, UNRESOLVED, Contact
+from .contact import Contact
 from .contact_state import ClearanceComponents, ContactState, sizes
 from .determinate import (
     DeterminateContact,
@@ -155,18 +156,21 @@ class Clearances:
         return np.asarray(self._state(none, none).without_clearance != 0.0)
 
     @cached_property
-    def state(self) -> NDArray[np.uint8]:
-        """Number of the state of each joint, see `Contact`, (joints, ...)."""
+    def state(self) -> States:
+        """State of each joint, a `ContactState`, (joints, ...)."""
         state = self.contact_state.state
         for lost, why in (
             # without forces in joints no contact is hidden
-            (self.unfit, UNRESOLVED),
-            (self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0), UNRESOLVED),
-            (self._singular, MECHANISM),
-            (self.frame.absent, ABSENT),
+            (self.unfit, ClearanceState.UNRESOLVED),
+            (
+                self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0),
+                ClearanceState.UNRESOLVED,
+            ),
+            (self._singular, ClearanceState.MECHANISM),
+            (self.frame.absent, ClearanceState.ABSENT),
         ):
             if lost is not None and np.any(lost):
-                state = np.where(lost, np.uint8(why), state)
+                state = put(state, lost, why)
         return state
 
     def offsets(self) -> Description:
@@ -186,16 +190,16 @@ class Clearances:
         """Contact in a joint."""
         j = self.names.index(name)
         state, radius = np.asarray(self.state[j]), self.contact_state.radius[j]
-        closed = np.asarray(state == CLOSED)
+        closed = np.asarray(state == ClearanceState.CLOSED)
         offset, force = self._vector(j, self.contact_state.offset), self._vector(j, self.contact_state.force)
         along = np.where((radius > 0.0)[..., None], offset, force)
         normal = along / np.where(closed, np.hypot.reduce(along, axis=-1), 1.0)[..., None]
         axes = self.frame.joints[name].element.axes
         normal = normal if axes is None else rotated(aligned(axes, len(self.frame.shape), 2), normal)
-        unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
+        unknown = np.where(state >= ClearanceState.UNRESOLVED, np.nan, 0.0)
         return Contact(
             joint=name,
-            state=STATES[state],
+            state=state,
             normal=np.where(closed[..., None], normal, unknown[..., None]),
             force=np.where(closed, self.contact_state.size[j], unknown),
             gap=np.where(closed, 0.0, radius - np.hypot.reduce(offset, axis=-1) + unknown),

@@ -9,10 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array
 from ..errors import FrameError
-
-# States of a joint, stored as numbers, which take a tenth of the memory of words.
-STATES = np.array(["closed", "open", "free", "unresolved", "mechanism", "absent"])
-CLOSED, OPEN, FREE, UNRESOLVED, MECHANISM, ABSENT = range(len(STATES))
+from ..states import ClearanceState, States, words
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +21,7 @@ class Contact:
     joint
         Name of the joint.
     state
-        State of each batch entry in words, (...): ``closed``, in contact; ``open``, not in contact, at a position that
-        the rest of the frame determines; ``free``, not in contact and movable within the clearance without any force,
-        so that displacements that depend on it are one choice of many; ``mechanism``, where the frame is one even
-        without clearances; ``unresolved``, where the load is so small compared with the stiffness against closing the
-        clearance that rounding hides the contact, or where no offset is compatible, as between rigid links and ideal
-        joints in one line; ``absent``, where the entry is left out.
+        State of each batch entry as a number of `ClearanceState`, (...); `status` has it in words.
     normal
         Unit vector from the first node towards the second at contact, also the direction of the force on the first
         node, (..., 3) in global axes; an axis of rotation if the clearance is in rotations; zero where not closed.
@@ -53,23 +45,28 @@ class Contact:
     >>> frame.fix("A"); frame.fix("C")
     >>> frame.load("B", fy=[1.0, 10.0, 100.0])
     >>> contact = frame.solve().contact("stop")
-    >>> contact.state.tolist()
+    >>> contact.status.tolist()
     ['open', 'closed', 'closed']
     >>> contact.force.round(3).tolist()
     [0.0, 6.0, 96.0]
     """
 
     joint: str
-    state: NDArray[np.str_]
+    state: States
     normal: Array = field(repr=False)
     force: Array = field(repr=False)
     gap: Array = field(repr=False)
     offset: Array = field(repr=False)
 
     @property
+    def status(self) -> NDArray[np.str_]:
+        """State of each batch entry in words, (...), such as ``closed``; see `ClearanceState`."""
+        return words(self.state, ClearanceState)
+
+    @property
     def closed(self) -> NDArray[np.bool_]:
         """Whether the joint is in contact, (...)."""
-        return np.asarray(self.state == STATES[CLOSED])
+        return np.asarray(self.state == ClearanceState.CLOSED)
 
     @property
     def angle(self) -> Array:

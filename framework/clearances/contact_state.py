@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..description import Description
+from ..states import ClearanceState, States, put, states_of
 from .ball_qp import minimise_in_balls
-from .contact import CLOSED, FREE, OPEN, UNRESOLVED
 from .middle import free_motions
 
 # A force below this share of the largest load or joint force is rounding.
@@ -150,14 +150,15 @@ class ContactState:
         return force
 
     @cached_property
-    def state(self) -> NDArray[np.uint8]:
-        """Number of the state of each joint: closed, open, free or unresolved, (joints, ...)."""
+    def state(self) -> States:
+        """State of each joint, a `ClearanceState`: closed, open, free or unresolved, (joints, ...)."""
         closed = self.size > UNLOADED * self.scale
-        state = np.where(closed, np.uint8(CLOSED), np.uint8(OPEN))
+        state = put(states_of(closed.shape, ClearanceState.OPEN), closed, ClearanceState.CLOSED)
         without_contact = ~closed & (self.radius > 0.0)
         some = np.asarray(without_contact.any(axis=0))
         if some.any():
-            state[:, some] = np.where(self._free(without_contact[:, some], some), FREE, state[:, some])
+            free = self._free(without_contact[:, some], some)
+            state[:, some] = put(state[:, some], free, ClearanceState.FREE)
         if not self.stiffness.any():
             return state
         normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.components.own]
@@ -168,7 +169,7 @@ class ContactState:
         # near the smallest representable offset, a step of the offset changes the force
         step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
         wrong = ~(np.abs(unbalanced) <= _BALANCED * self.scale[self.components.own] + step).all(axis=0)
-        return np.where(wrong, np.uint8(UNRESOLVED), state)
+        return put(state, wrong, ClearanceState.UNRESOLVED)
 
     @cached_property
     def _placed(self) -> tuple[Array, Array]:

@@ -74,19 +74,19 @@ def in_the_middle(
     basis = motions[some] / _roots(members)[:, some].T[..., None] * (moving[:, some].T[..., None] & free[some][:, None])
     length = np.sqrt((basis * basis).sum(axis=1, keepdims=True))
     basis = basis / np.where(length > 0.0, length, 1.0)
-    held = np.where(free[some], 0.0, 1.0)[:, None] * np.eye(len(own))
+    constrained = np.where(free[some], 0.0, 1.0)[:, None] * np.eye(len(own))
     start = x[:, some].T
-    start = start + _along(basis, held, np.eye(len(own)), inside[:, some].T - start)
+    start = start + _along(basis, constrained, np.eye(len(own)), inside[:, some].T - start)
     same = own[:, None] == own
     taking = ((same @ np.abs(basis)).max(axis=-1) > _STILL)[..., None] & same
-    found = _centred(basis, held, np.where(taking, 1.0, 0.0), start)
+    found = _centred(basis, constrained, np.where(taking, 1.0, 0.0), start)
     out, found = x.copy(), np.where(np.isfinite(found).all(axis=-1, keepdims=True), found, x[:, some].T).T
     # offsets that are zero stay zero, so that rounding does not move unloaded joints
     out[:, some] = np.where((x[:, some] == 0.0) & (np.abs(found) <= _NOTHING), 0.0, found)
     return out
 
 
-def _centred(basis: Array, held: Array, taking: Array, x: Array) -> Array:
+def _centred(basis: Array, constrained: Array, taking: Array, x: Array) -> Array:
     """The analytic centre among points (N, n) that differ by motions of a basis (N, n, n), starting from x.
 
     NaN where x is outside. `taking` is one for pairs of components of the same ball that takes part, (N, n, n).
@@ -95,10 +95,12 @@ def _centred(basis: Array, held: Array, taking: Array, x: Array) -> Array:
         part = np.diagonal(taking, axis1=-2, axis2=-1)
         room = 1.0 - (taking @ (x * x)[..., None])[..., 0]
         x = np.where((room > 0.0).all(axis=-1, keepdims=True), x, np.nan)
-        pull = 2.0 * part * x / room
-        curvature = pull[..., None] * pull[..., None, :] * taking + (2.0 * part / room)[..., None] * np.eye(x.shape[-1])
-        step = _along(basis, held, curvature, -pull)
-        decrement = np.sqrt(np.abs((pull * step).sum(axis=-1, keepdims=True)))
+        gradient = 2.0 * part * x / room
+        curvature = gradient[..., None] * gradient[..., None, :] * taking + (2.0 * part / room)[..., None] * np.eye(
+            x.shape[-1]
+        )
+        step = _along(basis, constrained, curvature, -gradient)
+        decrement = np.sqrt(np.abs((gradient * step).sum(axis=-1, keepdims=True)))
         going = decrement > _ARRIVED
         if not going.any():
             break
@@ -106,10 +108,10 @@ def _centred(basis: Array, held: Array, taking: Array, x: Array) -> Array:
     return x
 
 
-def _along(basis: Array, held: Array, matrix: Array, force: Array) -> Array:
+def _along(basis: Array, constrained: Array, matrix: Array, force: Array) -> Array:
     """Displacement along motions of a basis under forces (N, n) against a stiffness (N, n, n)."""
     across = np.swapaxes(basis, -1, -2)
-    found = np.linalg.solve(across @ matrix @ basis + held, across @ force[..., None])
+    found = np.linalg.solve(across @ matrix @ basis + constrained, across @ force[..., None])
     out: Array = (basis @ found)[..., 0]
     return out
 

@@ -191,11 +191,11 @@ def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) 
     chord, local_axes = (each.reshape(len(each), *each.shape[-k:]) for k, each in enumerate(_geometry(plan, group), 1))
     length = (norm(chord) / extended(group.counts.reshape(-1)))[:, None]
     stiffness, rows = element.springs(length)
-    turned = _turned(rows.reshape(-1, *rows.shape[-2:]), local_axes)
-    return length, np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), turned.shape[:2]), turned
+    in_global = _rotated(rows.reshape(-1, *rows.shape[-2:]), local_axes)
+    return length, np.broadcast_to(stiffness.reshape(-1, stiffness.shape[-1]), in_global.shape[:2]), in_global
 
 
-def _turned(rows: Real, local_axes: Real) -> Real:
+def _rotated(rows: Real, local_axes: Real) -> Real:
     """Rows (..., springs, 12) by displacements in local axes, turned into rows by displacements in global axes."""
     split = rows.reshape(*rows.shape[:-1], 4, 3)
     out: Real = split @ local_axes[..., None, :, :]
@@ -214,7 +214,7 @@ def _of(plan: Plan, group: Group) -> Springs:
     return Springs(
         topology.ends[group.pieces],
         group.pieces,
-        _turned(rows, local_axes),
+        _rotated(rows, local_axes),
         rows,
         local_axes,
         np.moveaxis(length, 0, -1),

@@ -39,7 +39,7 @@ class Sensitivity:
     offsets
         By joint: by a displacement imposed on it, in its axes, (..., 6).
     supports
-        By node: by its prescribed displacements, (..., 6); 0 where it is not held.
+        By node: by its prescribed displacements, (..., 6); 0 where they are not prescribed.
     members
         By member: by the relative change of its stiffness in tension, shear along y and z, torsion, bending about
         y and z, (..., 6). Young's modulus E scales all six (nu fixed): their sum is E dR/dE. The moment of inertia
@@ -142,7 +142,7 @@ class Sensitivity:
     def moduli(self) -> dict[str, Array]:
         """By member that has a material: by Young's modulus E, Poisson's ratio being kept, (...).
 
-        Forces that heat would cause in a member that is held, and forms on it, are taken as they are.
+        Forces that heat would cause in a restrained member, and forms on it, are taken as they are.
         """
         out = {}
         for name, member in self._solution.plan.frame.members.items():

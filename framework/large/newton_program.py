@@ -54,13 +54,21 @@ class _Costs:
         saved = self.alone + self.each * count - _CALL * math.ceil(count / CHUNK) - _EACH * count
         return 0 < steps <= MOST and _TIMES * saved > _WRITING
 
+    def by_arrays(self, steps: int, count: int) -> float:
+        """Estimated seconds of all entries with arrays."""
+        return steps * (self.alone + self.each * count)
+
     def pay_compiled(self, steps: int, count: int) -> bool:
         """Whether compiling so many steps takes less time than it saves."""
-        saved = steps * (self.alone + self.each * count)
-        compiling = COMPILING * steps * (1.0 + steps / TWICE)
+        saved, compiling = self.by_arrays(steps, count), _compiling(steps)
         # of loops there is much to write down that drops out, and nothing of that is kept
         times = _OFTEN if compiling < _SHORT and not self.loop else _TIMES
         return count >= LEAST and 0 < steps <= MOST and times * saved > compiling
+
+
+def _compiling(steps: int) -> float:
+    """Estimated seconds of compiling so many steps."""
+    return COMPILING * steps * (1.0 + steps / TWICE)
 
 
 _PLANE, _SPACE, _LOOPS = _Costs(4e-6, 12e-9, 400, 0), _Costs(3e-6, 15e-9, 3000, 0), _Costs(3e-6, 15e-9, 3000, 700)
@@ -99,14 +107,16 @@ def choice(model: Model | PlanarModel) -> NewtonChoice:
 
 def _way(costs: _Costs, steps: int, count: int) -> NewtonChoice:
     """How so many steps are done for so many entries."""
+    arrays = f"arrays take about {1e3 * costs.by_arrays(steps, count):.2g} ms"
+    compiling = f"compiling about {steps} steps takes {1e3 * _compiling(steps):.2g} ms once"
     if not machine_code.available():
         why = "llvmlite (extra 'fast'), which would compile it, is not installed"
     elif not costs.pay_compiled(steps, count):
-        why = "for so few entries compiling it would take longer"
+        why = f"for so few entries compiling it would take longer: {arrays}, {compiling}"
     elif not machine_code.fused():
         why = "machine code takes a processor with fused operations for sines"
     else:
-        return NewtonChoice(True, True, "as machine code, all iterations of an entry at once")
+        return NewtonChoice(True, True, f"as machine code, all iterations of an entry at once: {arrays}, {compiling}")
     if costs.pay_by_numpy(steps, count):
         return NewtonChoice(True, False, f"step by step by NumPy, {CHUNK} entries at a time; {why}")
     return NewtonChoice(False, False, f"by arrays; {why}")

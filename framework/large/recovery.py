@@ -15,13 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 from .. import rotation
 from ..batch import Array, aligned, rotated
 from ..clearances.clearance import joints_with_clearance
-from ..clearances.contact import ABSENT, CLOSED, OPEN, STATES, UNRESOLVED, Contact
+from ..clearances.contact import Contact
 from ..clearances.contact_state import UNLOADED
 from ..entries import flattened
 from ..member_law import DEFORMATIONS
 from ..results.along_member import AlongMembers
 from ..results.base import Results, checked_fractions
 from ..results.member_field import about
+from ..states import ClearanceState, put, states_of
 from ..structure.member_loads import applied_forces, weight_forces
 from .clearances import TOUCHING
 from .equations import EquilibriumEquations, SpatialLinearisation
@@ -304,15 +305,15 @@ class RecoveredResults(Results):
         length, contact_force = (np.hypot.reduce(vector, axis=-1) for vector in (gap, force))
         beyond = (length >= radius * (1.0 - TOUCHING)) & (contact_force > self._unloaded.reshape(frame.shape))
         closed = self._closed(number, beyond)
-        state = np.where(closed, CLOSED, OPEN)
-        state = np.where(self.converged, state, UNRESOLVED)
-        state = state if frame.absent is None else np.where(frame.absent, ABSENT, state)
-        unknown = np.where(state >= UNRESOLVED, np.nan, 0.0)
+        state = put(states_of(frame.shape, ClearanceState.OPEN), closed, ClearanceState.CLOSED)
+        state = put(state, ~self.converged, ClearanceState.UNRESOLVED)
+        state = state if frame.absent is None else put(state, frame.absent, ClearanceState.ABSENT)
+        unknown = np.where(state >= ClearanceState.UNRESOLVED, np.nan, 0.0)
         along = force / np.where(contact_force > 0.0, contact_force, 1.0)[..., None]
         inside = gap * np.where(closed, radius / np.where(length > 0.0, length, 1.0), 1.0)[..., None]
         return Contact(
             joint=name,
-            state=STATES[state],
+            state=state,
             normal=np.where(closed[..., None], self.joint_global(name, along), 0.0) + unknown[..., None],
             force=np.where(closed, contact_force, 0.0) + unknown,
             gap=np.where(closed, 0.0, np.maximum(radius - length, 0.0)) + unknown,

@@ -55,7 +55,7 @@ class Response:
             beyond = -self.lever
             beyond[range(3), range(3 * end + 3, 3 * end + 6)] += 1.0
             out[3 * end + 1 : 3 * end + 4] = times(self.back[:, :, end], beyond)
-        return transposed(_twelve(self._turned(transposed(out))))
+        return transposed(_twelve(self._rotated(transposed(out))))
 
     def local_forces(self, stress: Array) -> Array:
         """Forces on the ends in the moving axes (12, n, m)."""
@@ -63,7 +63,7 @@ class Response:
 
     def forces(self, stress: Array) -> Array:
         """Forces on the ends, in global axes (12, n, m)."""
-        return _twelve(self._turned(self._forces(stress)))
+        return _twelve(self._rotated(self._forces(stress)))
 
     def tangent(self, stress: Array, *, symmetric: bool = False) -> Array:
         """Derivative of `forces` by displacements and spins of the ends, global (12, 12, n, m).
@@ -154,7 +154,7 @@ class Response:
         force, torque, _ = self._loaded(stress)
         return self._pushed(force, *self._moments(force, torque))
 
-    def _turned(self, rows: Array) -> Array:
+    def _rotated(self, rows: Array) -> Array:
         """Blocks of three components (9, ..., n, m) from the moving to the global axes."""
         split = rows.reshape(3, 3, *rows.shape[1:])
         pattern = "ij...,bj...->bi..." if rows.ndim == 3 else "ij...,bjk...->bik..."

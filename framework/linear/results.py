@@ -290,7 +290,7 @@ class NamedResults(FrameStates):
         >>> frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
         >>> frame.add("stop", Joint(stiffness=(0.0, 1e9, 0.0, 0.0, 0.0, 0.0), clearance=1e-3), "B", "C")
         >>> frame.fix("A"); frame.fix("C"); frame.load("B", fy=[1.0, 10.0])
-        >>> frame.solve().contact("stop").state.tolist()
+        >>> frame.solve().contact("stop").status.tolist()
         ['open', 'closed']
         """
         name = self._with_clearance(joint, self.journals)

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from ..batch import Array, one_entry
 from ..batched.broadcast import BroadcastSolver
-from ..clearances.contact import FREE, UNRESOLVED
 from ..error_bounds.resolved import kinematically_stable
 from ..errors import MechanismWarning
 from ..provenance import regular_there, with_origin
 from ..results.singular import FreeMotion, free_motion
 from ..results.status import describe
-from ..states import SolutionState, States, put, states_of, words
+from ..states import ClearanceState, SolutionState, States, put, states_of, words
 from ..structure.parts import Row
 from .solved import SolvedFrame
 
@@ -66,7 +65,10 @@ class FrameStates(SolvedFrame):
         if self.plan.entry is None:
             state = put(state, self.primary.at_rest, SolutionState.STATICALLY_CONSISTENT_MECHANISM)
         if self.clearances is not None:
-            for contact, whole in ((FREE, SolutionState.FREE), (UNRESOLVED, SolutionState.UNRESOLVED)):
+            for contact, whole in (
+                (ClearanceState.FREE, SolutionState.FREE),
+                (ClearanceState.UNRESOLVED, SolutionState.UNRESOLVED),
+            ):
                 state = put(state, (self.clearances.state == contact).any(axis=0), whole)
         state = put(state, self._singular, SolutionState.MECHANISM)
         return state if self.frame.absent is None else put(state, self.frame.absent, SolutionState.ABSENT)

@@ -65,10 +65,10 @@ def small(statics: Statics, suspects: NDArray[np.bool_], unknowns: list[int]) ->
         for take, basis, constrained in same_constrained(*free(scaled, frames.count, plainly=False)):
             taken = np.flatnonzero(np.isin(own, take))
             entries = np.flatnonzero(np.isin(which, taken))
-            group = HeldMatrices(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
-            held = group.refined(np.moveaxis(basis * root[take][:, None], 1, 0), take)
+            group = ConstrainedMatrices(frames, np.delete(np.arange(len(unknowns)), constrained), own[taken], k[taken])
+            motions = group.refined(np.moveaxis(basis * root[take][:, None], 1, 0), take)
             part = tuple(each[entries] for each in index)
-            found = _solved(statics, part, group, np.searchsorted(taken, which[entries]), held)
+            found = _solved(statics, part, group, np.searchsorted(taken, which[entries]), motions)
             yield found if suspects.ndim else found.alone
 
 
@@ -153,7 +153,7 @@ class MovingGeometries:
         return out
 
 
-class HeldMatrices:
+class ConstrainedMatrices:
     """m matrices with the same unknowns constrained.
 
     Parameters
@@ -249,7 +249,9 @@ class _Loading:
         )
 
 
-def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index, motions: Real) -> ConstrainedSolution:
+def _solved(
+    statics: Statics, index: Indices, group: ConstrainedMatrices, which: Index, motions: Real
+) -> ConstrainedSolution:
     """Solution of the entries at some indices, whose matrices are `which` of a group, with free motions (r, g, n)."""
     frames, own = group.frames, group.own[which]
     first, like = distinct(index, _Loading.shape(statics))
@@ -263,7 +265,9 @@ def _solved(statics: Statics, index: Indices, group: HeldMatrices, which: Index,
     return ConstrainedSolution(index, whole, moving[:, own], frames.length_scale[own], ~driven & group.sure[which])
 
 
-def _least_work(loading: _Loading, like: Index, group: HeldMatrices, which: Index, motions: Real, values: Real) -> Real:
+def _least_work(
+    loading: _Loading, like: Index, group: ConstrainedMatrices, which: Index, motions: Real, values: Real
+) -> Real:
     """Bound on the rounding error in the work of loads on free motions (r, g, n), (r, m), for values (m, n) of the
     unknowns.
     """

@@ -27,7 +27,7 @@ from ..joint_protocol import JointElement
 from ..structure.tree import JointTree, TreeSpring
 from .constrained import COMPUTED, GIVEN, ConstrainedSolution, free, weighed
 from .constrained_batch import (
-    HeldMatrices,
+    ConstrainedMatrices,
     MovingGeometries,
     imposed_at,
     imposed_components,
@@ -64,11 +64,11 @@ def constrained_by_springs(
     if carries(statics) or len(own) < _FOR_EACH * len(geometry[0]) or not alike(statics):
         return None
     motions = _SharedMotions(plan, statics, geometry, unknowns)
-    held = motions.held & motions.sure[:, None]
+    fixed = motions.fixed & motions.sure[:, None]
     springs = {
-        unknown: _spread(geometry_shape(statics), geometry, np.where(held[:, k], motions.diagonal[:, k], 0.0))
+        unknown: _spread(geometry_shape(statics), geometry, np.where(fixed[:, k], motions.diagonal[:, k], 0.0))
         for k, unknown in enumerate(unknowns)
-        if held[:, k].any()
+        if fixed[:, k].any()
     }
     solver = _with_springs(plan, entries, springs) if springs else None
     if solver is None:
@@ -97,7 +97,7 @@ class _SharedMotions:
     ----------
     motions
         Values of the unknowns, the largest displacement being one, (motions, g, n); zero where a geometry has fewer.
-    held
+    fixed
         Mask of the unknowns whose springs prevent the motions, (g, n).
     diagonal
         Diagonal stiffness of each unknown, (g, n).
@@ -113,16 +113,16 @@ class _SharedMotions:
         scaled, root = weighed(frames.double, frames.sizes, k)
         bases, ranks = free(scaled, count)
         self.motions = extended(np.zeros((int(ranks.max(initial=0)), count, size)))
-        self.held, self.sure = np.zeros((count, size), dtype=bool), np.zeros(count, dtype=bool)
+        self.fixed, self.sure = np.zeros((count, size), dtype=bool), np.zeros(count, dtype=bool)
         # unknowns that no joint, tie or support moves cannot be given springs in the frame
         on_edges = np.array([unknown // 6 in plan.tree.rows for unknown in unknowns])
         for take, shapes, constrained in same_constrained(bases * on_edges, ranks):
             basis = bases[take, -len(constrained) :]
-            group = HeldMatrices(frames, np.delete(np.arange(size), constrained), take, k[take])
+            group = ConstrainedMatrices(frames, np.delete(np.arange(size), constrained), take, k[take])
             self.motions[: len(constrained), take] = group.refined(
                 np.moveaxis(basis * root[take][:, None], 1, 0), take
             )[:, take]
-            self.held[np.ix_(take, constrained)] = True
+            self.fixed[np.ix_(take, constrained)] = True
             independent = np.linalg.svd(shapes[..., constrained], compute_uv=False)[..., -1]
             self.sure[take] = group.sure & (independent > 1.0 / size)
 

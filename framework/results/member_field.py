@@ -114,7 +114,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
     moved: Array = np.einsum("...ij,...j->...i", shapes, ends)
     for some in _alike(topology, group, at):
         if group.has_foundation:
-            _check_held_between(topology, group, at[some], x[:, some])
+            _check_supported_between(topology, group, at[some], x[:, some])
             continue
         between = _between_fixed_ends(topology, group, at[some], x[:, some])
         whole = np.broadcast_shapes(moved.shape, (1, len(at), *between.shape[2:]))
@@ -123,7 +123,7 @@ def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Arra
     return moved
 
 
-def _check_held_between(topology: Topology, group: Group, at: Index, x: Array) -> None:
+def _check_supported_between(topology: Topology, group: Group, at: Index, x: Array) -> None:
     """Refuse stations between the ends of loaded pieces on a foundation whose shape functions are otherwise exact."""
     length = group.length[at]
     if group.element.exact and np.any((x > length * _AT) & (x < length * (1.0 - _AT))):

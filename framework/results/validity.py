@@ -130,9 +130,9 @@ def _beyond_stiffness(state: EquilibriumResidual, group: Group, springs: Springs
 
     along = np.broadcast_to(length, shape).reshape(-1)
     _, force, _ = group.element.resistance(along, deformation.reshape(-1, 7), pick)
-    pull = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
+    nonlinear = np.einsum("...ij,...i->...j", rows, force.reshape(*shape, 7))
     linear = np.einsum("...nij,...ni->...nj", springs.local_rows, springs.stiffness * _deformed(springs, local))
-    return rotated(np.swapaxes(local_axes, -1, -2), pull - linear)
+    return rotated(np.swapaxes(local_axes, -1, -2), nonlinear - linear)
 
 
 def _deformed(springs: Springs, local: Array) -> Real:

@@ -138,13 +138,13 @@ class Links:
     @cached_property
     def supported(self) -> Index:
         """Nodes with unknowns that are supported, or connected to supported nodes without unknowns, (m,)."""
-        held, carries = np.zeros((2, self.count), dtype=bool)
-        held[[edge.second for edge in self.connections.edges if edge.first == GROUND]] = True
-        held[[edge.first for edge in self.connections.edges if edge.second == GROUND]] = True
+        supported, carries = np.zeros((2, self.count), dtype=bool)
+        supported[[edge.second for edge in self.connections.edges if edge.first == GROUND]] = True
+        supported[[edge.first for edge in self.connections.edges if edge.second == GROUND]] = True
         carries[self.local[0]] = True
-        fixed = held & ~carries
+        fixed = supported & ~carries
         first, second = self.ends.T
-        near = held.copy()
+        near = supported.copy()
         near[first[fixed[second]]] = True
         near[second[fixed[first]]] = True
         return np.flatnonzero(near & carries)

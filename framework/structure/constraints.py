@@ -13,7 +13,7 @@ from ..entries import WHOLE
 from ..errors import FrameError
 from .gauss_jordan import ROUNDING, Constraint, Reduced, reduced
 from .parts import RightHandSideParameters, Row, Value, add_row, combine, product
-from .turned import by_entry
+from .varying_pivots import by_entry
 
 __all__ = ["Constraint", "Contradiction", "Elimination", "eliminate"]
 

@@ -9,7 +9,7 @@ from .constraints import Elimination
 from .gauss_jordan import Reduced
 from .parts import Row, unknowns
 from .topology import Index
-from .turned import alone
+from .varying_pivots import alone
 
 
 def own_unknowns(elimination: Elimination, numbers: list[int]) -> tuple[Array | None, Index]:

@@ -124,7 +124,7 @@ class Accuracy(ConditionNumbers):
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """``"regular"``, ``"singular: coupler and rocker in line"``, or the frame's ``"mechanism"``, (...)."""
+        """That of the motion in words, or the frame's ``"mechanism"``, (...)."""
         free = np.broadcast_to(self._cases.movable, (2, *self.shape)).any(axis=0)
         singular = np.broadcast_to(self.motion.singular, self.shape)
         return np.where(singular, SINGULAR, np.where(free, "mechanism", "regular"))
@@ -251,7 +251,7 @@ def accuracy(
     clearance: PerJoint = 0.0,
     contact: PerJoint | str = 0.0,
 ) -> Accuracy:
-    """Displacement of the coupler point P of a four-bar held at its drive: by compliance, by clearance, and in total.
+    """Displacement of the coupler point P of a four-bar, its drive locked: by compliance, by clearance, and in total.
 
     The contact in a joint is given by an angle, or comes from the joint's own force in static equilibrium under the
     load: the journal then lies against the bearing along that force. The force is that without clearances

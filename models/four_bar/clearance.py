@@ -17,7 +17,7 @@ def clearance_displacement(motion: FourBarKinematics, offsets: Mapping[str, Comp
     """Displacement of P when the pin centres of the joints part by given offsets, the links being rigid.
 
     Offsets are those of the later link's centre relative to the earlier one's, along crank, coupler, rocker and
-    ground. The crank is held, so that coupler and rocker close the dyad between B + δ_B and E − δ_E − δ_D, on the
+    ground. The crank is locked, so that coupler and rocker close the dyad between B + δ_B and E − δ_E − δ_D, on the
     side of the diagonal on which they were.
 
     Parameters
@@ -44,7 +44,7 @@ def clearance_displacement(motion: FourBarKinematics, offsets: Mapping[str, Comp
 def clearance_map(motion: FourBarKinematics) -> dict[str, Array]:
     """Displacement of P by a unit offset in each joint, to first order, the links being rigid.
 
-    With the crank held, an offset δ moves the pin D of the coupler by ``δ_B + i φ (D − B)``, and the rocker lets it
+    With the crank locked, an offset δ moves the pin D of the coupler by ``δ_B + i φ (D − B)``, and the rocker lets it
     leave its circle about E by what the offsets in D and E make up for: ``(δ_B + δ_D + δ_E + i φ (D − B)) · (D − E)``
     is zero, which gives the rotation φ of the coupler.
 

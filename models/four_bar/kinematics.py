@@ -9,13 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.batch import finite
+from ...framework.states import States, put, states_of
+from ..linkage.poses.states import PoseState
 from ..planar import Complex, vector
 from .closure import Closure
 from .description import LINKS, FourBarDescription, known
 
 Array = NDArray[np.float64]
 
-SINGULAR = "singular: coupler and rocker in line"
+SINGULAR = "singular (direct-kinematic, type II): coupler and rocker in line"
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,13 @@ class FourBarKinematics:
 
     @cached_property
     def status(self) -> NDArray[np.str_]:
-        """``"regular"`` or ``"singular: coupler and rocker in line"``, (...)."""
+        """In words, ``"regular"`` or ``"singular (direct-kinematic, type II): coupler and rocker in line"``, (...)."""
         return np.where(self.singular, SINGULAR, "regular")
+
+    @property
+    def state(self) -> States:
+        """The status as a number of `PoseState`, (...)."""
+        return put(states_of(self.shape, PoseState.REGULAR), self.singular, PoseState.SINGULAR_DIRECT)
 
     @cached_property
     def transmission_angle(self) -> Array:

@@ -107,12 +107,12 @@ class PolynomialChaos:
 
     @property
     def mean(self) -> Array:
-        """Mean, (...)."""
+        """Mean of the result, the coefficient of the constant polynomial, (...)."""
         return np.asarray(self.coefficients[0])
 
     @property
     def variance(self) -> Array:
-        """Variance, (...)."""
+        """Variance of the result, the sum of the squares of the other coefficients, (...)."""
         return np.asarray(np.sum(self.coefficients[1:] ** 2, axis=0))
 
     @property

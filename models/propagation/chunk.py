@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...framework.errors import FrameError
+from ...framework.lazily import cached_property
 from ..sampling import BLOCK, Points, Sampler, points_of, samples_first
 from .blocks import BlockStatistics
 from .comoments import Comoments
@@ -100,25 +101,22 @@ class ChunkTask:
     bins: Bins | None = None
     replicates: int = 1
 
-    def __post_init__(self) -> None:
-        # each thread has its own sequence of points
-        object.__setattr__(self, "_own", threading.local())
-
     def __reduce__(self) -> tuple[Callable[[bytes], ChunkTask], tuple[bytes]]:
         return _restored, (self._bytes,)
 
-    @property
+    @cached_property
     def _bytes(self) -> bytes:
-        known: bytes | None = self.__dict__.get("_pickled")
-        if known is None:
-            parts = tuple(getattr(self, name) for name in self.__dataclass_fields__)
-            known = _pickled(parts)
-            object.__setattr__(self, "_pickled", known)
-        return known
+        return _pickled(tuple(getattr(self, each.name) for each in fields(self)))
+
+    @cached_property
+    def _own(self) -> threading.local:
+        """What each thread has for itself."""
+        return threading.local()
 
     @property
     def _points(self) -> Points:
-        own: Any = self.__dict__["_own"]
+        """The sequence of points, of which each thread has its own."""
+        own = self._own
         if not hasattr(own, "points"):
             own.points = points_of(self.inputs.names, self.n, self.root, self.sampler, self.replicates)
         found: Points = own.points

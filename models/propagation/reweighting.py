@@ -61,7 +61,7 @@ class Reweighted:
 
     @property
     def mean(self) -> Array:
-        """Mean, (...)."""
+        """Mean of the result under the other inputs, (...)."""
         return np.asarray(np.sum(self._of_each * self._filled, axis=0))
 
     @property

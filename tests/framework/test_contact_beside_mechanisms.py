@@ -48,12 +48,12 @@ def test_entries_are_as_they_are_alone() -> None:
     """Where the load is reversed from sample to sample, by way of none."""
     force = np.linspace(-80.0, 80.0, SAMPLES)
     whole = four_bar(DEGREES[:, None], STIFFNESS[:SAMPLES], CLEARANCE[:SAMPLES], force).solve()
-    found, states = results(whole), whole.contact("D").state
+    found, states = results(whole), whole.contact("D").status
     for pose, degrees in enumerate(DEGREES):
         for sample in range(SAMPLES):
             alone = four_bar(degrees, STIFFNESS[sample], CLEARANCE[sample], force[sample]).solve()
             assert alone.status == whole.status[pose, sample]
-            assert alone.contact("D").state == states[pose, sample]
+            assert alone.contact("D").status == states[pose, sample]
             for one, all_of_them in zip(results(alone), found, strict=True):
                 size = np.nan_to_num(np.abs(one)).max()
                 assert_allclose(all_of_them[pose, sample], one, rtol=0.0, atol=1e-7 * size)
@@ -82,7 +82,7 @@ def test_regular_entries_go_the_quick_way_beside_mechanisms(imposed: float, monk
         assert_allclose(all_of_them[[1, 2, 4]], some, rtol=1e-9, atol=1e-9 * np.abs(some).max())
     assert np.isnan(whole.displacement("P")[[0, 3]]).all()
     assert np.isnan(whole.joint_force("D")[[0, 3]]).all()
-    assert_array_equal(whole.contact("B").state[:, 0], ["mechanism", "closed", "closed", "mechanism", "closed"])
+    assert_array_equal(whole.contact("B").status[:, 0], ["mechanism", "closed", "closed", "mechanism", "closed"])
     with pytest.warns(MechanismWarning, match=r"80 of 200 .* free motion 1: "):
         frame_at(degrees).solve().displacement("P")
 
@@ -108,7 +108,7 @@ def test_what_is_left_out_leaves_the_others_the_quick_way() -> None:
     assert solution.pressed is not None
     assert_allclose(solution.displacement("P")[[0, 2]], expected[[0, 2]], rtol=1e-12)
     assert np.isnan(solution.displacement("P")[1]).all()
-    assert (solution.contact("B").state[1] == "absent").all()
+    assert (solution.contact("B").status[1] == "absent").all()
 
 
 def test_a_joint_without_force_at_some_entries_alone() -> None:
@@ -129,10 +129,10 @@ def test_a_joint_without_force_at_some_entries_alone() -> None:
         alone = solved(along[sample, None], across[sample, None], np.array([sample]))
         assert_array_equal(whole.status[:, sample], alone.status[:, 0])
         found, expected = whole.contact("stop"), alone.contact("stop")
-        assert_array_equal(found.state[:, sample], expected.state[:, 0])
+        assert_array_equal(found.status[:, sample], expected.status[:, 0])
         assert_allclose(found.offset[:, sample], expected.offset[:, 0], rtol=0.0, atol=1e-12)
         assert_allclose(whole.displacement("P")[:, sample], alone.displacement("P")[:, 0], rtol=0.0, atol=1e-12)
-    assert whole.contact("stop").state[0, 1] == "closed"
+    assert whole.contact("stop").status[0, 1] == "closed"
 
 
 def test_unit_offsets_at_poses_that_are_singular_by_rounding_go_together(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,13 +190,13 @@ def test_rigid_links_in_a_line_leave_the_other_entries_their_results(
     solution = rigid_links(heights, fx, fy).solve()
     in_line = heights == 0.0
     assert (solution.status[in_line] == state).all()
-    assert (solution.contact("pin B").state[in_line] == state).all()
+    assert (solution.contact("pin B").status[in_line] == state).all()
     assert np.isnan(solution.displacement("B")[in_line]).all()
     assert np.isnan(solution.joint_force("pin B")[in_line]).all()
     for entry in np.flatnonzero(~in_line):
         alone = rigid_links(heights[entry], fx, fy).solve()
         assert solution.status[entry] == alone.status
-        assert solution.contact("pin B").state[entry] == alone.contact("pin B").state
+        assert solution.contact("pin B").status[entry] == alone.contact("pin B").status
         assert_allclose(solution.displacement("B")[entry], alone.displacement("B"), rtol=1e-12, atol=1e-18)
         assert_allclose(solution.joint_force("pin B")[entry], alone.joint_force("pin B"), rtol=1e-12, atol=1e-15)
 
@@ -276,8 +276,8 @@ def test_a_mechanism_that_offsets_alone_reach_hides_no_contact() -> None:
     solution = with_an_arm(PARTS, **{f"N{PARTS}": force}).solve()
     bar = 3.0 * E * SECTION.y**3 * SECTION.z / 12.0 / SPAN**3
     contact, pressed = solution.contact(f"prop {PARTS}"), (np.abs(force) - bar * GAP) / (1.0 + bar / PROP)
-    assert contact.state.tolist() == ["closed", "free", "closed"]
-    assert (solution.contact("hinge").state == "free").all()
+    assert contact.status.tolist() == ["closed", "free", "closed"]
+    assert (solution.contact("hinge").status == "free").all()
     expected = np.where(force == 0.0, 0.0, GAP + pressed / PROP)
     assert_allclose(-solution.displacement(f"N{PARTS}")[:, 1], expected, rtol=1e-9)
     assert_allclose(contact.force, np.where(force == 0.0, 0.0, pressed), rtol=1e-7)
@@ -303,7 +303,7 @@ def test_what_bears_in_one_sample_is_no_matter_in_another() -> None:
     for sample in range(3):
         alone = with_an_arm(PARTS, **{f"N{PARTS}": tip[sample], "T": arm[sample]}).solve()
         for name, loaded in {f"prop {PARTS}": tip, "hinge": arm}.items():
-            assert (whole.contact(name).state[sample] == ("closed" if loaded[sample] else "free")).all()
+            assert (whole.contact(name).status[sample] == ("closed" if loaded[sample] else "free")).all()
             assert_array_equal(whole.contact(name).offset[sample], alone.contact(name).offset)
         for node in (f"N{PARTS}", "T"):
             assert_array_equal(whole.displacement(node)[sample], alone.displacement(node))
@@ -323,4 +323,4 @@ def test_a_pin_without_load_is_free_at_a_dead_point_too(lead: float, samples: in
     solution = frame.solve()
     assert (solution.state == SolutionState.FREE).all()
     for joint, state in {"B": "free", "D": "free", "E": "closed"}.items():
-        assert (solution.contact(joint).state == state).all()
+        assert (solution.contact(joint).status == state).all()

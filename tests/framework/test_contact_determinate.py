@@ -72,7 +72,7 @@ def test_the_same_as_by_the_search(seed: int, monkeypatch: pytest.MonkeyPatch) -
         assert_allclose(mine, other, rtol=0.0, atol=1e-13 * np.abs(other).max())
     for name in PINS:
         mine, other = found.contact(name), expected.contact(name)
-        assert_array_equal(mine.state, other.state)
+        assert_array_equal(mine.status, other.status)
         assert_allclose(mine.force, other.force, rtol=1e-10)
         assert_allclose(mine.offset, other.offset, rtol=0.0, atol=1e-13)
         assert_allclose(found.joint_force(name), expected.joint_force(name), rtol=0.0, atol=1e-9)
@@ -106,7 +106,7 @@ def test_an_entry_without_load_is_left_to_the_search(monkeypatch: pytest.MonkeyP
     assert found.pressed is None
     assert_array_equal(found.status, expected.status)
     assert_allclose(found.displacement("P"), expected.displacement("P"), rtol=0.0, atol=1e-15)
-    assert_array_equal(found.contact("D").state, np.where(np.tile(loaded, (POSES, 1)), "closed", "free"))
+    assert_array_equal(found.contact("D").status, np.where(np.tile(loaded, (POSES, 1)), "closed", "free"))
 
 
 def test_a_force_that_rounding_may_have_made_is_left_to_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,7 +123,7 @@ def test_a_force_that_rounding_may_have_made_is_left_to_the_search(monkeypatch: 
             solution.displacement("P")
     assert found.pressed is None
     assert_array_equal(found.status, expected.status)
-    assert_array_equal(found.contact("D").state, np.where(np.tile(np.arange(60) == 7, (POSES, 1)), "free", "closed"))
+    assert_array_equal(found.contact("D").status, np.where(np.tile(np.arange(60) == 7, (POSES, 1)), "free", "closed"))
 
 
 def test_a_load_that_fades_away_is_still_one() -> None:

@@ -51,7 +51,7 @@ def reference(stiffness: float, clearance: dict[str, float], force: np.ndarray) 
 
 
 def states(solution: Solution, clearance: dict[str, float]) -> list[str]:
-    return [str(solution.contact("pin " + name).state) for name, eps in clearance.items() if eps]
+    return [str(solution.contact("pin " + name).status) for name, eps in clearance.items() if eps]
 
 
 @pytest.mark.parametrize("seed", range(16))

@@ -38,7 +38,7 @@ def test_the_nearest_bearing_takes_the_force_and_the_others_float(degrees: float
     """ε + F/k + F L/EA: the rocker is pushed back within its clearances."""
     solution = folded(degrees, place).solve()
     contacts = [solution.contact(f"pin {name}") for name in "BDE"]
-    assert [str(contact.state) for contact in contacts] == ["closed", "free", "free"]
+    assert [str(contact.status) for contact in contacts] == ["closed", "free", "free"]
     assert solution.status == "free"
     assert_allclose([contact.force for contact in contacts], [FORCE, 0.0, 0.0], rtol=1e-9)
     along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
@@ -67,5 +67,5 @@ def test_a_parallelogram_is_at_180_degrees_as_at_0() -> None:
     frame.load("P", fx=FORCE)
     solution = frame.solve()
     assert solution.status.tolist() == ["free", "free"]
-    assert [solution.contact(name).state.tolist() for name in "BDE"] == [["closed"] * 2, ["free"] * 2, ["free"] * 2]
+    assert [solution.contact(name).status.tolist() for name in "BDE"] == [["closed"] * 2, ["free"] * 2, ["free"] * 2]
     assert_allclose(solution.contact("B").force, FORCE, rtol=1e-9)

@@ -45,7 +45,7 @@ def test_each_journal_takes_half_of_what_the_column_moves(degrees: float) -> Non
     along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
     for name in ("left", "right"):
         contact = solution.contact(name)
-        assert set(contact.state.tolist()) == {"free"}
+        assert set(contact.status.tolist()) == {"free"}
         assert_allclose(contact.offset, -(PUSH * CLEARANCE)[:, None] * along, atol=1e-8 * CLEARANCE)
 
 

@@ -30,7 +30,7 @@ def test_a_moment_alone_presses_no_joint_of_a_cantilever(
     frame.add("CD", bar, "C", "D")
     frame.fix("A")
     frame.load("D", mz=moment)
-    assert set(np.ravel(frame.solve().contact("joint").state)) == {"free"}
+    assert set(np.ravel(frame.solve().contact("joint").status)) == {"free"}
 
 
 @pytest.mark.parametrize("angle", [0.3, 1.1, 2.0])
@@ -63,7 +63,7 @@ def test_nor_beside_a_joint_that_stiffness_resists(
     frame.load("D", mz=moment)
     frame.load("R", fx=force)
     solution = frame.solve()
-    assert set(np.ravel(solution.contact("joint").state)) == {"free"}
+    assert set(np.ravel(solution.contact("joint").status)) == {"free"}
     pulled = max(force - stiffness * GAP, 0.0) / 2.0
     np.testing.assert_allclose(solution.contact("wall").force, pulled, rtol=1e-9)
 

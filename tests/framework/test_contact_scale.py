@@ -47,7 +47,7 @@ def test_loads_of_any_size_close_a_clearance(size: float) -> None:
     frame.load("journal", fx=3.0 * size, fy=-4.0 * size)
     solution = frame.solve()
     contact = solution.contact("pin")
-    assert contact.state == "closed"
+    assert contact.status == "closed"
     assert_allclose(contact.force, 5.0 * size, rtol=1e-14)
     assert_allclose(contact.normal, [0.6, -0.8, 0.0], rtol=1e-14)
     reach = 1e-4 + 5.0 * size / 1e9
@@ -66,7 +66,7 @@ def test_a_stop_that_takes_part_of_the_load_scales_with_it(size: float) -> None:
     frame.fix("C")
     frame.load("B", fy=np.array([1.0, 100.0, -100.0]) * size)
     contact = frame.solve().contact("stop")
-    assert contact.state.tolist() == ["open", "closed", "closed"]
+    assert contact.status.tolist() == ["open", "closed", "closed"]
     tip = (100.0 + 1e5 * 1e-3) / (1e5 + BENDING)
     assert_allclose(contact.force / size, [0.0, 1e5 * (tip - 1e-3), 1e5 * (tip - 1e-3)], rtol=1e-12)
     assert_allclose(contact.gap[0] / size, 1e-3 - 1.0 / BENDING, rtol=1e-12)
@@ -84,6 +84,6 @@ def test_nothing_loaded_rests_anywhere(held: tuple[str, ...]) -> None:
     if held:
         frame.fix("C", *held)
     solution = frame.solve()
-    assert solution.contact("pin").state == "free"
+    assert solution.contact("pin").status == "free"
     assert solution.status == "free"
     assert not solution.contact("pin").force

@@ -58,11 +58,11 @@ def test_what_is_called_an_equilibrium_is_one(stiffness: float, force: float) ->
         assert_allclose(solution.contact("pin").force, force, rtol=1e-3)
     else:
         assert solution.status == "not converged"
-        assert solution.contact("pin").state == "unresolved"
+        assert solution.contact("pin").status == "unresolved"
 
 
 def test_nothing_loaded_leaves_the_journal_where_it_is() -> None:
     solution = pulled(1e9, (), [0.0, 1.0]).solve(large=True)
-    assert solution.contact("pin").state.tolist() == ["open", "closed"]
+    assert solution.contact("pin").status.tolist() == ["open", "closed"]
     assert solution.status.tolist() == ["stable"] * 2
     assert not solution.displacement("C")[0].any()

@@ -27,7 +27,7 @@ def test_a_load_next_to_nothing_leaves_the_clearance_open(clearance: float) -> N
     solution = frame.solve()
     assert solution.status.tolist() == ["regular"] * len(force)
     contact = solution.contact("pin")
-    assert contact.state.tolist() == ["open"] * len(force)
+    assert contact.status.tolist() == ["open"] * len(force)
     assert not contact.force.any()
     exact = force / (200e9 * 12.7e-3 * 6.35e-3)
     assert_allclose(solution.displacement("C")[:, 0], exact, rtol=1e-9, atol=1e-323)

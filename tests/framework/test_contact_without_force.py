@@ -39,7 +39,7 @@ def test_what_bears_nothing_is_free_alone_and_in_a_batch(seed: int) -> None:
     whole, backwards = two_links(seed, FORCE).solve(), two_links(seed, FORCE[::-1]).solve()
     alone = [two_links(seed, force).solve() for force in FORCE]
     for solution in (whole, backwards, *alone):
-        assert np.all(solution.contact("pin").state == "free")
+        assert np.all(solution.contact("pin").status == "free")
         assert np.all(solution.status == "free")
         assert_array_equal(solution.contact("pin").force, 0.0)
     for k, each in enumerate(alone):
@@ -50,7 +50,7 @@ def test_a_support_that_is_displaced_presses_nothing() -> None:
     """Nothing strains what hangs on one support alone, however far that is moved."""
     frame = two_links(0, 0.0)
     frame.prescribe("A", ux=1e-3, rz=1e-3)
-    assert frame.solve().contact("pin").state == "free"
+    assert frame.solve().contact("pin").status == "free"
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -89,9 +89,9 @@ def test_a_frame_is_not_judged_by_the_size_of_others(stiffness: float) -> None:
         frame.load("D", mx=1.0, my=0.3, mz=-0.7)
         return frame.solve()
 
-    whole = under_moment([0.01, 1.0, 1000.0]).contact("pin").state
+    whole = under_moment([0.01, 1.0, 1000.0]).contact("pin").status
     assert_array_equal(whole[:2], "free")
-    assert_array_equal(whole, [under_moment(length).contact("pin").state for length in (0.01, 1.0, 1000.0)])
+    assert_array_equal(whole, [under_moment(length).contact("pin").status for length in (0.01, 1.0, 1000.0)])
 
 
 def test_a_soft_spring_that_is_stretched_presses_what_no_load_does() -> None:
@@ -102,5 +102,5 @@ def test_a_soft_spring_that_is_stretched_presses_what_no_load_does() -> None:
     frame.fix("G", "rx", "ry", "rz")
     frame.prescribe("G", ux=1.0, uy=0.0, uz=0.0)
     contact = frame.solve().contact("pin")
-    assert contact.state == "closed"
+    assert contact.status == "closed"
     assert_allclose(contact.force, 1e-7, rtol=1e-3)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import skfem
 from linkframe.elements import ArcLengthMapping, Beam, Circle, ElementLineFrame, Joint, Material, PointMass, Rectangle
-from linkframe.elements.forms import rigidity_of, stiffness
+from linkframe.elements.forms import load, rigidity_of, stiffness
 from linkframe.framework import Frame, FrameError
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -122,6 +122,40 @@ def test_stiffness_of_a_subdomain_is_that_of_a_form() -> None:
     by_form = stiffness.assemble(basis, rigidity=rigidity_of(BAR, basis))
     K = frame.matrices().K
     assert_allclose(by_form.toarray(), K.toarray(), atol=1e-12 * np.abs(K).max())
+
+
+@pytest.mark.parametrize(
+    "beam",
+    [
+        Beam(Rectangle(y=0.03, z=0.02), STEEL),
+        Beam(Rectangle(y=0.03, z=0.02), STEEL, shear=True),
+        Beam(Circle(diameter=0.03), STEEL, end=Circle(diameter=0.02)),
+        Beam(Circle(diameter=0.03), STEEL, release="end rz"),
+    ],
+    ids=["slender", "with shear", "taper", "released"],
+)
+def test_loads_between_nodes_are_those_of_the_form(beam: Beam) -> None:
+    """A load that grows along the member, in its own axes, and its weight: as scikit-fem's linear form has them."""
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (1, 0.3, 0.2)}.items():
+        frame.node(name, place)
+    frame.add("AB", beam, "A", "B")
+    frame.line_load("AB", fx=(1.0, 4.0), fy=(2.0, -3.0), fz=(0.5, 2.5), local=True)
+    frame.gravity((0.4, -9.81, 2.0))
+    basis = skfem.Basis(
+        frame.mesh,
+        ElementLineFrame(beam),
+        ArcLengthMapping(frame.mesh),
+        quadrature=(np.ravel(beam.integration_points[0])[None], np.ravel(beam.integration_points[1])),
+    )
+    fraction = np.broadcast_to(basis.X[0], basis.dx.shape)
+    pushed = np.zeros((6, *basis.dx.shape))
+    for k, (start, end) in enumerate(((1.0, 4.0), (2.0, -3.0), (0.5, 2.5))):
+        pushed[k] = start + (end - start) * fraction
+    weight = beam.axes(np.array([1.0, 0.3, 0.2])) @ np.array([0.4, -9.81, 2.0])
+    pushed[:3] += weight[:, None, None] * np.ravel(beam.mass_per_length(fraction[0]))
+    by_form = load.assemble(basis, load=pushed)
+    assert_allclose(frame.matrices().f, by_form, rtol=0.0, atol=1e-13 * np.abs(by_form).max())
 
 
 def test_entries_are_checked() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -341,3 +342,24 @@ def test_a_rotation_that_nothing_holds_is_told_of_every_frame() -> None:
         with pytest.warns(MechanismWarning):
             assert np.isnan(solution.displacement("B")).any()
         assert solution.status == "mechanism"
+
+
+def test_explain_tells_how_the_program_was_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """First without one; then its steps one by one, as functions, and as machine code where that can be had."""
+    monkeypatch.setattr(entry_recording, "_FEW", 2)
+    monkeypatch.setattr(entry_recording, "_OFTEN", 4)
+    monkeypatch.setattr(entry_recording, "_ALWAYS", 6)
+    PROGRAMS.clear()
+    told = []
+    for k in range(8):
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", (1.0 + 0.1 * k, 0.0, 0.0))
+        frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3)), "A", "B")
+        frame.fix("A")
+        frame.load("B", fy=1.0)
+        solution = frame.solve()
+        solution.displacement("B")
+        told += re.findall(r"steps, recorded for all frames of this topology, (.+)\.", solution.explain()) or [""]
+    last = "as machine code" if entry_machine.available() else "as Python functions"
+    assert told == ["", "", *["by Python one by one"] * 2, *["as Python functions"] * 2, last, last]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -196,4 +197,10 @@ def test_signless_recordings_calculate_what_others_do() -> None:
 def test_explained(count: int, across: float, told: str) -> None:
     theta = np.radians(np.linspace(20.0, 110.0, count))
     frame = four_bar(theta, np.full(count, 1e9), np.linspace(1.0, 2.0, count), across)
-    assert told in str(frame.solve(large=True).explain())
+    text = str(frame.solve(large=True).explain())
+    assert told in text
+    found = re.search(r"arrays take about (\S+) ms, compiling about (\d+) steps takes (\S+) ms once", text)
+    assert found
+    arrays, steps, compiling = (float(each) for each in found.groups())
+    assert arrays > 0.0
+    assert compiling > 0.01 * steps  # some tens of microseconds a step

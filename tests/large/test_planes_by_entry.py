@@ -60,7 +60,7 @@ def test_journals_in_several_planes() -> None:
     frame.exclude([False, False, True, False])
     solution = frame.solve(large=True)
     contact = solution.contact("journal")
-    assert contact.state.tolist() == ["closed", "closed", "absent", "closed"]
+    assert contact.status.tolist() == ["closed", "closed", "absent", "closed"]
     expected = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [np.nan] * 3, [0.0, 0.6, 0.8]]
     np.testing.assert_allclose(contact.normal, expected, atol=1e-9)
     assert solution.status.tolist() == ["stable", "stable", "absent", "stable"]

@@ -62,7 +62,7 @@ def test_a_loose_bar_turns_into_the_force(degrees: float) -> None:
     assert abs(off(frame, "bearing", solution.joint_displacement("bearing"))) < ROUNDED
     assert "rigid contact in bearing" in solution.explain()
     contact = solution.contact("bearing")
-    assert contact.state == "closed"
+    assert contact.status == "closed"
     assert contact.force == pytest.approx(1000.0, rel=1e-11)
     assert_allclose(contact.normal, n, atol=3e-6)
     assert contact.gap == 0.0
@@ -90,7 +90,7 @@ def test_a_ball_rests_on_its_socket(direction: tuple[float, float, float], clear
     assert_allclose(pressed, force * moved[1] / radii[1], rtol=1e-9, atol=1e-15 * EA)
     at = solution.displacement("B")[:, :3] + np.array([LENGTH, 0.0, 0.0])
     assert_allclose(np.linalg.norm(at, axis=-1), LENGTH + radii + force * LENGTH / EA, rtol=1e-7)
-    assert solution.contact("bearing").state.tolist() == ["closed"] * 2
+    assert solution.contact("bearing").status.tolist() == ["closed"] * 2
 
 
 def test_a_beam_pressed_into_a_gap() -> None:

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 THETA = np.radians([10.0, 30.0, 60.0, 90.0, 150.0, 230.0, 300.0, 350.0])
 LOAD = (0.0, 100.0, 0.0)
 ROCKING = FourBar(0.3, 0.9, 0.8, 0.7, point=(0.5, 0.2), branch="open")
-SINGULAR = "singular: coupler and rocker in line"
+SINGULAR = "singular (direct-kinematic, type II): coupler and rocker in line"
 
 
 def test_each_part_is_the_whole_when_the_other_is_absent():

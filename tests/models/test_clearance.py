@@ -100,4 +100,4 @@ def test_beside_a_singular_pose_contact_is_still_along_the_forces() -> None:
     frame.load("P", fy=rng.normal(100.0, 5.0, 64))
     solution = frame.solve()
     assert solution.pressed is not None
-    assert (solution.contact("D").state == "closed").all()
+    assert (solution.contact("D").status == "closed").all()

@@ -107,7 +107,7 @@ def test_sizes_must_be_positive(option: str, value: str, capsys: pytest.CaptureF
         (["--histogram-pose", "33"], ["--histogram-pose 33", "none of the poses", "30"]),
         (
             ["--histogram-pose", "180", "--samples", "3"],
-            ["--histogram-pose 180", "singular: coupler and rocker in line"],
+            ["--histogram-pose 180", "singular (direct-kinematic, type II): coupler and rocker in line"],
         ),
         (["--ground", "0.5"], ["no pose can be assembled", "--ground 0.5", "gap of 0.1 m", "at 0°"]),
         (["--frobnicate"], ["--frobnicate"]),

@@ -17,7 +17,7 @@ CLEARANCE = stats.norm(1e-3, 5e-5)
 CONTACT = stats.norm(np.pi, 1.0)
 PAIR = ("clearance", "contact")
 STIFF = stats.norm(2e8, 1e6)
-SINGULAR = "singular: coupler and rocker in line"
+SINGULAR = "singular (direct-kinematic, type II): coupler and rocker in line"
 PAPER = {"stiffness": stats.norm(2e11, 1e10), "clearance": CLEARANCE, "contact": CONTACT, "fy": stats.norm(100.0, 5.0)}
 
 

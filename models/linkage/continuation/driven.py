@@ -64,7 +64,7 @@ def check_driven(loops: Loops, parameters: Sequence[float], start: Pose, member:
 
 
 def free_motions(loops: Loops) -> int:
-    """Number of motions that are possible with the drives held."""
+    """Number of motions that are possible with the drives locked."""
     return loops.columns - loops.linear.rank
 
 

@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ....framework.arm import transferred
 from ....framework.batch import Array
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Pair
@@ -34,8 +35,8 @@ class JointPlace:
 
     def components(self, wrench: Array) -> Array:
         """Wrenches (..., k, 6) about the joint's point in its axes, from global ones (..., k, 6) about the origin."""
-        force, moment = wrench[..., :3], wrench[..., 3:] - np.cross(self.point[..., None, :], wrench[..., :3])
-        return np.concatenate([force @ self.axes, moment @ self.axes], axis=-1)
+        here = transferred(wrench, -self.point[..., None, :])
+        return np.concatenate([here[..., :3] @ self.axes, here[..., 3:] @ self.axes], axis=-1)
 
 
 class VirtualWork:
@@ -80,11 +81,7 @@ class VirtualWork:
 
     def at_point(self, position: Array) -> Array:
         """Wrenches about the origin of unit forces and moments at a global position, one a row, (..., 6, 6)."""
-        place = self.place(position)
-        wrenches = np.zeros((*place.shape[:-1], 6, 6))
-        wrenches[...] = np.eye(6)
-        wrenches[..., :3, 3:] = np.cross(place[..., None, :], np.eye(3))
-        return wrenches
+        return transferred(np.eye(6), self.place(position)[..., None, :])
 
     def joint_forces(self, loads: Mapping[str, Array]) -> dict[str, Array]:
         """Forces and moments of the joints that balance the loads, in the joints' axes, (..., k, 6) by name.
@@ -153,11 +150,8 @@ class VirtualWork:
         wrenches = np.zeros((*self.regular.shape, len(constrained), 6))
         for row, name in enumerate(constrained):
             part, k = divmod(COMPONENTS.index(name), 3)
-            direction = (axes if part else forces)[..., k]
-            wrenches[..., row, 3 * part : 3 * part + 3] = direction
-            if not part:
-                wrenches[..., row, 3:] = np.cross(place.point, direction)
-        return wrenches
+            wrenches[..., row, 3 * part : 3 * part + 3] = (axes if part else forces)[..., k]
+        return transferred(wrenches, place.point[..., None, :])
 
     def _on_links(self, rows: Array) -> dict[str, Array]:
         """Wrenches (..., k, 6) on the links joined by the closing joints, from forces in their rows (..., k, rows)."""

@@ -53,8 +53,8 @@ class Kind:
         object.__setattr__(self, "moving", moving)
         object.__setattr__(self, "slides", any(name[0] == "u" for name in moving))
         object.__setattr__(self, "freedom", len(self.coordinates))
-        held = tuple(name for name in COMPONENTS if name not in self.coordinates)
-        object.__setattr__(self, "constrained", held)
+        constrained = tuple(name for name in COMPONENTS if name not in self.coordinates)
+        object.__setattr__(self, "constrained", constrained)
 
     def places_of(self, coordinates: Sequence[str]) -> list[int]:
         """Indices of some of its coordinates among all of them."""

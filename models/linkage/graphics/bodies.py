@@ -151,11 +151,13 @@ class MotionBodies:
         """Factor on the clearances; 0 if none are drawn."""
         if self.looks.clearances is not None:
             return self.looks.clearances
-        most = max((float(np.max(gap)) for pair in self._loose if (gap := pair.clearance) is not None), default=0.0)
+        most = max(
+            (float(np.max(gap)) for pair in self._with_clearance if (gap := pair.clearance) is not None), default=0.0
+        )
         return round_scale(np.array([[most, 0.0, 0.0]]), SHOWN * self.pin) if most > 0.0 else 0.0
 
     @property
-    def _loose(self) -> list[Pair]:
+    def _with_clearance(self) -> list[Pair]:
         """Joints with clearance."""
         return [pair for pair in self.motion.linkage.joints.values() if pair.clearance is not None]
 
@@ -163,7 +165,7 @@ class MotionBodies:
     def caption(self) -> str:
         """Text with the factors on regions and clearances, and the meaning of arrows."""
         lines = [told(self.regions, self.region_scale)]
-        if self._loose and self.clearance_scale > 0.0:
+        if self._with_clearance and self.clearance_scale > 0.0:
             lines.append(f"clearances × {self.clearance_scale:g}")
         if self._most_moving:
             lines.append(FREE_TEXT)

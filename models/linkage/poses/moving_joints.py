@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ....framework.arm import crossed
+from ....framework.arm import transferred
 from ....framework.batch import Array
 from ....framework.program.source import Function
 from ..description.parts import GROUND
@@ -73,4 +73,4 @@ def _size(speed: Array) -> Array:
 
 def _velocity(origin: Array, speed: Array, point: Array) -> Array:
     """Angular velocity and velocity (..., 6) of a link at a point."""
-    return np.concatenate([speed[..., :3], speed[..., 3:] + crossed(speed[..., :3], point - origin)], axis=-1)
+    return transferred(speed, origin - point)

@@ -33,18 +33,18 @@ def drive_gains(placed: Placed, joint: str) -> list[Gains]:
     """
     linkage, size = placed.linkage, placed.size
     pair, out = linkage.joints[joint], []
-    moved, held = _moved_and_held(linkage, joint)
+    moved, carried = _moved_and_carried(linkage, joint)
     for k, coordinate in enumerate(linkage.drives[joint]):
         unit = 1.0 if coordinate[0] == "r" else size
         inertia = moved[k] or sum(own.mass for own in placed.masses.values()) * (size / unit) ** 2 / 10.0
         given = float(np.max(pair.full_stiffness[..., COMPONENTS.index(coordinate)]))
-        needed = max(inertia * FREQUENCY**2, held[k] / (DEFLECTION * unit))
+        needed = max(inertia * FREQUENCY**2, carried[k] / (DEFLECTION * unit))
         stiffness = given if pair.stiffness is not None and 0.0 < given < np.inf else needed
         out.append(Gains(stiffness, 2.0 * float(np.sqrt(stiffness * inertia))))
     return out
 
 
-def _moved_and_held(linkage: LinkageDescription, joint: str) -> tuple[list[float], list[float]]:
+def _moved_and_carried(linkage: LinkageDescription, joint: str) -> tuple[list[float], list[float]]:
     """Inertia that each driven coordinate moves, and its force at rest, in the reference configuration.
 
     The inertia is twice the kinetic energy at a rate of one. Both are zero if they cannot be computed.

@@ -231,8 +231,8 @@ def _elastic(equations: Equilibrium) -> NDArray[np.bool_]:
     linkage, out = equations.motion.linkage, np.zeros(equations.unknowns, dtype=bool)
     for joint, columns in zip(equations.names, equations.columns, strict=True):
         springs = np.asarray(np.isfinite(linkage.joints[joint].full_stiffness).reshape(-1, 6).all(axis=0))
-        held = linkage.joints[joint].kind.constrained
-        out[columns] = [name in held and springs[COMPONENTS.index(name)] for name in equations.names[joint]]
+        constrained = linkage.joints[joint].kind.constrained
+        out[columns] = [name in constrained and springs[COMPONENTS.index(name)] for name in equations.names[joint]]
     return out
 
 

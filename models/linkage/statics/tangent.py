@@ -94,10 +94,12 @@ class Tangent:
         """
         at = self.plan.topology.number[self.plan.frame.aliases.get(node, node)]
         change = dense.global_substitution(self.plan, [at])
-        held = _unknown_of_each(self.spins)
-        matrix, root = dense.scaled(np.where(held[..., :, None] | held[..., None, :], 0.0, self.stiffness))
-        values, vectors = np.linalg.eigh(matrix + held[..., None] * np.eye(held.shape[-1]))
-        moved = np.where(held[..., None, :], 0.0, change) @ (root[..., :, None] * vectors)
+        constrained = _unknown_of_each(self.spins)
+        matrix, root = dense.scaled(
+            np.where(constrained[..., :, None] | constrained[..., None, :], 0.0, self.stiffness)
+        )
+        values, vectors = np.linalg.eigh(matrix + constrained[..., None] * np.eye(constrained.shape[-1]))
+        moved = np.where(constrained[..., None, :], 0.0, change) @ (root[..., :, None] * vectors)
         free = np.abs(values) <= zero_eigenvalue(values.shape[-1])
         out = (moved / np.where(free, np.inf, values)[..., None, :]) @ np.swapaxes(moved, -1, -2)
         # components that a free motion moves have no finite compliance

@@ -20,6 +20,8 @@ from ..poses.coordinates import some_coordinates
 Bools = NDArray[np.bool_]
 # Largest distance from a place that counts as reached, as a share of the linkage's size.
 REACHED = 1e-11
+# Largest last step of the drives from there: the distance that it leaves is of the order of its square.
+LAST = 1e-7
 # Number of Newton steps, largest ratio of the distances after and before each, and largest step of a drive, in radians
 # or sizes of the linkage: near a singular pose steps have no bound.
 STEPS, NEARER, LONGEST = 8, 0.7, np.pi
@@ -148,7 +150,7 @@ class InverseKinematics:
     def refined(self, drives: Array, places: Array) -> tuple[Array, Bools]:
         """Drive values (n, drives) after Newton steps towards places (n, 3), and whether these are reached, (n,).
 
-        Steps continue as long as they reduce the distance.
+        Steps continue as long as they reduce the distance; one more, if short, leaves nothing but rounding.
         """
         drives, reached = drives.copy(), np.zeros(len(drives), dtype=bool)
         left, before = np.arange(len(drives)), np.full(len(drives), np.inf)
@@ -158,7 +160,10 @@ class InverseKinematics:
             near = far <= REACHED
             reached[left[near]] = True
             step = self._step(motion, places[left])
-            on = ~near & (far < NEARER * before) & (np.abs(step / self.units) < LONGEST).all(axis=-1)
+            size = np.abs(step / self.units).max(axis=-1)
+            last = near & (size < LAST)
+            drives[left[last]] += step[last]
+            on = ~near & (far < NEARER * before) & (size < LONGEST)
             if not on.any():
                 break
             left, before = left[on], far[on]
