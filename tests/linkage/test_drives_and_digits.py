@@ -77,6 +77,24 @@ def test_rates_of_more_drives_than_freedoms_that_agree():
         assert_allclose(motion.acceleration("C", link)[:, :2], (gain * along - rate**2 * out).T, atol=1e-13)
 
 
+def test_steady_rates_of_a_parallelogram_agree_whatever_its_lengths_round_to():
+    """The coupler does not turn: what its rates add to the accelerations cancels, but for rounding."""
+    b, rate = np.array([0.05, 0.0866]), 3.0
+    linkage = Linkage(A=(0, 0), B=b, D=(0.25, b[1]), E=(0.2, 0))
+    for link, ends in {"crank": "AB", "coupler": "BD", "rocker": "DE"}.items():
+        linkage.link(link, *ends)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "coupler")
+    linkage.revolute("D", "coupler", "rocker")
+    linkage.revolute("E", "rocker", "ground", drive=True)
+    angle = np.linspace(0.0, 1.0, 20)
+    motion = linkage.move(A=angle, E=-angle, rates={"A": rate, "E": -rate})
+    moved = [np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]) @ b for t in angle]
+    assert_allclose(motion.acceleration("D")[:, :2], -(rate**2) * np.array(moved), rtol=1e-12)
+    with pytest.raises(FrameError, match="their accelerations do not agree"):
+        linkage.move(A=angle, E=-angle, rates={"A": rate, "E": -rate}, accelerations={"A": 0.01 * rate**2})
+
+
 @pytest.mark.parametrize(
     ("rates", "accelerations", "told"),
     [
