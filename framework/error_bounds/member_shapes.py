@@ -192,9 +192,9 @@ def _sizes(plan: Plan, group: Group) -> Iterator[tuple[Group, str, Any, Change]]
             yield group, name, size, _made_larger(group, larger)
         return
     # the pieces of a taper have their shares of the sizes of its member: alike where they lie alike in one element
-    alike: dict[tuple[int, int, int], list[int]] = {}
+    alike: dict[tuple[int, int], list[int]] = {}
     for at, (piece, whole) in enumerate(zip(pieces, wholes, strict=True)):
-        alike.setdefault((id(whole), piece.index, piece.count), []).append(at)
+        alike.setdefault((id(whole), piece.index), []).append(at)
     for same in alike.values():
         some = group.part(np.array(same))
         for name, size, larger in _larger(wholes[same[0]]):

@@ -232,3 +232,16 @@ def test_one_of_two_coordinates_is_driven_from_its_own_reference() -> None:
     angle = np.array([0.0, 0.4])
     assert_allclose(motion.position("B")[:, :2], 2.0 * np.stack([np.cos(angle), np.sin(angle)], -1))
     assert_allclose(driven_values(motion, "A"), [0.5, 0.9])
+
+
+def test_rates_of_poses_that_are_not_assembled_are_no_matter():
+    status = square().move(A=[0.1, 0.2], D=[-0.1, -0.6], rates={"A": 1.0, "D": -1.0}).status
+    assert status[0] == "regular"
+    assert status[1].startswith("not assembled")
+
+
+def test_of_many_poses_the_one_whose_rates_do_not_agree_is_named():
+    angle = np.linspace(0.0, 0.5, 5000)
+    rate = np.where(np.arange(5000) == 4500, 2.0, 1.0)
+    with pytest.raises(FrameError, match="their rates do not agree at pose 4500: give rates"):
+        square().move(A=angle, D=-angle, rates={"A": rate, "D": -1.0})

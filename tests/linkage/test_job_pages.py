@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -284,6 +285,21 @@ def test_what_is_zero_is_shown_as_zero(tmp_path: Path, browser: Browser) -> None
     shown = "return document.getElementById('row-drive-A').lastChild.textContent"
     assert browser.run(shown) == "0"
     assert browser.run(shown.replace("drive-A", "force-C")) == "0"
+
+
+def test_a_deflection_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
+    """Crank, rod and load along x: nothing moves across."""
+    text = STRAIGHT.replace("[0.41, 0.17]", "[0.41, 0.0]").replace("fy = -10.2", "")
+    line = -float(np.arctan2(0.1, 0.07))
+    file = tmp_path / "straight.toml"
+    file.write_text(text + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    straight, other = ([word for word in line.split(" ") if word] for line in job.summary().splitlines()[3:5])
+    assert abs(float(next(csv.DictReader(job.tables()["table.csv"].splitlines()))["B_total_y"])) > 0.0
+    assert float(straight[4]) == 0.0
+    assert min(abs(float(each[3])) for each in (straight, other)) > 0.0
+    assert float(other[4]) != 0.0
 
 
 class Quantiles:
