@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
+from linkframe.models.linkage.continuation.many_paths import Derivatives
 from linkframe.models.linkage.zone import driven_values
 from numpy.testing import assert_allclose
 from reference.linkages import PLANAR, bennett, loop, rssr
@@ -245,3 +246,17 @@ def test_of_many_poses_the_one_whose_rates_do_not_agree_is_named():
     rate = np.where(np.arange(5000) == 4500, 2.0, 1.0)
     with pytest.raises(FrameError, match="their rates do not agree at pose 4500: give rates"):
         square().move(A=angle, D=-angle, rates={"A": rate, "D": -1.0})
+
+
+def test_a_pose_that_two_drives_move_together_is_predicted_to_the_second_order():
+    """Half the step leaves an eighth of the error; so with each of the drives alone."""
+    linkage = five_bar("A", "E")
+    nominal, loops, start = linkage.move().mechanism.begun
+    derivatives = Derivatives.of(loops, nominal, start)
+    for way in ((1.0, -0.7), (1.0, 0.0), (0.0, 1.0)):
+        errors = []
+        for step in (0.02, 0.01):
+            first, second = derivatives.along(step * np.array(way)[:, None])
+            there = linkage.move(A=step * way[0], E=step * way[1]).assembly.state
+            errors.append(np.linalg.norm(np.array(start.state) + (first + 0.5 * second)[:, 0] - there))
+        assert 7.0 < errors[0] / errors[1] < 9.0

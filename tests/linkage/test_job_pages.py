@@ -316,3 +316,16 @@ def test_ends_of_distributions() -> None:
     assert_allclose(ends(stats.cauchy()), np.tan(np.pi * (stats.norm.cdf([-3.0, 3.0]) - 0.5)), rtol=1e-9)
     assert ends(tolerance(0.0, "± 0.03")) == (-0.03, 0.03)
     assert_allclose(ends(Quantiles(stats.norm(1.0, 2.0))), (-5.0, 7.0), rtol=1e-12)
+
+
+def test_a_singular_pose_that_deflects_much_is_told_so(tmp_path: Path) -> None:
+    """Its frame is solved, at the dead point of the block: both are told, there and in the next pose one of them."""
+    line = float(np.arctan2(0.17, 0.41) - np.arctan2(0.1, 0.07))
+    text = STRAIGHT.replace('point = "C"\nfx = -24.6\nfy = -10.2', 'point = "B"\nfx = -2000.0\nfy = 5000.0')
+    file = tmp_path / "straight.toml"
+    file.write_text(text + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    straight, other = (row["status"] for row in csv.DictReader(job.tables()["table.csv"].splitlines()))
+    assert straight.startswith("singular (inverse-kinematic, type I; joint C is stationary); outside the linear range")
+    assert other.startswith("outside the linear range")
