@@ -108,6 +108,9 @@ def modes(frame: Description, count: int, asked: AskedModes = OF_FRAME) -> Modes
 def _dense(plan: Plan, count: int, asked: AskedModes) -> tuple[Array, Array]:
     stiffness, mass = dense.resisting(plan, pushed=True), dense.mass(plan)
     asked.require_mass(np.any(mass, axis=(-2, -1)), plan.frame.absent)
+    if plan.frame.absent is not None:  # entries that are left out may have no mass, or too few modes
+        left_out = plan.frame.absent[..., None, None]
+        stiffness, mass = (np.where(left_out, np.eye(matrix.shape[-1]), matrix) for matrix in (stiffness, mass))
     least = np.linalg.eigvalsh(dense.scaled(stiffness)[0])[..., 0]
     unstable = least < -_REGULAR
     eye = np.eye(stiffness.shape[-1])

@@ -125,3 +125,10 @@ def test_forces_that_oppose_each_other() -> None:
     assert (found <= exact * (1.0 + 1e-4)).all()
     assert (IPE.stress(ALIKE * np.abs(forces))[:, 2] > 1.03 * found).any()
     assert_allclose([IPE.stress(force)[2] for force in forces[:20]], found[:20], rtol=1e-13)
+
+
+def test_an_infinite_shear_force_has_an_infinite_stress() -> None:
+    """Though the ends of the flanges carry none of it: no NaN of infinity by infinity; the other entry is as alone."""
+    forces = np.array([[1.0, np.inf, 3.0, 4.0, 5.0, 6.0], [1.0, 2.0, 3.0, -4.0, 5.0, 6.0]])
+    with np.errstate(all="ignore"):
+        assert_allclose(IPE.stress(forces)[:, 2], [np.inf, IPE.stress(forces[1])[2]], rtol=1e-13)

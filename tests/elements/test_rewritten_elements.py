@@ -381,6 +381,19 @@ class _Centred(Delegating):
         return k * np.where(np.arange(6) == 3, moduli.mean() / moduli[..., None], 1.0), rows
 
 
+@dataclass(frozen=True, eq=False)
+class _Padded(Delegating):
+    """With a spring without stiffness where there are many entries."""
+
+    inner: Beam
+
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        k, rows = self.inner.springs(length)
+        more = int(np.size(self.inner.material.E) > 3)
+        k = np.pad(k, [(0, 0)] * (k.ndim - 1) + [(0, more)])
+        return k, np.pad(rows, [(0, 0)] * (rows.ndim - 2) + [(0, more), (0, 0)])
+
+
 class _Undivided(Delegating):
     """No dataclass."""
 
@@ -398,6 +411,7 @@ class _Undivided(Delegating):
             _Centred(Beam(Circle(diameter=5e-5), Material(E=np.linspace(1e11, 2e11, 4), nu=0.3))),
             "cut to a few .* \\(3, 3\\)",
         ),
+        (_Padded(Beam(BAR, Material(E=np.linspace(1e11, 2e11, 6000), nu=0.3))), "cut to a few .* other springs"),
         (_Undivided(Beam(BAR, Material(E=np.linspace(1e11, 2e11, 6000), nu=0.3))), "holds a batch but is no dataclass"),
     ],
 )

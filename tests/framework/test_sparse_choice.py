@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
+from linkframe.framework.batched.plan import Plan
+from linkframe.framework.solvers.load_cases import varying
 
 BEAM = Beam(Rectangle(y=0.1, z=0.1), Material(E=200e9, nu=0.3))
 
@@ -119,3 +121,17 @@ def test_smallest_batch(method: str | None, varying: str) -> None:
     frame.load("B", fx=load)
     np.testing.assert_array_equal(frame.solve(method).displacement("B"), np.zeros((2, 6)))
     np.testing.assert_array_equal(frame.solve(method).reaction("B")[:, 0], -np.broadcast_to(load, 2))
+
+
+def test_loads_that_vary_alike_are_one_load_case() -> None:
+    """Wherever they act: the solution is linear in each different array once."""
+    along, across = np.linspace(1.0, 2.0, 50), np.linspace(3.0, 7.0, 50) ** 2
+
+    def cases(*loads: np.ndarray) -> int:
+        frame = grid(3, 3, 4)
+        for node, load in zip(("2 2 3", "1 1 3", "0 1 3"), loads, strict=False):
+            frame.load(node, fx=load)
+        return len(varying(Plan(frame)))
+
+    assert cases(along, across) == cases(along) + 1
+    assert cases(along, across, along) == cases(along, across)

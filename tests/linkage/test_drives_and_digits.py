@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from linkframe.framework import FrameError
 from linkframe.models import Linkage
+from linkframe.models.linkage.continuation.many_paths import Derivatives
 from linkframe.models.linkage.zone import driven_values
 from numpy.testing import assert_allclose
 from reference.linkages import PLANAR, bennett, loop, rssr
@@ -75,6 +76,24 @@ def test_rates_of_more_drives_than_freedoms_that_agree():
     for link in ("BC", "CD"):
         assert_allclose(motion.velocity("C", link)[:, :2], (rate * along).T, atol=1e-14)
         assert_allclose(motion.acceleration("C", link)[:, :2], (gain * along - rate**2 * out).T, atol=1e-13)
+
+
+def test_steady_rates_of_a_parallelogram_agree_whatever_its_lengths_round_to():
+    """The coupler does not turn: what its rates add to the accelerations cancels, but for rounding."""
+    b, rate = np.array([0.05, 0.0866]), 3.0
+    linkage = Linkage(A=(0, 0), B=b, D=(0.25, b[1]), E=(0.2, 0))
+    for link, ends in {"crank": "AB", "coupler": "BD", "rocker": "DE"}.items():
+        linkage.link(link, *ends)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "coupler")
+    linkage.revolute("D", "coupler", "rocker")
+    linkage.revolute("E", "rocker", "ground", drive=True)
+    angle = np.linspace(0.0, 1.0, 20)
+    motion = linkage.move(A=angle, E=-angle, rates={"A": rate, "E": -rate})
+    moved = [np.array([[np.cos(t), -np.sin(t)], [np.sin(t), np.cos(t)]]) @ b for t in angle]
+    assert_allclose(motion.acceleration("D")[:, :2], -(rate**2) * np.array(moved), rtol=1e-12)
+    with pytest.raises(FrameError, match="their accelerations do not agree"):
+        linkage.move(A=angle, E=-angle, rates={"A": rate, "E": -rate}, accelerations={"A": 0.01 * rate**2})
 
 
 @pytest.mark.parametrize(
@@ -214,3 +233,30 @@ def test_one_of_two_coordinates_is_driven_from_its_own_reference() -> None:
     angle = np.array([0.0, 0.4])
     assert_allclose(motion.position("B")[:, :2], 2.0 * np.stack([np.cos(angle), np.sin(angle)], -1))
     assert_allclose(driven_values(motion, "A"), [0.5, 0.9])
+
+
+def test_rates_of_poses_that_are_not_assembled_are_no_matter():
+    status = square().move(A=[0.1, 0.2], D=[-0.1, -0.6], rates={"A": 1.0, "D": -1.0}).status
+    assert status[0] == "regular"
+    assert status[1].startswith("not assembled")
+
+
+def test_of_many_poses_the_one_whose_rates_do_not_agree_is_named():
+    angle = np.linspace(0.0, 0.5, 5000)
+    rate = np.where(np.arange(5000) == 4500, 2.0, 1.0)
+    with pytest.raises(FrameError, match="their rates do not agree at pose 4500: give rates"):
+        square().move(A=angle, D=-angle, rates={"A": rate, "D": -1.0})
+
+
+def test_a_pose_that_two_drives_move_together_is_predicted_to_the_second_order():
+    """Half the step leaves an eighth of the error; so with each of the drives alone."""
+    linkage = five_bar("A", "E")
+    nominal, loops, start = linkage.move().mechanism.begun
+    derivatives = Derivatives.of(loops, nominal, start)
+    for way in ((1.0, -0.7), (1.0, 0.0), (0.0, 1.0)):
+        errors = []
+        for step in (0.02, 0.01):
+            first, second = derivatives.along(step * np.array(way)[:, None])
+            there = linkage.move(A=step * way[0], E=step * way[1]).assembly.state
+            errors.append(np.linalg.norm(np.array(start.state) + (first + 0.5 * second)[:, 0] - there))
+        assert 7.0 < errors[0] / errors[1] < 9.0

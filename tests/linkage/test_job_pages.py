@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -286,6 +287,21 @@ def test_what_is_zero_is_shown_as_zero(tmp_path: Path, browser: Browser) -> None
     assert browser.run(shown.replace("drive-A", "force-C")) == "0"
 
 
+def test_a_deflection_of_rounding_is_shown_as_zero(tmp_path: Path) -> None:
+    """Crank, rod and load along x: nothing moves across."""
+    text = STRAIGHT.replace("[0.41, 0.17]", "[0.41, 0.0]").replace("fy = -10.2", "")
+    line = -float(np.arctan2(0.1, 0.07))
+    file = tmp_path / "straight.toml"
+    file.write_text(text + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    straight, other = ([word for word in line.split(" ") if word] for line in job.summary().splitlines()[3:5])
+    assert abs(float(next(csv.DictReader(job.tables()["table.csv"].splitlines()))["B_total_y"])) > 0.0
+    assert float(straight[4]) == 0.0
+    assert min(abs(float(each[3])) for each in (straight, other)) > 0.0
+    assert float(other[4]) != 0.0
+
+
 class Quantiles:
     """A distribution of which nothing but its quantiles is known."""
 
@@ -300,3 +316,16 @@ def test_ends_of_distributions() -> None:
     assert_allclose(ends(stats.cauchy()), np.tan(np.pi * (stats.norm.cdf([-3.0, 3.0]) - 0.5)), rtol=1e-9)
     assert ends(tolerance(0.0, "± 0.03")) == (-0.03, 0.03)
     assert_allclose(ends(Quantiles(stats.norm(1.0, 2.0))), (-5.0, 7.0), rtol=1e-12)
+
+
+def test_a_singular_pose_that_deflects_much_is_told_so(tmp_path: Path) -> None:
+    """Its frame is solved, at the dead point of the block: both are told, there and in the next pose one of them."""
+    line = float(np.arctan2(0.17, 0.41) - np.arctan2(0.1, 0.07))
+    text = STRAIGHT.replace('point = "C"\nfx = -24.6\nfy = -10.2', 'point = "B"\nfx = -2000.0\nfy = 5000.0')
+    file = tmp_path / "straight.toml"
+    file.write_text(text + f"values = [{line!r}, {line + 0.5!r}]\n" + BARS, encoding="utf-8")
+    job = LinkageJob(read_inputs(file))
+    job.compute(lambda *_: None)
+    straight, other = (row["status"] for row in csv.DictReader(job.tables()["table.csv"].splitlines()))
+    assert straight.startswith("singular (inverse-kinematic, type I; joint C is stationary); outside the linear range")
+    assert other.startswith("outside the linear range")

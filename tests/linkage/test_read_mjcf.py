@@ -217,6 +217,7 @@ REFUSED = {
     "few sizes": (with_joint(geom='<geom type="box" size="1"/>'), "size of a box is '1': give 3 sizes above zero"),
     "no size": (with_joint(geom='<geom type="box"/>'), "geom of body 'one' has no size: give numbers"),
     "below zero": (with_joint(geom='<geom size="-1"/>'), "size of a sphere is '-1': give a size above zero"),
+    "zero": (with_joint(geom='<geom type="capsule" size="0.1 0"/>'), "size of a capsule is '0.1 0': give 2"),
     "no length": (
         with_joint(geom='<geom type="capsule" size="1" fromto="1 0 0 1 0 0"/>'), "is '1 0 0 1 0 0': give two points",
     ),

@@ -150,3 +150,18 @@ def test_how_a_pose_is_shared_does_not_depend_on_others_of_its_batch() -> None:
         assert alone.method == both.method[entry]
         for k in range(3):
             assert_allclose(both.force(f"A{k}")[entry], alone.force(f"A{k}"), rtol=1e-9, atol=1e-9)
+
+
+def test_two_drives_for_one_freedom_share_by_no_stiffness_of_theirs() -> None:
+    """Reactions are those with locked drives: a moment of 10 N m, which their stiffness does not divide."""
+    linkage = Linkage(A=(0, 0), B=(0, 1), C=(1, 1), D=(1, 0))
+    for link in ("AB", "BC", "CD"):
+        linkage.link(link, *link)
+    linkage.revolute("A", "ground", "AB", drive=True, stiffness=(np.inf,) * 5 + (1e4,))
+    linkage.revolute("B", "AB", "BC")
+    linkage.revolute("C", "BC", "CD")
+    linkage.revolute("D", "CD", "ground", drive=True, stiffness=(np.inf,) * 5 + (3e4,))
+    linkage.load("B", link="AB", fx=10.0)
+    found = linkage.move(A=0.0, D=0.0).reactions()
+    assert found.method == "minimum norm"
+    assert_allclose(found.drive("A") - found.drive("D"), 10.0, rtol=1e-12)  # D counts the other way round

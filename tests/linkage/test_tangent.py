@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Circle, Material, Rectangle
+from linkframe.elements import Beam, Circle, Material, PointMass, Rectangle
 from linkframe.framework import Frame, FrameError
 from linkframe.models import Linkage
 from numpy.testing import assert_allclose
@@ -229,3 +229,25 @@ def test_a_frame_without_mass_at_an_entry_is_refused() -> None:
     frame.fix("A")
     with pytest.raises(FrameError, match=r"^modes: the frame has no mass at batch entry \[1\]: give its materials"):
         frame.modes(1)
+
+
+@pytest.mark.parametrize("count", [1, 4])
+def test_an_entry_that_is_left_out_needs_no_mass(count: int) -> None:
+    """Nor as many modes as are asked for."""
+
+    def frequencies(density: Any, tip: Any, left: Any = None) -> np.ndarray:
+        frame = Frame()
+        for name, x in {"A": 0.0, "B": 0.5, "C": 1.0}.items():
+            frame.node(name, (x, 0.0, 0.0))
+        beam = Beam(Circle(diameter=0.01), Material(E=2e11, nu=0.3, density=density))
+        frame.add("AB", beam, "A", "B")
+        frame.add("BC", beam, "B", "C")
+        frame.add("tip", PointMass(tip), "C")
+        frame.fix("A")
+        if left is not None:
+            frame.exclude(left)
+        return frame.modes(count).frequencies
+
+    found = frequencies(np.array([7850.0, 0.0, 0.0]), np.array([2.0, 0.0, 1.0]), [False, True, True])
+    assert_allclose(found[0], frequencies(7850.0, 2.0), rtol=1e-12)
+    assert np.isnan(found[1:]).all()

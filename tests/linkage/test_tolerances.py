@@ -384,6 +384,12 @@ def test_a_tolerance_has_the_name_and_the_unit_of_its_number(name: str, unit: st
     assert toleranced(Source(path), name, "± 5 %").unit == "of each number"
 
 
+def test_a_tolerance_of_a_moment_is_in_newton_metres(tmp_path: Path) -> None:
+    path = tmp_path / "f.toml"
+    path.write_text(LINKAGE, encoding="utf-8")
+    assert toleranced(Source(path), "loads.0.mz", 1e-3).unit == "N m"
+
+
 def test_the_report_lists_tolerances_with_their_units(tmp_path: Path) -> None:
     """By the names of the file, and to all digits of their numbers."""
     text = (EXAMPLES / "four_bar.toml").read_text(encoding="utf-8").partition("[tolerances")[0]

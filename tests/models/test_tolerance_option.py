@@ -204,6 +204,8 @@ def test_a_tolerance_of_one_joint_rules_over_that_of_all(order):
 def test_the_nominal_value_may_lie_at_a_limit_of_a_distribution():
     """But not outside it, however near."""
     assert laws(("load", "uniform(100, 10)"))["fy"] == Interval(100.0, 110.0)
+    rounded = float(np.nextafter(100.0, 101.0))  # a limit as arithmetic leaves it
+    assert laws(("load", f"uniform({rounded!r}, 10)"))["fy"].low == rounded
     with pytest.raises(FrameError, match=r"has the mean 106 and spreads by 2\.88675, but load is 100"):
         laws(("load", "uniform(101, 10)"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 from linkframe.models.command_line import main
 from linkframe.models.job.figures import TracedPoint, draw_histograms, draw_trajectories
+from linkframe.models.job.letters import missing_letters
 from linkframe.models.job.outcome import magnification
 from linkframe.models.linkage.job.run import LinkageJob
 from linkframe.models.paper.drawing import draw_linkage
@@ -150,3 +152,9 @@ def test_letters_that_the_font_has_not_are_told(tmp_path: Path, capsys: pytest.C
     told = "The font of the figures has no 图: a box stands in place of each letter"
     assert told in capsys.readouterr().out.replace("\n", " ")
     assert f"**Note:** {told}" in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+
+
+def test_other_warnings_of_the_program_that_draws_go_on() -> None:
+    with pytest.warns(UserWarning, match="^the axes are too small$"), missing_letters() as notes:
+        warnings.warn("the axes are too small", UserWarning, stacklevel=1)
+    assert notes == []

@@ -181,9 +181,12 @@ def _openings(
             terms = [[x * rates[k] for x, k in zip(row, by, strict=True)] for row in rows]
             return [(sum(each), sum(map(abs, each))) for each in terms]
 
-        yield "rates", *_largest(sums(v))
-        both = zip(mechanism.bias[1](state, parameters, v, w), sums(w), strict=True)
-        yield "accelerations", *_largest([(whole, size + abs(whole - part)) for whole, (part, size) in both])
+        speeds = sums(v)
+        yield "rates", *_largest(speeds)
+        # the parts of the bias may cancel, as where a link does not turn: each is as large as a speed times a rate
+        fastest = functools.reduce(np.maximum, [abs(v[k]) for k in by])
+        both = zip(mechanism.bias[1](state, parameters, v, w), sums(w), speeds, strict=True)
+        yield "accelerations", *_largest([(whole, size + speed * fastest) for whole, (_, size), (_, speed) in both])
 
 
 def _largest(rows: Sequence[tuple[Value, Value]]) -> tuple[Value, Value]:

@@ -15,6 +15,7 @@ from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, widest
 from ..kinematics.terms import Value
+from .spindles import spindles
 
 # Ratio to the largest singular value below which one counts as zero. Closed positions are accurate to some 1e-15, and
 # to 1e-8 near a singular one.
@@ -42,16 +43,22 @@ class Configurations:
         Largest gap of an assembled position, a length.
     entry
         Entry of the batch.
+    by_travel
+        Whether the angles of spindles count as the travel of their screws, where that is less.
 
     Attributes
     ----------
+    spindles
+        Spindles whose angles count so, by the names of their links.
     dependent
         Ratio to the largest singular value below which one counts as zero.
     row_units, units
         Units of the equations and of the joint coordinates, in which lengths count in extents of the linkage.
     """
 
-    def __init__(self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None) -> None:
+    def __init__(
+        self, linkage: LinkageDescription, tolerance: float = 0.0, entry: Entry = None, *, by_travel: bool = False
+    ) -> None:
         self.mechanism = compiled(linkage)
         first = (0,) * len(linkage.shape)
         self.entry = one_entry(linkage.shape, first if entry is None else entry, "the linkage")
@@ -64,6 +71,10 @@ class Configurations:
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
             for names in (self.mechanism.rows, self.mechanism.columns)
         )
+        self.spindles = spindles(linkage, self.entry, extent(linkage)) if by_travel else {}
+        for spindle in self.spindles.values():
+            turning = [name in spindle.joints and component == "rz" for name, component in self.mechanism.columns]
+            self.units[turning] = np.minimum(self.units[turning], spindle.lead / extent(linkage))
 
     def of_entry(self, number: Value) -> Value:
         """Value of a number of the description at the entry."""

@@ -120,7 +120,8 @@ def _curve(
         )
     if chosen not in driven:
         linkage, driven = _driven_by(linkage, joint, coordinate), [chosen]
-    return MotionPath(Configurations(linkage, tolerance, entry), chosen, [name for name in driven if name != chosen])
+    space = Configurations(linkage, tolerance, entry, by_travel=True)
+    return MotionPath(space, chosen, [name for name in driven if name != chosen])
 
 
 def _driven_by(linkage: LinkageDescription, joint: str, coordinate: str) -> LinkageDescription:

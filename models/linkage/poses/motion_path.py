@@ -23,6 +23,8 @@ NEWTON = 30
 BESIDE = 0.005
 # Factor of that spacing if the place is known from one Newton step only, and largest distance of the place.
 FEW, FAR = 3.0, 3.0 * STEP
+# Distance from its start at which a path runs through it, dimensionless.
+MET = 1e-7
 # Step of the central difference for the derivative of a singular value.
 DIFFERENCE = 1e-5
 # Ratio to the largest singular value below which one counts as zero at a crossing, which is known to half the digits.
@@ -151,6 +153,23 @@ class MotionPath:
         back = [] if traced.closes else self.trace(self.start.reversed(-1.0)).places[:0:-1]
         return [*back, *traced.places]
 
+    def meets(self, place: PathPoint, start: Array) -> bool:
+        """Whether the path near a point runs through the places `start` of the links, rather than past them.
+
+        A link on a screw passes by at each turn, at the advance of that turn.
+        """
+        away, least = start - self.link_places(place), max(MET, 10.0 * self.space.tolerance)
+        while (distance := np.abs(away).max()) > least:
+            beside = self.stepped(place, DIFFERENCE)
+            speed = None if beside is None else (self.link_places(beside) - self.link_places(place)) / DIFFERENCE
+            nearer = None if speed is None else self.stepped(place, np.vdot(speed, away) / np.vdot(speed, speed))
+            if nearer is None:
+                return True  # at a crossing, where the one is not told from the other
+            place, away = nearer, start - self.link_places(nearer)
+            if np.abs(away).max() > 0.5 * distance:
+                return False
+        return True
+
     def trace(self, place: PathPoint, until: Callable[[PathPoint], bool] | None = None) -> TracedPath:
         """Follow the path until it closes, stalls or gets too long, or to the first point for which `until` is true."""
         trace = _Trace(self, place, until)
@@ -167,15 +186,15 @@ class MotionPath:
             raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
 
     def link_places(self, place: PathPoint) -> Array:
-        """Reference points and axes of the links, without the axes of links with an idle degree of freedom."""
+        """Reference points and axes of the links, without the axes of spindles and of links that turn idly."""
         places = self.space.places(place.state)
-        places[self._idle, 3:] = 0.0
+        places[self._turning, 3:] = 0.0
         return places
 
     @cached_property
-    def _idle(self) -> list[int]:
+    def _turning(self) -> list[int]:
         names = list(self.space.mechanism.linkage.links)
-        return [names.index(name) for name in self.space.idle(self.space.reference_state)]
+        return [names.index(name) for name in (*self.space.idle(self.space.reference_state), *self.space.spindles)]
 
     # -- singular places --------------------------------------------------------------------------------------------
 
@@ -306,7 +325,8 @@ class _Trace:
         found, there = point
         moved, distance = np.abs(there - self._here).max(), np.abs(there - self._start).max()
         self.places.append(found)
-        self.closes = bool(self._away and distance < max(moved, self._last))
+        near = self._away and distance < max(moved, self._last)
+        self.closes = bool(near and self.path.meets(found, self._start))
         if self.closes or (self.until is not None and self.until(found)) or len(self.places) >= LONGEST_WAY:
             return None
         self._away = self._away or bool(distance > 4.0 * STEP)

@@ -1,0 +1,75 @@
+"""Ranges and dead points of linkages that screws drive: many turns to one stroke, in closed form."""
+
+import numpy as np
+import pytest
+from linkframe import Linkage
+from numpy.testing import assert_allclose
+
+TURN = 2.0 * np.pi
+
+
+def rotation(seed: int) -> np.ndarray:
+    vectors = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    return vectors * np.linalg.det(vectors)
+
+
+def toggle(pitch: float, axes: np.ndarray) -> Linkage:
+    """Two bars of sqrt(2), whose far end a screw pulls along x: at 2 in the reference configuration."""
+    x, z = axes[:, 0], axes[:, 2]
+    linkage = Linkage(A=(0, 0, 0), B=axes @ (1, 1, 0), C=2.0 * x)
+    for link, points in {"ab": "AB", "bc": "BC", "nut": "C", "spindle": "C"}.items():
+        linkage.link(link, *points)
+    linkage.revolute("A", "ground", "ab", axis=z)
+    linkage.revolute("B", "ab", "bc", axis=z)
+    linkage.revolute("C", "bc", "nut", axis=z)
+    linkage.prismatic("C", "ground", "nut", axis=x, name="slide")
+    linkage.screw("C", "ground", "spindle", axis=x, pitch=pitch, name="screw", drive=True)
+    linkage.revolute("C", "spindle", "nut", axis=x, name="bearing")
+    return linkage
+
+
+@pytest.mark.parametrize("pitch", [0.1, -0.02, 0.002])
+@pytest.mark.parametrize("seed", [None, 1])
+def test_a_toggle_that_a_screw_drives(pitch, seed):
+    """The bars are stretched at ±2 sqrt(2), and lie on each other where C meets A."""
+    linkage = toggle(pitch, np.eye(3) if seed is None else rotation(seed))
+    places = np.array([-2.0 * np.sqrt(2.0), 0.0, 2.0 * np.sqrt(2.0)])
+    turns = np.sort((places - 2.0) / pitch * TURN)
+    found = linkage.dead_points("screw")
+    assert_allclose([point.value for point in found], turns, rtol=1e-10)
+    assert [point.change_point for point in found] == [False, True, False]
+    reach = linkage.drive_range("screw")
+    assert_allclose([reach.lower, reach.upper], turns[[0, 2]], rtol=1e-10)
+
+
+@pytest.mark.parametrize("pitch", [0.05, 0.002])
+def test_an_actuator_that_tilts(pitch):
+    """A spindle between a motor at D and a nut on the arm: 1.5 - 1 to 1.5 + 1 long."""
+    b = np.array([np.cos(1.2), np.sin(1.2), 0.0])
+    span = b - (1.5, 0.0, 0.0)
+    linkage = Linkage(A=(0, 0), B=b, D=(1.5, 0))
+    for link, points in {"arm": "AB", "motor": "D", "spindle": "DB", "nut": "B"}.items():
+        linkage.link(link, *points)
+    linkage.revolute("A", "ground", "arm")
+    linkage.revolute("D", "ground", "motor")
+    linkage.revolute("D", "motor", "spindle", axis=span, name="drive", drive=True)
+    linkage.screw("B", "spindle", "nut", axis=span, pitch=pitch, name="thread")
+    linkage.revolute("B", "nut", "arm", name="pin")
+    reach = linkage.drive_range("drive")
+    lengths = np.linalg.norm(span) - np.array([reach.upper, reach.lower]) * pitch / TURN
+    assert_allclose(lengths, (0.5, 2.5), rtol=1e-9)
+
+
+def test_a_crank_on_a_screw_does_not_return_after_a_turn():
+    """Its end climbs by the pitch at each turn, until the rod no longer reaches the block's line."""
+    pitch, radius, high, ahead = 0.03, 0.3, 0.55, 0.66
+    linkage = Linkage(A=(0, 0), B=(radius, 0), C=(radius + ahead, high))
+    for link, points in {"crank": "AB", "rod": "BC", "block": "C"}.items():
+        linkage.link(link, *points)
+    linkage.screw("A", "ground", "crank", axis=(0, 0, 1), pitch=pitch, drive=True)
+    linkage.spherical("B", "crank", "rod")
+    linkage.spherical("C", "rod", "block")
+    linkage.prismatic("C", "ground", "block", axis=(1, 0), name="slide")
+    angle = np.linspace(0.0, 20.0 * TURN, 2_000_001)
+    left = ahead**2 + high**2 - (high - radius * np.sin(angle)) ** 2 - (pitch * angle / TURN) ** 2
+    assert_allclose(linkage.drive_range("A").upper, angle[np.argmax(left < 0.0)], rtol=1e-5)
