@@ -122,7 +122,10 @@ def _dense(plan: Plan, count: int, asked: AskedModes) -> tuple[Array, Array]:
     singular = (least <= _REGULAR) & ~unstable
     shift = _shift(stiffness, mass, singular)
     half, root = _halves(plan, stiffness, mass, shift)
-    values, vectors = inverse_pencil(np.where(unstable[..., None, None], eye, half), root, mass, count)
+    half = np.where(unstable[..., None, None], eye, half)
+    if plan.frame.absent is not None:
+        half, root = np.where(left_out, eye, half), np.where(left_out[..., 0], 1.0, root)
+    values, vectors = inverse_pencil(half, root, mass, count)
     values = above_rounding(values)
     squared = _elastic(1.0 / values - shift[..., None], shift[..., None])
     vectors = vectors / np.sqrt(values)[..., None, :]

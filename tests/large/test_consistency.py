@@ -140,6 +140,34 @@ def test_energy_balance_along_load_steps() -> None:
     assert error[0] / error[1] == pytest.approx(4.0, rel=0.2)
 
 
+class WarmBeam(Beam):
+    """A beam that grows by one part in a thousand."""
+
+    def free_strain(self, fraction: np.ndarray) -> np.ndarray:
+        return np.broadcast_to([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0], (*np.shape(fraction), 6))
+
+
+@pytest.mark.parametrize("steps", [1, 4])
+def test_work_of_heat_between_two_walls_and_of_a_moment_about_any_axis(steps: int) -> None:
+    """``EA ε² L / 2``, and ``M² L / (2 EI)`` of a beam that is rolled by two radians; as the square of the load."""
+    shares = np.arange(1, steps + 1) ** 2 / steps**2
+    warm, rolled = Frame(), Frame()
+    across = np.array([0.48, -0.64, 0.6])
+    for each, element in ((warm, WarmBeam(BAR, STEEL)), (rolled, Beam(Rectangle(y=0.2, z=0.2), STEEL, segments=12))):
+        each.node("A", (0.0, 0.0, 0.0))
+        each.node("B", 2.0 * np.array([0.8, 0.6, 0.0]))
+        each.add("AB", element, "A", "B")
+        each.fix("A")
+    warm.fix("B")
+    bending = STEEL.E * 0.2**4 / 12.0
+    mx, my, mz = bending * across
+    rolled.load("B", mx=mx, my=my, mz=mz)
+    for each, energy in ((warm, 0.5 * STEEL.E * BAR.A * 1e-6 * 2.0), (rolled, bending)):
+        solution = each.solve(large=True, steps=steps)
+        np.testing.assert_allclose(solution.work, energy * shares, rtol=1e-9)
+        np.testing.assert_allclose(solution.strain_energy, energy * shares, rtol=1e-9)
+
+
 def test_a_batch_equals_its_members() -> None:
     whole = solved()
     for entry, height in enumerate((-0.3, -0.2)):

@@ -73,3 +73,23 @@ def test_a_crank_on_a_screw_does_not_return_after_a_turn():
     angle = np.linspace(0.0, 20.0 * TURN, 2_000_001)
     left = ahead**2 + high**2 - (high - radius * np.sin(angle)) ** 2 - (pitch * angle / TURN) ** 2
     assert_allclose(linkage.drive_range("A").upper, angle[np.argmax(left < 0.0)], rtol=1e-5)
+
+
+@pytest.mark.parametrize("spline", [False, True])
+def test_a_crank_that_turns_as_a_screw_does_is_followed_by_its_angle(spline):
+    """On the screw itself, or on a spline of its spindle: until the rod, shorter than the crank, stands across."""
+    radius, rod, high = 1.0, 0.6, 0.1
+    linkage = Linkage(A=(0, 0), B=(radius, 0), C=(radius + np.sqrt(rod**2 - high**2), high))
+    for link, points in {"crank": "AB", "rod": "BC", "block": "C", "spindle": "A"}.items():
+        if spline or link != "spindle":
+            linkage.link(link, *points)
+    z = {"axis": (0, 0, 1)}
+    linkage.screw("A", "ground", "spindle" if spline else "crank", pitch=1e-3, name="screw", drive=True, **z)
+    if spline:
+        linkage.prismatic("A", "spindle", "crank", name="spline", **z)
+        linkage.revolute("A", "ground", "crank", name="bearing")
+    linkage.cylindrical("B", "crank", "rod", **z)
+    linkage.revolute("C", "rod", "block")
+    linkage.prismatic("C", "ground", "block", axis=(1, 0), name="slide")
+    reach = linkage.drive_range("screw")
+    assert_allclose([reach.lower, reach.upper], np.arcsin([high - rod, high + rod]), rtol=1e-9)

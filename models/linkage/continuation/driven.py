@@ -184,7 +184,7 @@ def _openings(
         speeds = sums(v)
         yield "rates", *_largest(speeds)
         # the parts of the bias may cancel, as where a link does not turn: each is as large as a speed times a rate
-        fastest = functools.reduce(np.maximum, [abs(v[k]) for k in by])
+        fastest: Value = functools.reduce(np.maximum, [np.abs(v[k]) for k in by])
         both = zip(mechanism.bias[1](state, parameters, v, w), sums(w), speeds, strict=True)
         yield "accelerations", *_largest([(whole, size + speed * fastest) for whole, (_, size), (_, speed) in both])
 

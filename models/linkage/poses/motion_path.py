@@ -162,7 +162,7 @@ class MotionPath:
         while (distance := np.abs(away).max()) > least:
             beside = self.stepped(place, DIFFERENCE)
             speed = None if beside is None else (self.link_places(beside) - self.link_places(place)) / DIFFERENCE
-            nearer = None if speed is None else self.stepped(place, np.vdot(speed, away) / np.vdot(speed, speed))
+            nearer = None if speed is None else self.stepped(place, float(np.vdot(speed, away) / np.vdot(speed, speed)))
             if nearer is None:
                 return True  # at a crossing, where the one is not told from the other
             place, away = nearer, start - self.link_places(nearer)
