@@ -81,7 +81,7 @@ def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dic
     places = many.position("P")
     order = np.random.default_rng(1).permutation(24)
     alone = {k: linkage.move({name: float(x[k]) for name, x in drives.items()}) for k in order}
-    np.testing.assert_allclose([alone[k].position("P") for k in range(24)], places, rtol=0.0, atol=1e-14)
+    np.testing.assert_array_equal([alone[k].position("P") for k in range(24)], places)
     fresh = robot(24)[0].move({name: float(x[7]) for name, x in drives.items()})
     np.testing.assert_array_equal(fresh.position("P"), alone[7].position("P"))
     assert fresh.closure_status == many.closure_status[7] == "regular"
@@ -135,7 +135,7 @@ def test_what_one_step_has_closed_is_not_closed_again(robot: Callable[[int], Any
 
     monkeypatch.setattr(Loops, "advance", counted)
     ended = 0
-    for k in range(1, 24):
+    for k in range(1, 23):  # the sweep begins and ends in the reference configuration
         steps.clear()
         one = linkage.move({name: float(x[k]) for name, x in drives.items()})
         assert float(one.gap) < 2e-15

@@ -25,7 +25,7 @@ from .drives import Drives
 from .ends import sharpened
 from .many_paths import TOGETHER
 from .members import Starts, own_starts
-from .one_pose import OnePose, one_pose
+from .one_pose import STILL, OnePose, one_pose
 from .other_modes import least_gaps
 from .predictor_corrector import OPEN
 from .rays import along_rays, from_one
@@ -35,8 +35,6 @@ from .sweep import swept
 Mask = NDArray[np.bool_]
 # Residual, as a share of the mechanism's size, below which loops count as closed.
 CLOSED = 1e-12
-# Change of a drive, in radians and mechanism sizes, below which it counts as standing still.
-STILL = 1e-14
 # Poses up to which a batch is found pose by pose, in floats: from there on the calls of NumPy take less time.
 FEW = 10
 # `reached` of a single pose that was found.
@@ -171,8 +169,7 @@ def _one_by_one(
 ) -> Assembly | None:
     """A single pose or a few, each by itself, with the bits of a longer batch; None for more.
 
-    None also where one of them takes a closer search; and of a few where several drives move, whose single poses are
-    found otherwise.
+    None also where one of them takes a closer search.
     """
     limit = max(CLOSED, loops.tolerance)
     if not shape:
@@ -180,10 +177,10 @@ def _one_by_one(
         if one is None:
             return None
         return Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
-    if not 0 < math.prod(shape) <= FEW or len(driven) > 1:
+    if not 0 < math.prod(shape) <= FEW:
         return None
     poses: list[OnePose] = []
-    for values in zip(*(x.ravel().tolist() for x in driven), strict=True):
+    for values in zip(*(np.broadcast_to(x, shape).ravel().tolist() for x in driven), strict=True):
         one = one_pose(loops, parameters, start, values, limit)
         if one is None:
             return None
@@ -259,14 +256,14 @@ def _found(
 ) -> Found:
     """Poses of a batch, grouped by the drives that have moved: poses of one moving drive lie on one path.
 
-    Where the drives determine the whole state, as on open chains, there is no path to follow.
+    Where the drives determine the whole state, as on open chains, there is no path to follow. Of several drives, a pose
+    at which none has moved is the reference configuration, whichever of them moves elsewhere in the batch.
     """
     if not loops.unknown_states:
         return _standing(loops, start, starts, driven, shape)
     moving = _moving(loops, start, driven)
-    if len(moving) <= 1 and not loops.driven_spherical and loops.driven_states:
-        along = Along(loops, nominal, start, starts, moving[0] if moving else 0, switch)
-        return along.poses(driven, parameters, shape)
+    if len(loops.driven_states) == 1:
+        return Along(loops, nominal, start, starts, 0, switch).poses(driven, parameters, shape)
     if not moving:
         return _standing(loops, start, starts, driven, shape)
     moved = [np.abs(x - start.state[place]) > STILL for place, x in zip(loops.driven_states, driven, strict=True)]
@@ -347,20 +344,22 @@ def _on_rays(
     """States of the poses (M,) where several drives have moved, and which of them are reached."""
     targets = np.stack(aims)
     if starts is None:
-        states, reached = from_one(loops, nominal, start, targets)
+        states, reached, closed = from_one(loops, nominal, start, targets)
     else:
-        closed = starts.closed
-        states, reached = np.stack(starts.state), np.zeros(closed.shape, dtype=bool)
-        own = taken(parameters, closed)
-        states[:, closed], reached[closed] = along_rays(loops, own, states[:, closed], targets[:, closed])
+        begun = starts.closed
+        states, reached, closed = np.stack(starts.state), np.zeros(begun.shape, dtype=bool), np.zeros_like(begun)
+        own = taken(parameters, begun)
+        states[:, begun], reached[begun] = along_rays(loops, own, states[:, begun], targets[:, begun])
     states[loops.driven_states] = targets
-    rough = reached.copy()
+    rough = reached & ~closed
     for block in blocks(reached.shape, reached.size if loops.at_once(reached.shape) else TOGETHER):
         part = states[:, block[0]]
-        found = loops.close_all(loops.unit(list(part)), cut_all(parameters, block))
+        begin = loops.unit(list(part)) if loops.driven_spherical else list(part)
+        found = loops.close_all(begin, cut_all(parameters, block))
         rough[block] &= ~found.trusted
+        better = found.trusted & ~closed[block]
         for row, x in zip(part, found.state, strict=True):
-            np.copyto(row, x, where=found.trusted)
+            np.copyto(row, x, where=better)
     sharpened(loops, parameters, states, rough)
     return list(states), reached
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,11 @@ def followed(
     return ends
 
 
+def lengths(change: Array) -> Array:
+    """Lengths of changes (f, ...), summed term by term."""
+    return np.asarray(np.sqrt(sum(x * x for x in change)))
+
+
 @dataclass(frozen=True, eq=False)
 class Derivatives:
     """Derivatives of a pose by the drives.
@@ -94,13 +100,26 @@ class Derivatives:
         """
         first, second = (np.zeros((len(self.rate), change.shape[1])) for _ in range(2))
         part = np.empty_like(first)
-        for i, x in enumerate(change):
-            first += np.multiply(self.rate[:, i, None], x, out=part)
-        for i, j in self.pairs:
-            factor = self.bend[:, i, j, None] * (1.0 if i == j else 2.0)
+        for factor, x in zip(self.rate.T, change, strict=True):
+            first += np.multiply(factor[:, None], x, out=part)
+        for (i, j), factor in zip(self.pairs, self._second, strict=True):
             if factor.any():
-                second += np.multiply(factor, change[i] * change[j], out=part)
+                second += np.multiply(factor[:, None], change[i] * change[j], out=part)
         return first, second
+
+    def along_one(self, change: Array) -> tuple[Array, Array]:
+        """`along` for one change (f,), by the same sums."""
+        i, j = np.array(self.pairs).T
+        first = np.add.accumulate(self.rate.T * change[:, None])[-1]
+        second = np.add.accumulate(self._second * (change[i] * change[j])[:, None])[-1]
+        return first, second
+
+    @cached_property
+    def _second(self) -> Array:
+        """What each of the `pairs` adds to the second derivative of the state, (pairs, n)."""
+        i, j = np.array(self.pairs, dtype=np.intp).reshape(-1, 2).T
+        factors: Array = np.where(i == j, 1.0, 2.0)[:, None] * self.bend[:, i, j].T
+        return factors
 
     @classmethod
     def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
@@ -220,7 +239,7 @@ class ManyPaths(PathBatch[PosesAhead]):
         common: Derivatives | None = None,
     ) -> None:
         self.loops, self.parameters, self.asked = loops, parameters, asked
-        self.length = np.sqrt((change**2).sum(axis=0))
+        self.length = lengths(change)
         self.direction = change / np.where(self.length > 0.0, self.length, 1.0)
         self.origin = state[loops.driven_states]
         count = state.shape[1]

@@ -45,21 +45,30 @@ def one_pose(
     origin = [start.state[place] for place in loops.driven_states]
     moving = [k for k, (x, y) in enumerate(zip(driven, origin, strict=True)) if abs(x - y) > STILL]
     signs: list[float] = []
+    if not moving and len(driven) > 1:
+        # the reference configuration, on whichever path it lies
+        return _closed(loops, parameters, _placed(loops, start.state, driven), closed)
     if len(moving) > 1:
         pose = at_once(loops, parameters, start, begins(loops, parameters, start), np.array(driven))
         if pose is not None and pose.last_step <= LAST_STEP:
             return _closed(loops, parameters, pose.state, closed)
-        guess = None if pose is None else list(pose.state)
+        guess = None if pose is None else pose.state
     else:
         guess, signs = _on_path(loops, parameters, start, moving[0] if moving else 0, driven)
     if guess is None:
         return None
-    for place, value in zip(loops.driven_states, driven, strict=True):
-        guess[place] = value
-    found = loops.close_one(guess, parameters, compiled=len(moving) < 2)
+    found = loops.close_one(_placed(loops, guess, driven), parameters)
     if found is None or not all(x * y >= 0.0 for x, y in zip(found.determinants, signs, strict=False)):
         return None
     return _closed(loops, parameters, found.state, closed)
+
+
+def _placed(loops: Loops, state: Sequence[float], driven: Sequence[float]) -> list[float]:
+    """A state with these values of the driven entries."""
+    out = list(state)
+    for place, value in zip(loops.driven_states, driven, strict=True):
+        out[place] = value
+    return out
 
 
 def _closed(loops: Loops, parameters: Sequence[float], state: list[float], closed: float) -> OnePose | None:

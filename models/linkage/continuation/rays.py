@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ..kinematics.blocks import taken
 from ..kinematics.closed_poses import Pose
+from ..kinematics.loop_coordinates import LAST_STEP
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .ends import at_dead_points
 from .follow import Guide
 from .guess import NEAR
-from .many_paths import FAR, TOGETHER, Derivatives, followed
+from .many_paths import FAR, TOGETHER, Derivatives, followed, lengths
 from .predictor_corrector import LONGEST, TURN, PredictorCorrector, RayPath, changes_sign, follows
 
 Mask = NDArray[np.bool_]
@@ -24,37 +25,38 @@ ASIDE = 0.02
 SAME = 1e-6
 
 
-def from_one(loops: Loops, parameters: Sequence[float], start: Pose, targets: Array) -> tuple[Array, Mask]:
-    """As `along_rays`, of poses that all begin in the same one."""
+def from_one(loops: Loops, parameters: Sequence[float], start: Pose, targets: Array) -> tuple[Array, Mask, Mask]:
+    """As `along_rays`, of poses that all begin in the same one; and which of them are closed to rounding."""
     if loops.driven_spherical:
         states = np.tile(np.array(start.state)[:, None], targets.shape[1])
-        return along_rays(loops, parameters, states, targets)
+        return *along_rays(loops, parameters, states, targets), np.zeros(targets.shape[1], dtype=bool)
     common = begins(loops, parameters, start)
-    if targets.shape[1] == 1 and (pose := at_once(loops, parameters, start, common, targets[:, 0])):
-        return np.array(pose.state)[:, None], np.ones(1, dtype=bool)
-    states, reached = _in_one_step(loops, parameters, start, common, targets)
+    states, reached, closed = _in_one_step(loops, parameters, start, common, targets)
     if not reached.all():
         left = ~reached
         begin = np.tile(np.array(start.state)[:, None], int(left.sum()))
         states[:, left], reached[left] = along_rays(loops, parameters, begin, targets[:, left], common)
-    return states, reached
+    return states, reached, closed
 
 
 def _in_one_step(
     loops: Loops, parameters: Sequence[float], start: Pose, common: Derivatives, targets: Array
-) -> tuple[Array, Mask]:
-    """States (n, poses) at driven states (f, poses), and which of them one step leads to: as `at_once`, for many."""
+) -> tuple[Array, Mask, Mask]:
+    """States (n, poses) at driven states (f, poses), and which of them one step leads to: as `at_once`, for many.
+
+    Last, which of these are closed to rounding.
+    """
     begin, count = np.array(start.state), targets.shape[1]
     states, reached = np.empty((len(begin), count)), np.zeros(count, dtype=bool)
     follow, determinants = common.follow[:, None], common.determinants[:, None]
     bound = TURN * (0.5 + float(np.abs(follow).max(initial=0.0)))
-    guess, near = states, np.empty(count, dtype=bool)
+    guess, near, closed = states, np.empty(count, dtype=bool), np.zeros(count, dtype=bool)
     for first in range(0, count, TOGETHER):
         part = slice(first, first + TOGETHER)
         change = targets[:, part] - begin[loops.driven_states, None]
         rate, bend = common.along(change)
         guess[:, part] = begin[:, None] + rate + 0.5 * bend
-        near[part] = np.sqrt((change**2).sum(axis=0)) <= FAR
+        near[part] = lengths(change) <= FAR
     guess[loops.driven_states] = targets
     together = count if loops.at_once((count,), followed=True) else TOGETHER
     for first in range(0, count, together):
@@ -65,10 +67,10 @@ def _in_one_step(
             good &= np.abs(now - then) <= bound
         for now, then in zip(found.determinants, determinants, strict=True):
             good &= now * then >= 0.0
-        reached[part] = good
+        reached[part], closed[part] = good, good & (found.last_step <= LAST_STEP)
         for row, x in zip(states, found.state, strict=True):
             row[part] = x
-    return states, reached
+    return states, reached, closed
 
 
 def begins(loops: Loops, parameters: Sequence[float], start: Pose) -> Derivatives:
@@ -83,9 +85,10 @@ def at_once(loops: Loops, parameters: Sequence[float], start: Pose, common: Deri
     """The pose at driven states (f,) where one step leads to it, as the first step of `ManyPaths`; else None."""
     begin = np.array(start.state)
     change = target - begin[loops.driven_states]
-    if not np.linalg.norm(change) <= FAR:
+    if not lengths(change) <= FAR:
         return None
-    guess = begin + common.rate @ change + 0.5 * (common.bend @ change) @ change
+    rate, bend = common.along_one(change)
+    guess = begin + rate + 0.5 * bend
     guess[loops.driven_states] = target
     pose = loops.close(loops.unit(guess.tolist()), parameters)  # type: ignore[arg-type]
     if pose is None or changes_sign(start, pose) or not follows(start, pose):

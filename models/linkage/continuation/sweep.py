@@ -1,7 +1,7 @@
 """Long sweeps of one drive by machine code: what `one_pose` does for one pose, for all at once.
 
 Poses in and near change points and dead points, many turns away, or that Newton's method does not reach from the nodes
-of the path, are left to the closer search of `assemble`.
+of the path, are left to the closer search of `assemble`; of several drives also those at which none has moved.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..kinematics.closed_poses import Pose
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .follow import Guide
-from .one_pose import ASIDE
+from .one_pose import ASIDE, STILL
 from .single_drive import MANY, SingleDrive
 
 
@@ -87,6 +87,8 @@ def swept(
     if made is None:
         return None
     (unknown, (good,), (error,)), reason = made
+    if len(driven) > 1:
+        good &= np.abs(s) > STILL
     for place, x in zip(loops.unknown_states, unknown, strict=True):
         state[place] = x
     return Swept(state, good, error, reason)

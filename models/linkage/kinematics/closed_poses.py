@@ -73,4 +73,5 @@ class Poses:
     follow: list[Value]
     determinants: list[Value]
     first_step: Array
+    last_step: Array
     good: NDArray[np.bool_]

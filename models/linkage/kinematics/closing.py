@@ -77,7 +77,7 @@ class ClosingArithmetic(Protocol):
 
     def arrived(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
-    ) -> tuple[list[Any], Any]:
+    ) -> tuple[list[Any], Any, Any]:
         """The last step of `Loops.poses`."""
         ...
 
@@ -157,7 +157,10 @@ class Closing:
         return self._found("close", self._close)
 
     def poses(self) -> RecordedProgram | None:
-        """(guess, parameters, shares) to results of `Loops.poses`: states, follow, determinants, first step, good."""
+        """(guess, parameters, shares) to results of `Loops.poses`.
+
+        States, follow, determinants, first and last step, good.
+        """
         exact = self.loops.equations.written(len(self.loops.mechanism.driven))
         return None if exact is None else self._found("poses", self._poses, exact[0])
 
@@ -286,10 +289,10 @@ class Closing:
         found = sheet.done(exact[0], at)
         if pivots:
             sure = sure & _firm(sheet.shares, found[-pivots:])
-        at, good = loops.arrived(found[:n], at, good, moving, last)
+        at, good, last = loops.arrived(found[:n], at, good, moving, last)
         behind = n + len(loops.equations.followers)
         return sheet.written(
-            [self._unknown(at), found[n:behind], found[behind : len(found) - pivots], [first], [good & sure]]
+            [self._unknown(at), found[n:behind], found[behind : len(found) - pivots], [first, last], [good & sure]]
         )
 
     def _error(self, sheet: _ProgramRecording, state: Sequence[Any]) -> Any:

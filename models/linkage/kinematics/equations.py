@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, cast
 
 import numpy as np
 
-from ....framework.batch import Array
 from ....framework.program.source import Function, Functions
 from .blocks import members_of, shape_of
 from .elimination import Eliminated
@@ -71,7 +70,7 @@ class Equations:
         """(state, parameters) to the step of each unknown; for arrays, followed by the determinants of the blocks."""
         if self.linear.compact:
             return self.mechanism.program("step", self._step)
-        return self._step_by_matrix, self._of_arrays(self.mechanism.newton, 0)
+        return partial(self._of_floats, 0, determinants=False), self._of_arrays(self.mechanism.newton, 0)
 
     def _step(self, formulas: Formulas) -> list[Scalar]:
         residual, jacobian, _ = formulas.closing
@@ -82,7 +81,8 @@ class Equations:
         """As `step`; between steps and determinants, the velocities of the `followers` per unit of their drives."""
         if self.linear.compact:
             return self.mechanism.program("closed pose", self._pose)
-        return self._pose_by_matrix, self._of_arrays(self.mechanism.full, len(self.mechanism.driven))
+        drives = len(self.mechanism.driven)
+        return partial(self._of_floats, drives), self._of_arrays(self.mechanism.full, drives)
 
     @cached_property
     def of_one(self) -> tuple[Function, Function, int]:
@@ -113,41 +113,29 @@ class Equations:
             return cast(Functions, self.pose if drives else self.step), 0
         return None if self.linear.order is None else self._eliminated(drives)
 
-    def step_of_one(self, state: Sequence[float], parameters: Sequence[float], *, compiled: bool = True) -> list[float]:
-        """As `step` for floats, with the determinants, and with the bits that arrays give.
-
-        With ``compiled=False`` a single pose does not wait for the recorded elimination; its bits may differ.
-        """
+    def step_of_one(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
+        """As `step` for floats, with the determinants, and with the bits that arrays give."""
         if self.linear.compact:
             return list(self.step[0](state, parameters))
-        if self.linear.order is not None and compiled:
-            found, pivots = self._eliminated(0)
-            numbers = found[0](state, parameters)
-            if all(abs(x * p) >= LEAST_PIVOT_RATIO for x, p in zip(self.shares, numbers[-pivots:], strict=True)):
-                return list(numbers[:-pivots])
-        m = self.linear.rows
-        entries = self.mechanism.newton[0](state, parameters)
-        return self.linear.solve_one(entries[m:], entries[:m])
+        return self._of_floats(0, state, parameters)
 
     # -- equations in blocks of more than two ------------------------------------------------------------------------
 
-    def _step_by_matrix(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
-        return self._by_matrix(self.mechanism.newton[0](state, parameters), 0)[0]
-
-    def _pose_by_matrix(self, state: Sequence[float], parameters: Sequence[float]) -> list[float]:
-        entries = self.mechanism.full[0](state, parameters)
-        found, jacobian = self._by_matrix(entries, len(self.mechanism.driven))
-        return [*found, *self.linear.determinants_of_floats(jacobian)]
-
-    def _by_matrix(self, entries: Sequence[float], drives: int) -> tuple[list[float], Array]:
-        m, n = self.linear.rows, self.linear.columns
-        behind = m + m * n
-        jacobian = np.array(entries[m:behind]).reshape(m, n)
-        right = np.array(entries[:m])[:, None]
-        if drives:
-            right = np.concatenate([right, -np.array(entries[behind:]).reshape(m, drives)], axis=1)
-        found: list[list[float]] = self.linear.solve_floats(jacobian, right).T.tolist()
-        return self._following(found), jacobian
+    def _of_floats(
+        self, drives: int, state: Sequence[float], parameters: Sequence[float], *, determinants: bool = True
+    ) -> list[float]:
+        """What `_of_arrays` finds, for one pose, by the same operations; by matrices also without the determinants."""
+        linear = self.linear
+        if linear.order is not None:
+            program, pivots = self._eliminated(drives)
+            numbers = program[0](state, parameters)
+            if all(abs(x * p) >= LEAST_PIVOT_RATIO for x, p in zip(self.shares, numbers[-pivots:], strict=True)):
+                return list(numbers[:-pivots])
+        m, behind = linear.rows, linear.rows * (1 + linear.columns)
+        entries = (self.mechanism.full if drives else self.mechanism.newton)[0](state, parameters)
+        rights = [entries[:m], *([-x for x in entries[behind + k :: drives]] for k in range(drives))]
+        found = self._following(linear.solve_floats(entries[m:behind], rights))
+        return [*found, *linear.determinants_of_floats(entries[m:behind])] if determinants else found
 
     def _of_arrays(self, programs: tuple[Function, Function], drives: int) -> Function:
         m, n = self.linear.rows, self.linear.columns

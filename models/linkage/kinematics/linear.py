@@ -146,48 +146,45 @@ class Linear:
                     out[j] = x
         return outputs
 
-    def solve_one(self, entries: Sequence[float], right: Sequence[float]) -> list[float]:
-        """x of J x = r and the determinants, for one matrix, with the bits that `solve` gives in a stack of matrices.
+    def solve_floats(self, entries: Sequence[float], rights: Sequence[Sequence[float]]) -> list[list[float]]:
+        """`solve_all` for one matrix, with the bits that it gives in a stack of matrices.
 
         Raises
         ------
         ZeroDivisionError, LinAlgError
             If the matrix is singular.
         """
+        m, n = self.rows, self.columns
         if not self.square:
-            return list(map(float, [*self.solve(entries, right), *self.determinants(entries)]))
-        n = self.columns
-        out = [0.0] * n
-        determinants: list[float] = []
-        for rows, columns in self.blocks:
-            block = [[entries[i * n + j] for j in columns] for i in rows]
-            known = [self._known(entries, right, out, i) for i in rows]
+            if not m or not n:
+                return [[0.0] * n for _ in rights]
+            found: list[list[float]] = least_squares(self._matrix(entries), np.array(rights).T, self.rank).T.tolist()
+            return found
+        matrix, outputs = self._matrix(entries), [[0.0] * n for _ in rights]
+        for (rows, columns), places in zip(self.blocks, self._places, strict=True):
+            known = [
+                [self._known(entries, right, out, i) for i in rows] for right, out in zip(rights, outputs, strict=True)
+            ]
             if len(rows) > 2:
-                matrix = np.array(block)
-                found = np.linalg.solve(matrix, np.array(known)[:, None])[:, 0].tolist()
-                determinants.append(float(np.linalg.det(matrix)))
+                solved = np.linalg.solve(matrix[places], np.array(known).T).T.tolist()
             else:
-                (found,) = _block(block, [known])
-                determinants.append(self._determinant(block))
-            for j, x in zip(columns, found, strict=True):
-                out[j] = x
-        return [*out, *determinants]
+                solved = _block(matrix[places].tolist(), known)
+            for out, x in zip(outputs, solved, strict=True):
+                for j, value in zip(columns, x, strict=True):
+                    out[j] = value
+        return outputs
 
-    def solve_floats(self, jacobian: Array, right: Array) -> Array:
-        """X (n, k) of J X = R for one matrix J (m, n)."""
-        if self.square:
-            return np.asarray(np.linalg.solve(jacobian, right))
-        if not self.rows or not self.columns:
-            return np.zeros((self.columns, right.shape[1]))
-        return least_squares(jacobian, right, self.rank)
-
-    def determinants_of_floats(self, jacobian: Array) -> list[float]:
-        """`determinants` of one matrix (m, n)."""
+    def determinants_of_floats(self, entries: Sequence[float]) -> list[float]:
+        """`determinants` of one matrix, with the bits that they have in a stack of matrices."""
         if self.projection is not None:
-            return [float(np.linalg.det(self.projection @ jacobian))]
+            return [float(np.linalg.det(self.projection @ self._matrix(entries)))]
         if not self.square:
             return []
-        return [float(np.linalg.det(jacobian[places])) for places in self._places]
+        matrix = self._matrix(entries)
+        return [self._determinant(matrix[places].tolist()) for places in self._places]
+
+    def _matrix(self, entries: Sequence[float]) -> Array:
+        return np.array(entries, dtype=np.float64).reshape(self.rows, self.columns)
 
     @cached_property
     def _places(self) -> list[tuple[Any, ...]]:

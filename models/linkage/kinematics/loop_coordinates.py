@@ -176,7 +176,7 @@ class LoopCoordinates:
     # -- one pose ---------------------------------------------------------------------------------------------------
 
     def close(self, state: list[float], parameters: Sequence[float], *, far: float = FIRST_STEP) -> Pose | None:
-        """The closed pose near `state`; None if Newton's method does not contract from there."""
+        """The closed pose near `state`, with the bits of `Loops.poses`; None if Newton's method does not contract."""
         (step_at, pose_at, following), n = self.equations.of_one, self.columns
         first = last = 0.0
         try:
@@ -202,13 +202,13 @@ class LoopCoordinates:
         behind = n + following
         return Pose(state, list(found[n:behind]), list(found[behind:]), first, last)
 
-    def close_one(self, state: list[float], parameters: Sequence[float], *, compiled: bool = True) -> ClosedOne | None:
-        """`close_all` of a single pose, with the same bits if `compiled`; None if it is not trusted."""
+    def close_one(self, state: list[float], parameters: Sequence[float]) -> ClosedOne | None:
+        """`close_all` of a single pose, with the same bits; None if it is not trusted."""
         step_at, n = self.equations.step_of_one, self.columns
         before = np.inf
         try:
             for _ in range(ITERATIONS):
-                found = step_at(state, parameters, compiled=compiled)
+                found = step_at(state, parameters)
                 step = found[:n]
                 size = max(map(abs, step), default=0.0)
                 if not (sum(map(abs, step)) <= n * FIRST_STEP and size <= FIRST_STEP):

@@ -147,10 +147,9 @@ class Loops(LoopCoordinates):
         bad = ~(size <= FIRST_STEP) | ((before > 1e-5) & (size > CONTRACTION * before))
         trusted = trusted & ~(bad & moving)
         if isinstance(moving, np.ndarray) and moving.all():
-            before = size
+            before, state = size, self.advance(state, step, back=True)
         else:
-            step, before = [choose(moving, x, 0.0) for x in step], choose(moving, size, before)
-        state = self.advance(state, step, back=True)
+            before, state = choose(moving, size, before), self._moved(state, step, moving)
         return state, trusted, moving & (size > LAST_STEP) & (size < 1e3), before
 
     @staticmethod
@@ -172,17 +171,17 @@ class Loops(LoopCoordinates):
         made = written and written.run([state, parameters, self.closing.shares], shape)
         if not made:
             return None
-        (unknown, follow, determinants, (first,), (good,)), _ = made
+        (unknown, follow, determinants, (first, last), (good,)), _ = made
         found = self.placed(unknown, state)
         if not good.all():
             bad = ~good
             left = (int(np.count_nonzero(bad)),)
             rest = self._poses(members_of(state, bad), members_of(parameters, bad), left)
-            first[bad], good[bad] = rest.first_step, rest.good
+            first[bad], last[bad], good[bad] = rest.first_step, rest.last_step, rest.good
             own = [rest.state[place] for place in self.unknown_states]
             for x, y in zip((*unknown, *follow, *determinants), (*own, *rest.follow, *rest.determinants), strict=True):
                 x[bad] = y
-        return Poses(found, list(follow), list(determinants), first, good)
+        return Poses(found, list(follow), list(determinants), first, last, good)
 
     def _poses(self, state: list[Value], parameters: Sequence[Value], shape: Shape) -> Poses:
         step_at, pose_at, n = self.equations.step[1], self.equations.pose[1], self.columns
@@ -195,9 +194,9 @@ class Loops(LoopCoordinates):
                 if not moving.any():
                     break
             found = pose_at(state, parameters)
-            state, good = self.arrived(found[:n], state, good, moving, last)
+            state, good, last = self.arrived(found[:n], state, good, moving, last)
         behind = n + len(self.equations.followers)
-        return Poses(state, list(found[n:behind]), list(found[behind:]), first, good)
+        return Poses(state, list(found[n:behind]), list(found[behind:]), first, np.broadcast_to(last, shape), good)
 
     def approached(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, first: Any, last: Any
@@ -220,16 +219,23 @@ class Loops(LoopCoordinates):
         lost = ~(size <= FIRST_STEP) | ((last > 1e-6) & (size > CONTRACTION * last))
         good = good & ~(lost & moving)
         moving = moving & good
-        state = self.advance(state, [choose(moving, x, 0.0) for x in step], back=True)
+        state = self._moved(state, step, moving)
         return state, good, moving & (size >= 1e-3), first, choose(moving, size, last)
 
     def arrived(
         self, step: Sequence[Any], state: list[Any], good: Any, moving: Any, last: Any
-    ) -> tuple[list[Any], Any]:
-        """The last step of `poses`, on arrays or recorded terms, and which poses are good."""
+    ) -> tuple[list[Any], Any, Any]:
+        """The last step of `poses`, on arrays or recorded terms, which poses are good, and the size of that step."""
         size = _largest(step)
         good = good & ~moving & (size <= np.maximum(CONTRACTION * last, 1e-12))
-        return self.advance(state, [choose(good, x, 0.0) for x in step], back=True), good
+        return self._moved(state, step, good), good, size
+
+    def _moved(self, state: list[Any], step: Sequence[Any], where: Any) -> list[Any]:
+        """`advance` back by `step` for some poses; the others keep their bits, which scaling to unit length changes."""
+        out = self.advance(state, step, back=True)
+        for place in self.unknown_states:
+            out[place] = choose(where, out[place], state[place])
+        return out
 
     def rates_at_once(
         self,

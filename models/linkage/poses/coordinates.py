@@ -21,14 +21,16 @@ def coordinate_of(motion: Kinematics, pair: Pair) -> Array:
         scales = [motion.mechanism.size if name[0] == "u" else 1.0 for name in kind.coordinates]
         columns = [np.where(motion.is_assembled, x * scale, np.nan) for x, scale in zip(moved, scales, strict=True)]
         return np.stack(columns, axis=-1) + pair.reference if columns else np.zeros((*shape, 0))
-    first, second = motion.axes(pair.first) @ pair.axes, motion.axes(pair.second) @ pair.axes
-    rotated = np.swapaxes(first, -1, -2) @ second
+    first, second = (_product(motion.axes(link), pair.axes) for link in (pair.first, pair.second))
+    rotated = _product(np.swapaxes(first, -1, -2), second)
     if kind.name == "spherical":
         before = rotation.exponential(_first(pair.reference, 1))
-        now = rotation.of_matrix(_first(rotated @ np.moveaxis(rotation.matrix(before), (0, 1), (-2, -1)), 2))
-        return np.moveaxis(rotation.logarithm(now), 0, -1)
+        turned = _product(rotated, np.moveaxis(rotation.matrix(before), (0, 1), (-2, -1)))
+        # with an axis in front, so that sums of a single pose are those of a batch
+        now = rotation.logarithm(rotation.of_matrix(_first(turned[None], 2)))
+        return np.asarray(np.moveaxis(now, 0, -1)[0])
     difference = motion.position(pair.point, pair.second) - motion.position(pair.point, pair.first)
-    shift = np.einsum("...ji,...j->...i", first, difference)
+    shift = _product(difference[..., None, :], first)[..., 0, :]
     out = []
     for offset, name in enumerate(kind.coordinates):
         if name[0] == "u":
@@ -45,6 +47,11 @@ def some_coordinates(motion: Kinematics, joint: str, components: Sequence[str]) 
     """Those coordinates (..., f) of a joint that are named, such as the driven ones."""
     pair = motion.linkage.joint(joint)
     return np.asarray(coordinate_of(motion, pair)[..., pair.kind.places_of(components)])
+
+
+def _product(a: Array, b: Array) -> Array:
+    """Matrix product summed term by term, so that the result of a pose has the same bits in any batch."""
+    return np.asarray(sum(a[..., k, None] * b[..., None, k, :] for k in range(3)))
 
 
 def _first(array: Array, trailing: int) -> Array:
