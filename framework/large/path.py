@@ -331,7 +331,9 @@ class _Tracer(PathBatch[_Corrected]):
             factor = np.where(done | ~usable, factor, factor + change)
             stresses = self.whole.step_stresses(at, step)
             iterations += ~done
-            work = np.abs(contracted("im,im->m", at.forces, step)) + np.abs(change * contracted("im,im->m", load, step))
+            # without that of the reactions, on prescribed displacements that are where they should be but for rounding
+            forces, push, moved = (part[: self.model.free] for part in (at.forces, load, step))
+            work = np.abs(contracted("im,im->m", forces, moved)) + np.abs(change * contracted("im,im->m", push, moved))
             # the plane leaves a single coordinate no step: the load factor alone, in which forces are linear, balances
             close = ~done & usable & (work <= _CLOSE * at.energy)
             stable = np.where(close, (factors.pivots > 0.0).all(axis=0), stable)

@@ -52,6 +52,24 @@ def test_a_truss_of_one_freedom_snaps_through(kind: str) -> None:
     assert (path.stable == ((lowered < turn) | (lowered > 2.0 * HEIGHT - turn))).all()
 
 
+@pytest.mark.parametrize("spread", [0.004, 0.05])
+def test_a_truss_snaps_through_while_a_foot_moves(spread: float) -> None:
+    """A foot moves outwards in proportion to the load; the apex is where its own springs balance that."""
+    frame = truss("spring")
+    frame.prescribe("C", ux=spread)
+    frame.load("B", fx=0.3)
+    path = frame.path("B", "uy", -2.5 * HEIGHT)
+    assert path.reached
+    assert len(path.factor) < 40
+    place = np.array([1.0, HEIGHT]) + path.displacement("B")[:, :2]
+    unbalanced = path.factor[:, None] * np.array([0.3, -1.0])
+    for foot in (np.zeros((1, 2)), np.array([[2.0, 0.0]]) + path.factor[:, None] * np.array([[spread, 0.0]])):
+        chord = foot - place
+        length = np.linalg.norm(chord, axis=-1, keepdims=True)
+        unbalanced = unbalanced + STIFFNESS * (length - LENGTH) * chord / length
+    assert_allclose(unbalanced, 0.0, atol=1e-8)
+
+
 def test_a_single_spring_is_followed() -> None:
     frame = Frame()
     frame.node("A", (0.0, 0.0, 0.0))
