@@ -70,7 +70,9 @@ def rates_fit(linkage: Linkage, motion: Motion, h: float, tolerance: float, with
         a = motion.acceleration_on(link, off)
         unit = max(float(np.abs(v).max()), float(np.abs(a).max()) * 0.1, 1e-6 * size)
         assert_allclose(v[2] / unit, difference(place, h) / unit, atol=tolerance, err_msg=f"velocity of {link}")
-        assert_allclose(a[2] / unit, difference(v, h) / unit, atol=20 * tolerance, err_msg=f"acceleration of {link}")
+        assert_allclose(
+            a[2] / unit, difference(v, h) / unit, atol=10 * tolerance, rtol=1e-7, err_msg=f"acceleration of {link}"
+        )
         turning = difference(motion.axes(link), h) @ motion.axes(link)[2].T
         omega = motion.angular_velocity(link)
         spin = (turning[2, 1], turning[0, 2], turning[1, 0])
