@@ -42,6 +42,13 @@ def transferred(wrench: Real, arm: Real) -> Real:
     return out
 
 
+def transferred_along_x(wrench: Real, arm: Real) -> Real:
+    """Force and moment (..., 6) at the start of an arm along x, of length (...), from those at its end."""
+    along = np.zeros((*np.shape(arm), 3), np.result_type(arm, np.float64))
+    along[..., 0] = arm
+    return transferred(wrench, along)
+
+
 def carried(motion: Real, arm: Real) -> Real:
     """Displacement and rotation (..., 6) of the end of a rigid arm (..., 3), from those of its start."""
     out = np.empty((*np.broadcast_shapes(motion.shape[:-1], arm.shape[:-1]), 6), np.result_type(motion, arm))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import rotation
+from ..arm import transferred_along_x
 from ..batch import Array, aligned, rotated
 from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
@@ -21,7 +22,6 @@ from ..entries import flattened
 from ..member_law import DEFORMATIONS
 from ..results.along_member import AlongMembers
 from ..results.base import Results, checked_fractions
-from ..results.member_field import about
 from ..states import ClearanceState, put, states_of
 from ..structure.member_loads import applied_forces, weight_forces
 from .clearances import TOUCHING
@@ -59,9 +59,9 @@ class Stations(AlongMembers):
     def internal(self, piece: int, x: Array) -> Array:
         """Internal forces at stations of a piece, (k, ..., 6): equilibrium of what lies before them."""
         flat = self._stations(x)
-        out = -about(np.moveaxis(self._piece_forces(piece)[:6], 0, -1), -flat)
+        out = -transferred_along_x(np.moveaxis(self._piece_forces(piece)[:6], 0, -1), -flat)
         for s, force in self._loads(piece, x):
-            out -= about(np.concatenate([force, np.zeros_like(force)], axis=-1), s - flat)
+            out -= transferred_along_x(np.concatenate([force, np.zeros_like(force)], axis=-1), s - flat)
         return self._shaped(out)
 
     def moved(self, piece: int, x: Array) -> Array:

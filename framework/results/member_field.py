@@ -10,6 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ..arm import transferred_along_x
 from ..batch import Array
 from ..errors import FrameError
 from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
@@ -56,12 +57,12 @@ def cut_forces(topology: Topology, group: Group, at: Index, x: Array, start: Arr
     They follow from the equilibrium of the part before the cut, under the force `start` (n, ..., 6) on its first end
     and its loads.
     """
-    total = -about(start, -x)
+    total = -transferred_along_x(start, -x)
     for s, force in weight_forces(topology, group, at, x):
-        total -= about(force, s - x)
+        total -= transferred_along_x(force, s - x)
     for i in _loaded(topology, group, at):
         for s, force in applied_forces(topology, group, int(at[i]), x[:, i]):
-            total[:, i] -= about(force[0], s[0] - x[:, i])
+            total[:, i] -= transferred_along_x(force[0], s[0] - x[:, i])
     return total
 
 
@@ -175,15 +176,6 @@ def _loaded(topology: Topology, group: Group, at: Index) -> list[int]:
         return []
     pieces = topology.pieces
     return [i for i, piece in enumerate(group.pieces[at].tolist()) if pieces[piece].member in loads]
-
-
-def about(force: Array, arm: Array) -> Array:
-    """A force and moment (..., 6) at the distance `arm` (...) along x, transferred to the origin."""
-    shape = np.broadcast_shapes(force.shape[:-1], np.shape(arm))
-    out = np.array(np.broadcast_to(force, (*shape, 6)))
-    out[..., 4] -= arm * force[..., 2]
-    out[..., 5] += arm * force[..., 1]
-    return out
 
 
 def _integrated(topology: Topology, group: Group, at: Index, x: Array, start: Array, side: int) -> Array:

@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ....framework import rotation
 from ....framework.batch import Array, one_entry
 from ..continuation.start import not_assembled
 from ..description.linkage_description import LinkageDescription
-from ..kinematics.euler_parameters import euler_parameter_rate
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, widest
@@ -110,12 +110,8 @@ class Configurations:
         out, change = state.copy(), step / self.units
         out[self._single_states] += change[self._single_columns]
         for start, column in self._spherical:
-            turn = change[column : column + 3]
-            angle = float(np.linalg.norm(turn))
-            # along the great circle of unit Euler parameters, so that a finite step rotates by its length
-            rate = np.array(euler_parameter_rate(state[start : start + 4].tolist(), turn.tolist()))
-            part = np.cos(angle / 2) * state[start : start + 4] + np.sinc(angle / (2 * np.pi)) * rate
-            out[start : start + 4] = part / np.linalg.norm(part)
+            turn = rotation.exponential(change[column : column + 3])
+            out[start : start + 4] = rotation.normalised(rotation.product(turn, state[start : start + 4]))
         return out
 
     def unit(self, state: Array) -> Array:
