@@ -62,7 +62,7 @@ def draw_reactions(over: Over, forces: Mapping[str, Array], pushes: Mapping[str,
 
 
 def draw_forces(axes: Any, over: Over, curves: Mapping[str, Array], label: str, *, from_zero: bool) -> None:
-    """Draw curves of forces on axes of matplotlib.
+    """Draw curves of forces on axes of matplotlib, or say that no pose has any.
 
     Parameters
     ----------
@@ -77,6 +77,10 @@ def draw_forces(axes: Any, over: Over, curves: Mapping[str, Array], label: str, 
     from_zero
         Whether the axis of forces starts at zero.
     """
+    if not any(np.isfinite(values).any() for values in curves.values()):
+        axes.set_title(f"no pose has a finite {label.partition(' [')[0]}", loc="left")
+        axes.set_axis_off()
+        return
     draw_curves(axes, over.values, curves)
     axes.set(xlabel=over.name, ylabel=label)
     axes.legend(loc="best", fontsize=7.0, frameon=False)

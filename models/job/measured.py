@@ -106,15 +106,17 @@ class MeasuredPoint:
         Raises
         ------
         FrameError
-            If the table has a column that is not a drive, no column for a drive with several values, or without such
-            columns another number of poses than the job.
+            If the table has a column that is not a drive, one whose unit is not clear or does not fit the drive, no
+            column for a drive with several values, or without such columns another number of poses than the job.
         """
         own, name = self.table.drives, self.file.name
         for column in own:
             if column not in drives:
                 raise FrameError(
-                    f"{name} has a column {column!r}, which is no drive: the drives are {', '.join(drives)}"
+                    f"{name} has a column {column!r}, which is no drive: the drives are {', '.join(drives)}, with the "
+                    "unit [deg] or [rad] behind the name of an angle and none behind that of a length"
                 )
+            _check_unit(name, column, self.table.units.get(column), drives[column].unit)
         for key, drive in drives.items() if own else ():
             if key not in own and len(drive.values) > 1:
                 raise FrameError(f"{name} has no column {key!r} with the values of that drive: give it")
@@ -127,6 +129,20 @@ class MeasuredPoint:
                 f"poses: give it a column {column!r}"
             )
         return {key: _as_written(own[key] / drives[key].factor) for key in own}
+
+
+def _check_unit(name: str, drive: str, given: str | None, wanted: str) -> None:
+    """Refuse a column whose unit does not fit the drive, or which has none where the job has degrees."""
+    if wanted == "deg" and given == "":
+        raise FrameError(
+            f"{name} has a column {drive!r} without a unit, and the job has that drive in degrees: name the column "
+            f"'{drive} [deg]' or '{drive} [rad]'"
+        )
+    if not wanted and given:
+        raise FrameError(
+            f"{name} has a column '{drive} [{given}]', and that drive is a length: name the column {drive!r}, with "
+            "lengths in metres"
+        )
 
 
 def _as_written(values: Array) -> Array:

@@ -156,6 +156,11 @@ def _check(motion: Kinematics, measured: Measured) -> None:
         if name not in motion.linkage.drives:
             driven = ", ".join(motion.linkage.drives) or "none"
             raise FrameError(f"the table has a column {name!r}, which is no drive of the linkage (driven: {driven})")
+        unit = measured.units.get(name)
+        if unit and not any(coordinate.startswith("r") for coordinate in motion.linkage.drives[name]):
+            raise FrameError(
+                f"the table has a column '{name} [{unit}]', and that drive is a length: leave the unit out"
+            )
         there = driven_values(motion, name)
         known = ~np.isnan(there)  # poses that are not assembled have no coordinates
         if there.ndim == 1 and not np.allclose(there[known], np.asarray(values)[known], rtol=1e-9, atol=1e-9):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
 
@@ -21,8 +21,9 @@ AXES = ("x", "y", "z")
 SPREADS = ("ux", "uy", "uz")
 # Columns in which a cell may be empty.
 POSITIONS = (*AXES, *SPREADS)
-# From the unit behind the name of a drive to what a linkage takes.
-UNITS = {"[deg]": np.pi / 180.0, "[°]": np.pi / 180.0, "[rad]": 1.0}
+# From the unit behind the name of a drive to its name, and from that to what a linkage takes.
+UNITS = {"[deg]": "deg", "[°]": "deg", "[rad]": "rad"}
+FACTORS = {"deg": np.pi / 180.0, "rad": 1.0, "": 1.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +37,15 @@ class Measured:
     uncertainty
         Standard uncertainty of the positions, in a shape that broadcasts to (poses, 3); None if unknown.
     drives
-        Values of the drives at the measured poses, by name, (poses,) each, in the drives' units.
+        Values of the drives at the measured poses, by name, (poses,) each, radians or lengths.
+    units
+        Units in which a table gave the drives, by name: ``deg``, ``rad``, or empty where it named none.
     """
 
     position: Array
     uncertainty: Array | None
     drives: Mapping[str, Array]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         place = checked_positions(self.position)
@@ -91,7 +95,7 @@ def read_measured(path: str | Path) -> Measured:
         A CSV file whose first line names the columns: ``x``, ``y``, ``z`` (lengths; at least one of them, with empty
         cells where nothing was measured), ``ux``, ``uy``, ``uz`` (standard uncertainties), and any other name for the
         values of a drive. Such a name may end in its unit, ``[deg]``, ``[°]`` or ``[rad]``; degrees are converted to
-        radians.
+        radians. Without a unit it is in radians or the linkage's unit of length.
 
     Returns
     -------
@@ -117,10 +121,10 @@ def read_measured(path: str | Path) -> Measured:
     name, rows = Path(path).name, _rows(Path(path))
     columns = _columns(name, rows)
     place = _vectors(columns, AXES)
-    drives = _drives(name, {head: values for head, values in columns.items() if head not in POSITIONS})
+    drives, units = _drives(name, {head: values for head, values in columns.items() if head not in POSITIONS})
     if np.isnan(place).all():
         raise FrameError(f"{name} has no position in it: x, y and z are empty in all rows")
-    return Measured(place, _uncertainty(name, columns, place, list(rows)[1:]), drives)
+    return Measured(place, _uncertainty(name, columns, place, list(rows)[1:]), drives, units)
 
 
 def _rows(file: Path) -> dict[int, list[str]]:
@@ -207,13 +211,15 @@ def _uncertainty(name: str, columns: Mapping[str, Array], place: Array, rows: Se
     return found
 
 
-def _drives(name: str, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """Values of the drives by name, radians or lengths."""
+def _drives(name: str, columns: Mapping[str, Array]) -> tuple[dict[str, Array], dict[str, str]]:
+    """Values of the drives by name, radians or lengths, and the units that their columns name."""
     out: dict[str, Array] = {}
+    units: dict[str, str] = {}
     for head, values in columns.items():
-        unit = next((each for each in UNITS if head.endswith(each)), "")
-        drive = head.removesuffix(unit).strip()
+        mark = next((each for each in UNITS if head.endswith(each)), "")
+        drive = head.removesuffix(mark).strip()
         if drive in out:
             raise FrameError(f"{name}: two columns give the drive {drive!r}: keep one of them")
-        out[drive] = values * UNITS.get(unit, 1.0)
-    return out
+        units[drive] = UNITS.get(mark, "")
+        out[drive] = values * FACTORS[units[drive]]
+    return out, units

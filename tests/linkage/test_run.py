@@ -320,6 +320,24 @@ def test_a_linkage_that_can_never_be_assembled_is_an_error(tmp_path: Path, capsy
     assert not (tmp_path / "out").exists()
 
 
+def test_dead_points_alone_are_told_as_such(tmp_path: Path) -> None:
+    """A parallelogram in line: nothing has a number, and nothing is told as if it had one."""
+    text = (Path(__file__).parents[2] / "examples" / "four_bar.toml").read_text(encoding="utf-8")
+    for old, new in (("start = 0.0\nstop = 360.0\nsteps = 37", "values = [0.0, 180.0]"), ("pose = 30.0\n", "")):
+        assert old in text
+        text = text.replace(old, new)
+    file, out = written(tmp_path, text), tmp_path / "out"
+    assert main(["run", str(file), "--figures", "2d", "--format", "svg", "--out", str(out)]) == 0
+    report = (out / "report.md").read_text(encoding="utf-8")
+    assert "No pose has finite joint reactions." in report
+    assert "| mean of samples | – ± – | – ± – |" in report
+    assert "nan" not in report
+    assert "do not move" not in report
+    drawn = (out / "reactions.svg").read_text(encoding="utf-8")
+    assert "no pose has a finite joint force" in drawn
+    assert "no pose has a finite drive torque" in drawn
+
+
 def test_no_drive(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", str(written(tmp_path, LINKAGE.replace("drive = true", ""))), "--out", str(tmp_path / "o")]) == 2
     assert "moves nothing: drive a joint" in capsys.readouterr().err

@@ -98,6 +98,54 @@ def test_without_tolerances_the_measurement_has_the_uncertainty(tmp_path: Path) 
     assert_allclose(found.comparison.chi_squared, np.sum((OFF / UNCERTAINTY) ** 2), rtol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("unit", "column", "factor"),
+    [("deg", "A [deg]", 1.0), ("deg", "A [rad]", np.pi / 180.0), ("rad", "A", np.pi / 180.0)],
+)
+def test_the_drive_of_a_table_in_each_unit(unit: str, column: str, factor: float, tmp_path: Path) -> None:
+    file = written(tmp_path, MEASURED)
+    file.write_text(file.read_text().replace('unit = "deg"', f'unit = "{unit}"'))
+    text = (tmp_path / "measured.csv").read_text().replace("A [deg]", column)
+    for angle in ANGLES:
+        text = text.replace(f"\n{angle},", f"\n{float(angle * factor)!r},")
+    (tmp_path / "measured.csv").write_text(text)
+    found = compute(read_inputs(file)).measured
+    assert found is not None
+    assert_allclose(found.comparison.residual[:, :2], OFF, atol=1e-15)
+
+
+def test_a_column_without_a_unit_where_the_run_has_degrees(tmp_path: Path) -> None:
+    """Taken as radians, 15° would be 139° away, and the residuals nonsense without a word."""
+    file = written(tmp_path, MEASURED, "A,x,y,ux,uy\n15.0,0.2,0.0,1e-4,1e-4\n")
+    told = r"measured\.csv has a column 'A' without a unit, .* in degrees: name the column 'A \[deg\]' or 'A \[rad\]'"
+    with pytest.raises(FrameError, match=told):
+        compute(read_inputs(file))
+
+
+@pytest.mark.parametrize(
+    ("column", "told"),
+    [
+        ("S [deg]", r"measured\.csv has a column 'S \[deg\]', and that drive is a length: name the column 'S'"),
+        ("S [mm]", r"a column 'S \[mm\]', which is no drive: the drives are S, .* none behind that of a length"),
+    ],
+)
+def test_a_unit_behind_a_drive_that_is_a_length(column: str, told: str, tmp_path: Path) -> None:
+    """In degrees, a stroke of 15 mm would be one of 0.26 mm."""
+    slide = Linkage(A=(0, 0), P=(0.2, 0))
+    slide.link("slider", "A", "P")
+    slide.prismatic("A", "ground", "slider", axis=(1, 0, 0), drive=True, name="S")
+    write_linkage(slide, tmp_path / "slide.toml")
+    run = "[run.drives.S]\nvalues = [0.0, 0.01]\n" + MEASURED
+    (tmp_path / "slide.toml").write_text((tmp_path / "slide.toml").read_text() + run)
+    (tmp_path / "measured.csv").write_text("S,x,ux\n0.015,0.2151,1e-4\n")
+    found = compute(read_inputs(tmp_path / "slide.toml")).measured
+    assert found is not None
+    assert_allclose(found.comparison.residual[0, 0], 1e-4, atol=1e-15)
+    (tmp_path / "measured.csv").write_text(f"{column},x,ux\n0.015,0.2151,1e-4\n")
+    with pytest.raises(FrameError, match=told):
+        compute(read_inputs(tmp_path / "slide.toml"))
+
+
 def test_poses_of_the_run_where_the_table_has_no_drives(tmp_path: Path) -> None:
     table = "x,y,ux,uy\n0.2003,0,1e-4,1e-4\n0.0003,0.2001,1e-4,1e-4\n"
     found = compute(read_inputs(written(tmp_path, MEASURED, table))).measured

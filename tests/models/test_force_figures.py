@@ -7,6 +7,18 @@ import pytest
 from linkframe.models.job.force_figures import Over, draw_reactions
 
 
+def test_where_no_pose_has_forces_the_figure_says_so() -> None:
+    """As at dead points alone; empty axes with names of curves are read as forces of zero."""
+    nothing = np.full(3, np.nan)
+    left, right = draw_reactions(
+        Over(np.arange(3.0), "θ [°]", True), {"B": nothing, "D": nothing}, {"A": ("N m", nothing)}
+    ).axes
+    for axes, what in ((left, "joint force"), (right, "drive torque")):
+        assert axes.get_title(loc="left") == f"no pose has a finite {what}"
+        assert not axes.axison
+        assert axes.get_legend() is None
+
+
 @pytest.mark.parametrize(
     ("units", "label", "named"),
     [

@@ -197,6 +197,10 @@ def test_samples_at_measured_poses_are_stored_and_tell_another_run(tmp_path: Pat
         (None, r"none\.csv cannot be read: No such file"),
         ("B [deg],x,ux\n60,0.1,1e-4\n", r"seen\.csv has a column 'B', which is no drive: the drives are A"),
         ("theta,x,ux\n60,0.1,1e-4\n", r"seen\.csv has a column 'theta', which is no drive: the drives are A"),
+        (
+            "A,x,ux\n60,0.1,1e-4\n",
+            r"seen\.csv has a column 'A' without a unit, .* name the column 'A \[deg\]' or 'A \[rad\]'",
+        ),
         ("x,ux\n0.1,1e-4\n", r"1 measured poses and no columns .* give it a column 'A \[deg\]'"),
         ("A [deg],p\n60,0.1\n", r"row 1: no column is a position, of A \[deg\], p: name those x, y, z"),
         ("A [deg],x,ux\n60,0.1,1e-4\n,0.1,1e-4\n", r"row 3: A \[deg\] has no value: give that of the drive"),

@@ -233,6 +233,17 @@ def test_units_of_drives_in_a_table(tmp_path: Path) -> None:
     assert_allclose([read_measured(file).drives[name][0] for name in "ABCD"], [0.5 * np.pi, 0.5 * np.pi, 1.5, 1.5])
 
 
+def test_degrees_for_a_slide_are_refused(tmp_path: Path) -> None:
+    file = tmp_path / "seen.csv"
+    file.write_text("S [deg],x,ux\n0.01,0.21,1e-4\n")
+    slide = Linkage(A=(0, 0), P=(0.2, 0))
+    slide.link("slider", "A", "P")
+    slide.prismatic("A", "ground", "slider", axis=(1, 0, 0), drive=True, name="S")
+    measured = read_measured(file)
+    with pytest.raises(FrameError, match=r"a column 'S \[deg\]', and that drive is a length: leave the unit out"):
+        slide.move(measured.drives).compare("P", measured)
+
+
 def test_degrees_are_written_as_they_were_read(tmp_path: Path) -> None:
     """Radians in between leave 29.999999999999996 of 30 degrees."""
     degrees = [*range(-720, 721), 0.1, 12.34567890123, 1e-7]

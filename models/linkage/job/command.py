@@ -54,7 +54,8 @@ joints.B.contact); without one the contact is found by equilibrium under the loa
 
   [measured]                          positions of a point that were measured, beside those predicted
   file = "measured.csv"               columns x, y, z, ux, uy, uz (standard uncertainty), and of each drive, such as
-                                      "A [deg]"; without these measured at the poses of the run
+                                      "A [deg]" or "A [rad]"; without these measured at the poses
+                                      of the run
   point = "P"                         the first point to report by default
   level = 0.95                        probability with which a pose should lie within its band
 

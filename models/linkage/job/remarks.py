@@ -29,7 +29,8 @@ def remarks(result: RunResult) -> list[str]:
 def _unmoved(result: RunResult) -> Iterable[str]:
     """Points that the tolerances do not move."""
     for point, spread in result.spread.items():
-        if np.all(np.nan_to_num(spread.std, nan=0.0) <= ROUNDING**1.5 * result.size):
+        known = spread.std[np.isfinite(spread.std)]
+        if known.size and np.all(known <= ROUNDING**1.5 * result.size):
             yield f"The tolerances do not move {point}: its standard deviation is 0 at all poses."
 
 

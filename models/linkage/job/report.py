@@ -9,7 +9,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ...job.report import Report
-from ...job.tables import drawn_by, markdown
+from ...job.tables import drawn_by, markdown, readable
 from ..statics.reactions import NONE
 from .optional_tables import sections
 from .table import as_markdown
@@ -67,7 +67,7 @@ def _summary(result: RunResult) -> Iterable[str]:
     if len(statuses) > 20:
         yield f"{len(statuses) - 20} more in `table.csv`."
     methods = sorted(set(np.atleast_1d(result.reactions.method).tolist()) - {NONE})
-    yield f"Joint reactions: {', '.join(methods)}."
+    yield f"Joint reactions: {', '.join(methods)}." if methods else "No pose has finite joint reactions."
     yield from _contacts(inputs.linkage)
     pose = result.pose
     yield f"Displacement of {inputs.points[0]} at {result.where(pose)}, in mm:"
@@ -102,7 +102,7 @@ def _degrees(angle: Array) -> str:
 
 def _millimetres(result: RunResult, values: Array) -> list[str]:
     at = result.rows(values)[result.pose]
-    return [f"{1e3 * at[k]:.4g}" for k in result.shown]
+    return [readable(1e3 * float(at[k]), ".4g") for k in result.shown]
 
 
 def _linkage(result: RunResult) -> Iterable[str]:
