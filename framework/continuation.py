@@ -5,7 +5,7 @@ tried, until it is too short: there the path has stalled. From a point that was 
 next step may be (Allgower and Georg, Introduction to Numerical Continuation Methods, 2003, ch. 6). Whether a step is a
 change of a parameter or a length of arc is for predictor and corrector to say.
 
-Events between two points are located: changes of sign, and turning points of a value.
+Events between two points are located by changes of sign.
 """
 
 from __future__ import annotations
@@ -115,10 +115,7 @@ class PathBatch(ABC, Generic[Points]):
 def sign_change(
     value: Callable[[float], float], before: tuple[float, float], after: tuple[float, float], rounds: int
 ) -> float:
-    """Where a value that changes its sign between two points of a path is about zero, by false position.
-
-    The value at the end that stays is halved each time, so that both ends come nearer (as by the Illinois rule, which
-    does so from the second time on; Dowell and Jarratt, BIT 11 (1971) 168-174).
+    """Where a value that changes its sign between two points of a path is about zero, as `Zeros` finds it.
 
     Parameters
     ----------
@@ -134,29 +131,46 @@ def sign_change(
     float
         The last place that was tried.
     """
-    (left, low), (right, high) = before, after
-    place = left
+    zero = Zeros(np.array([*before]), np.array([*after]))
+    place = before[0]
     for _ in range(rounds):
-        place = (left * high - right * low) / (high - low)
+        place = float(zero.place())
         middle = value(place)
         if not abs(middle) > 0.0:
             break
-        if middle * low > 0.0:
-            left, low, high = place, middle, 0.5 * high
-        else:
-            right, high, low = place, middle, 0.5 * low
+        zero.narrow(np.array([place, middle]), np.ones((), dtype=bool))
     return place
 
 
-def turning_values(values: Array) -> Array:
-    """Values (k,) at which those along a path (points,) turn back, each by the parabola through three points.
+class Zeros:
+    """Zeros of values between two places of opposite sign each, by false position, side by side (...).
 
-    The parabola is in the number of the point, which is exact enough where steps are even.
+    The value at the end that stays is halved each time, so that both ends come nearer (as by the Illinois rule, which
+    does so from the second time on; Dowell and Jarratt, BIT 11 (1971) 168-174).
+
+    Parameters
+    ----------
+    left, right
+        Points on both sides, (k, ...): the place first, the value last.
     """
-    change = np.diff(values)
-    turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
-    found = []
-    for k in turns:
-        a, b, c = values[k - 1 : k + 2]
-        found.append(b - (c - a) ** 2 / (8.0 * (a - 2.0 * b + c)))
-    return np.array(found)
+
+    def __init__(self, left: Array, right: Array) -> None:
+        self.left, self.right = left, right
+        self.low, self.high = left[-1], right[-1]
+
+    def place(self) -> Array:
+        """Places to try next (...)."""
+        out: Array = (self.left[0] * self.high - self.right[0] * self.low) / (self.high - self.low)
+        return out
+
+    def narrow(self, middle: Array, which: Mask) -> None:
+        """Go on with the points that were found at these places (k, ...), of some zeros (...); others stay.
+
+        Where the value is NaN, the next place is one nearer to the left.
+        """
+        left = which & (middle[-1] * self.low > 0.0)
+        right = which & (middle[-1] * self.low <= 0.0)
+        low = np.where(left, middle[-1], np.where(which, 0.5 * self.low, self.low))
+        self.high = np.where(left, 0.5 * self.high, np.where(right, middle[-1], self.high))
+        self.low = low
+        self.left, self.right = np.where(left, middle, self.left), np.where(right, middle, self.right)

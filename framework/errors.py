@@ -16,7 +16,7 @@ class MechanismWarning(UserWarning):
 
 
 class PathWarning(UserWarning):
-    """An equilibrium path ended before it reached the displacement that it was followed to."""
+    """An equilibrium path ended before it reached the displacement that it was followed to, or hides a limit point."""
 
 
 class SampleWarning(UserWarning):

@@ -1,16 +1,17 @@
 """Equilibrium paths past limit points, by arc length.
 
-Unknowns and load factor go together along the path: a step along the tangent, then Newton's method in the plane across
-it (Riks, J. Appl. Mech. 39 (1972) 1060-1065; Ramm 1981), its length following the number of iterations. Where the frame
-is kinematically unstable at rest, as within clearances, there is no tangent there: the path goes on from the
-equilibrium under the first share of the load.
+A step along the tangent, then Newton's method in the plane across it, its length following the number of iterations.
+Where the frame is kinematically unstable at rest, as within clearances, there is no tangent there: the path goes on
+from the equilibrium under the first share of the load.
 """
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from math import prod
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,25 +20,22 @@ from ..batch import Array, Shape
 from ..batched.idle import released_at_rest
 from ..batched.plan import Plan
 from ..checked import whole_number
-from ..continuation import Index, PathBatch, turning_values
+from ..continuation import Index, PathBatch
 from ..description import Description, excluding
 from ..dofs import component
-from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
 from ..names import found
+from .arc_length import MOST, ArcLength, ArcPoint, Corrected
 from .clearances import start
+from .limit_points import Track
 from .model import Model, with_hinges
-from .newton import Newton, bordered
+from .newton import Newton
 from .numbers import Where
 from .search import Search
-from .state import DisplacedState, Mask, StateOfEntries
-from .tree_equations import Linearisation
+from .state import Mask, StateOfEntries
 
-# Iterations that a step is to take, at most takes, and how much its length may grow.
-_AIM, _MOST, _GROWTH = 5, 12, 1.5
-_CLOSE = 1e-16
-# How far from its tangent the path may bend in a step, as a share of the step.
-_ASIDE = 0.5
+# Iterations that a step is to take, and how much its length may grow.
+_AIM, _GROWTH = 5, 1.5
 # Step below which a path is given up, as a share of the first.
 _LEAST = 1e-4
 
@@ -62,8 +60,8 @@ class EquilibriumPath:
     factor: Array
     stable: NDArray[np.bool_]
     reached: NDArray[np.bool_]
-    _model: Model = field(repr=False)
-    _states: list[DisplacedState] = field(repr=False)
+    _number: Mapping[str, int] = field(repr=False)
+    _tracks: list[Track] = field(repr=False)
 
     def __repr__(self) -> str:
         return f"<EquilibriumPath of {len(self.factor)} points of {self.frame!r}>"
@@ -88,10 +86,11 @@ class EquilibriumPath:
             If the node is unknown.
         """
         name = found("node", node, self.frame.nodes, self.frame.aliases)
-        number = self._model.topology.number[name]
-        parts = [state.moved(number) for state in self._states]
-        shaped = np.moveaxis(np.stack(parts), 1, -1).reshape(len(parts), *self.shape, 6)
-        return np.where(np.isnan(self.factor)[..., None], np.nan, shaped)
+        out = np.full((len(self.factor), prod(self.shape), 6), np.nan)
+        for track in self._tracks:
+            for point, state in enumerate(track.states):
+                out[point, track.index] = track.newton.space(state).moved(self._number[name]).T[track.index]
+        return np.where(np.isnan(self.factor)[..., None], np.nan, out.reshape(*self.factor.shape, 6))
 
     @property
     def shape(self) -> Shape:
@@ -100,11 +99,32 @@ class EquilibriumPath:
 
     @cached_property
     def limits(self) -> list[Array]:
-        """Load factors of the limit points, (k,) for each batch entry, entries flattened.
+        """Load factors of the limit points between the first and the last point, (k,) for each batch entry, flattened.
 
-        Each is the summit of the parabola through three points of the path.
+        Each is found between the points beside it, by points of equilibrium of its own, so that it does not depend on
+        the steps of the path. NaN where that fails.
+
+        Warns
+        -----
+        PathWarning
+            Where a limit point was not found.
         """
-        return [turning_values(column[np.isfinite(column)]) for column in self.factor.reshape(len(self.factor), -1).T]
+        parts = [track.limits() for track in self._tracks]
+        entry, factor = (np.concatenate([getattr(part, name) for part in parts]) for name in ("entry", "factor"))
+        lost = np.flatnonzero(np.isnan(factor))
+        if len(lost):
+            between = np.concatenate([part.between for part in parts], axis=-1)[:, lost[0]]
+            warnings.warn(self._unfound(int(entry[lost[0]]), between, len(lost)), PathWarning, stacklevel=3)
+        return [factor[entry == k] for k in range(prod(self.shape))]
+
+    def _unfound(self, entry: int, between: Array, count: int) -> str:
+        """Which limit points were not found."""
+        place = tuple(int(k) for k in np.unravel_index(entry, self.shape)) if self.shape else ()
+        which = f" (entry {place})" if self.shape else ""
+        return (
+            f"the limit point of the path between load factors {between[0]:.6g} and {between[1]:.6g}{which} was not "
+            f"found and is NaN in limits ({count} such): follow the path in shorter steps, with a smaller first"
+        )
 
 
 def follow(frame: Description, node: str, name: str, to: float, steps: int, first: float) -> EquilibriumPath:
@@ -124,7 +144,7 @@ def follow(frame: Description, node: str, name: str, to: float, steps: int, firs
     else:
         masks = [np.broadcast_to(part, frame.shape) for part in parts]
         models = [_model(excluding(frame, ~mask), node) for mask in masks]
-        path = _together(model, masks, [_traced(each, goal, steps, first) for each in models])
+        path = _together(model.frame, masks, [_traced(each, goal, steps, first) for each in models])
     lost = ~path.reached & np.isfinite(path.factor[0])
     if lost.any():
         warnings.warn(_message(path, lost, node, name, to), PathWarning, stacklevel=3)
@@ -150,25 +170,21 @@ def _traced(model: Model, goal: tuple[str, int, float], steps: int, first: float
     for _ in range(steps):
         if not tracer.point():
             break
-    factor = np.stack(tracer.factors).reshape(len(tracer.factors), *model.frame.shape)
-    stable = np.stack(tracer.stables).reshape(len(tracer.stables), *model.frame.shape)
-    return EquilibriumPath(model.frame, factor, stable, tracer.reached, model, tracer.states)
+    shape = len(tracer.stables), *model.frame.shape
+    factor, stable = np.stack(tracer.track.factors).reshape(shape), np.stack(tracer.stables).reshape(shape)
+    return EquilibriumPath(model.frame, factor, stable, tracer.reached, model.topology.number, [tracer.track])
 
 
-def _together(model: Model, masks: list[Mask], paths: list[EquilibriumPath]) -> EquilibriumPath:
+def _together(frame: Description, masks: list[Mask], paths: list[EquilibriumPath]) -> EquilibriumPath:
     """Paths of a batch from those of its parts, the entries of which have kept to planes of their own."""
-    shape, points = model.frame.shape, max(len(path.factor) for path in paths)
+    shape, points = frame.shape, max(len(path.factor) for path in paths)
     factor, stable = np.full((points, *shape), np.nan), np.zeros((points, *shape), dtype=bool)
-    reached = np.zeros(shape, dtype=bool)
-    states = [DisplacedState.start(model, masks[0].size) for _ in range(points)]
+    reached, tracks = np.zeros(shape, dtype=bool), []
     for mask, path in zip(masks, paths, strict=True):
-        index = np.flatnonzero(mask)
         factor[: len(path.factor), mask], stable[: len(path.stable), mask] = path.factor[:, mask], path.stable[:, mask]
         reached[mask] = path.reached[mask]
-        for whole, part in zip(states, path._states, strict=False):
-            whole.displacements[..., index] = part.displacements[..., index]
-            whole.rotations[..., index] = part.rotations[..., index]
-    return EquilibriumPath(model.frame, factor, stable, reached, model, states)
+        tracks += [replace(track, index=np.flatnonzero(mask)) for track in path._tracks]
+    return EquilibriumPath(frame, factor, stable, reached, paths[0]._number, tracks)
 
 
 def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: str, to: float) -> str:
@@ -184,17 +200,7 @@ def _message(path: EquilibriumPath, lost: NDArray[np.bool_], node: str, name: st
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Corrected:
-    """Ends of a step: states, load factors, iterations and whether the energy has a minimum there, (m,) each."""
-
-    state: StateOfEntries
-    factor: Array
-    iterations: NDArray[np.int64]
-    stable: Mask
-
-
-class _Tracer(PathBatch[_Corrected]):
+class _Tracer(PathBatch[Corrected]):
     """Paths of all entries, a point at a time."""
 
     def __init__(self, model: Model, goal: tuple[str, int, float], first: float) -> None:
@@ -203,140 +209,89 @@ class _Tracer(PathBatch[_Corrected]):
         self.node = model.topology.number[node]
         count = len(model.present)
         where = model.where(np.arange(count))
-        self.whole, self.none = (self.newton.equations(where, count, factor) for factor in (1.0, 0.0))
+        self.arc = ArcLength(self.newton, where, count)
         self.state = self.newton.start(count)
-        self.weight = self.whole.scale**2
         self.going = model.present.copy()
         self.reached = np.zeros(model.frame.shape, dtype=bool)
         self.factor = np.zeros(count)
         super().__init__(np.full(count, np.nan), 0.0)
-        self.first, self.pending = first, np.zeros(count, dtype=bool)
-        self.stable = np.zeros(count, dtype=bool)
-        self.along, self.slope = np.zeros((0, count)), np.zeros(count)
-        self.factors, self.states = [np.where(self.going, 0.0, np.nan)], [self._space()]
+        self.pending, self.stable = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        self.length = np.zeros(count)
+        self.track = Track(
+            self.newton, np.arange(count), [self._here()], [np.where(self.going, 0.0, np.nan)], [], [], []
+        )
         self.stables = [self.going.copy()]
         if self._unstable_at_rest():
-            self._begin(where)
+            self._begin(where, first)
+        self.along, self.slope = self.arc.tangent(self.state, self.factor)
+        self.step = first / self.slope
+        self.shortest = _LEAST * self.step
 
     def point(self) -> bool:
         """One more point of each path that has not ended; whether there is any."""
-        ahead, slope = self._tangent()
-        self.going &= np.isfinite(slope)
-        if not len(self.along):
-            self.along, self.step = ahead, self.first / slope
-            self.shortest = _LEAST * self.step
-        sign = np.where(self._norm(ahead, self.along) < 0.0, -1.0, 1.0)
-        self.along, self.slope = sign * ahead, sign * slope
+        self.going &= np.isfinite(self.slope)
         self.pending = self.going.copy()
         self.run()
         self.going &= ~self.stalled
         if not self.going.any():
             return False
         self._add(self.stable)
+        self._turn()
         return bool(self.going.any())
 
     def wanted(self) -> Index:
         """Entries whose next point is still to be found."""
         return np.flatnonzero(self.pending & ~self.stalled)
 
-    def attempt(self, paths: Index) -> tuple[_Corrected, Mask]:
+    def attempt(self, paths: Index) -> tuple[Corrected, Mask]:
         """Points of equilibrium a step further, and which of these were found."""
-        found = self._corrected(paths)
-        return found, found.iterations[paths] <= _MOST
+        begin = ArcPoint(self.state, self.factor, self.along, self.slope)
+        found = self.arc.corrected(begin, self.step, paths)
+        return found, found.iterations[paths] <= MOST
 
-    def accept(self, paths: Index, points: _Corrected, good: Mask) -> None:
+    def accept(self, paths: Index, points: Corrected, good: Mask) -> None:
         """Go on to the points that were found."""
         self.state.put(paths, points.state.taken(paths))
         self.factor[paths], self.stable[paths] = points.factor[paths], points.stable[paths]
+        self.length[paths] = self.step[paths]
         grown = np.clip(np.sqrt(_AIM / np.maximum(points.iterations[paths], 1)), 0.5, _GROWTH)
         self.step[paths] *= grown
         self.pending[paths] = False
 
     def _unstable_at_rest(self) -> bool:
         """Whether some entry is kinematically unstable at rest."""
-        at, _ = self._linear(self.state, None, self.factor)
+        at, _ = self.arc.linear(self.state, None, self.factor)
         return not bool((self.newton.factor(at).pivots[:, self.going] > self.newton.elimination.zero).all())
 
-    def _begin(self, where: Where) -> None:
+    def _begin(self, where: Where, first: float) -> None:
         """Go to the equilibrium under the first share of the load at once."""
-        begin = start(self.newton, where, len(self.factor), self.first)
-        there = Search(self.newton).solve(where, begin, 0.0, self.first)
+        begin = start(self.newton, where, len(self.factor), first)
+        there = Search(self.newton).solve(where, begin, 0.0, first)
         self.going &= there.converged
-        self.state, self.factor = there.state, np.where(self.going, self.first, 0.0)
+        self.state, self.factor = there.state, np.where(self.going, first, 0.0)
         self._add(there.stable)
+        for part in (self.track.slopes, self.track.lengths, self.track.ends):
+            part.append(np.full(len(self.factor), np.nan))
+
+    def _turn(self) -> None:
+        """Turn into the directions in which the paths go on, and note how the load factor changed on the steps."""
+        ahead, slope = self.arc.tangent(self.state, self.factor)
+        turn = self.arc.inner(ahead, self.along)
+        self.track.slopes.append(self.slope)
+        self.track.lengths.append(self.length.copy())
+        self.track.ends.append(slope / np.where(turn != 0.0, turn, np.nan))
+        sign = np.where(turn < 0.0, -1.0, 1.0)
+        self.along, self.slope = sign * ahead, sign * slope
 
     def _add(self, stable: Mask) -> None:
         """One more point where the entries are now; those that have come far enough end there."""
-        self.factors.append(np.where(self.going, self.factor, np.nan))
-        self.states.append(self._space())
+        self.track.factors.append(np.where(self.going, self.factor, np.nan))
+        self.track.states.append(self._here())
         self.stables.append(stable & self.going)
-        here = self._value(self.states[-1])
+        here = self.newton.space(self.state).moved(self.node)[self.component]
         beyond = here >= self.to if self.to > 0.0 else here <= self.to
         self.reached |= (self.going & beyond).reshape(self.reached.shape)
         self.going &= ~beyond
 
-    def _space(self) -> DisplacedState:
-        return self.newton.space(self.state.taken(np.arange(len(self.factor))))
-
-    def _value(self, state: DisplacedState) -> Array:
-        return np.asarray(state.moved(self.node)[self.component])
-
-    def _tangent(self) -> tuple[Array, Array]:
-        """Unit direction of the path: coordinates (size, m) and load factor (m,)."""
-        at, load = self._linear(self.state, None, self.factor)
-        ahead = self.newton.step(at, self.whole.prescribed_values, self.newton.factor(at).solve, load)
-        size = np.sqrt(self._norm(ahead, ahead))
-        slope = 1.0 / np.where(size > 0.0, size, np.nan)  # without a load there is no path
-        return ahead * slope, slope
-
-    def _norm(self, a: Array, b: Array) -> Array:
-        out: Array = contracted("im,im->m", self.weight * a, b)
-        return out
-
-    def _linear(
-        self, state: StateOfEntries, stresses: list[Array] | None, factor: Array
-    ) -> tuple[Linearisation, Array]:
-        """Forces and tangent at a load factor (m,), and the loads (size, m)."""
-        whole, none = (part.linearised(state, stresses) for part in (self.whole, self.none))
-        mixed = replace(
-            none,
-            forces=none.forces + factor * (whole.forces - none.forces),
-            values=none.values + factor * (whole.values - none.values),
-        )
-        return mixed, none.forces - whole.forces
-
-    def _corrected(self, paths: Index) -> _Corrected:
-        """Points of equilibrium in the plane at the ends of some steps; more iterations than allowed where none."""
-        done = np.ones(len(self.factor), dtype=bool)
-        done[paths] = False
-        step, share = (np.where(done, 0.0, self.step * each) for each in (self.along, self.slope))
-        at, _ = self._linear(self.state, None, self.factor)
-        state, factor = self.whole.advanced(self.state, step), self.factor + share
-        stresses = self.whole.step_stresses(at, step)
-        prescribed, stable = self.whole.prescribed_values, np.zeros(len(factor), dtype=bool)
-        iterations = np.zeros(len(factor), dtype=np.int64)
-        aside = np.zeros_like(step)
-        while not done.all() and iterations.max() <= _MOST:
-            at, load = self._linear(state, stresses, factor)
-            factors = self.newton.factor(at)
-            by_load = self.newton.step(at, prescribed, factors.solve, load)
-            there = prescribed - self.whole.prescribed_residual(state)
-            free = self.newton.step(at, factor * prescribed - there, factors.solve)
-            step, change = bordered(self.weight * self.along, free, by_load)
-            step = np.where(done, 0.0, step)
-            usable = np.isfinite(step).all(axis=0) & np.isfinite(change)
-            step = np.where(usable, step, 0.0)
-            aside += step
-            state = self.whole.advanced(state, step)
-            factor = np.where(done | ~usable, factor, factor + change)
-            stresses = self.whole.step_stresses(at, step)
-            iterations += ~done
-            # without that of the reactions, on prescribed displacements that are where they should be but for rounding
-            forces, push, moved = (part[: self.model.free] for part in (at.forces, load, step))
-            work = np.abs(contracted("im,im->m", forces, moved)) + np.abs(change * contracted("im,im->m", push, moved))
-            # the plane leaves a single coordinate no step: the load factor alone, in which forces are linear, balances
-            close = ~done & usable & (work <= _CLOSE * at.energy)
-            stable = np.where(close, (factors.pivots > 0.0).all(axis=0), stable)
-            done |= close
-        iterations[~done | (self._norm(aside, aside) > (_ASIDE * self.step) ** 2)] = _MOST + 1
-        return _Corrected(state, factor, iterations, stable)
+    def _here(self) -> StateOfEntries:
+        return self.state.taken(np.arange(len(self.factor)))
