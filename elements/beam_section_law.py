@@ -20,6 +20,10 @@ from .parameters import Real, as_real, common_shape, given_state, require, shape
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
+# Stiffness of a section that is taken: beyond, matrices and their inverses over- or underflow, and a beam that is there
+# counts as missing.
+LEAST, MOST = 1e-300, 1e300
+
 
 @dataclass(frozen=True, eq=False)
 class BeamSectionLaw(LineElement):
@@ -50,6 +54,7 @@ class BeamSectionLaw(LineElement):
         shapes["end"] = () if self.end is None else self.end.shape
         shapes["up"] = () if self.up is None else self.up.shape[:-1]
         common_shape("Beam", shapes)
+        _check_stiffness(self)
 
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)
@@ -235,3 +240,16 @@ def _check_parts(beam: BeamSectionLaw) -> None:
         raise FrameError(f"Beam: end is a {text}; give two of one type")
     if not isinstance(beam.segments, (int, np.integer)) or beam.segments < 1:
         raise FrameError(f"Beam: segments = {beam.segments!r} must be a whole number above zero")
+
+
+def _check_stiffness(beam: BeamSectionLaw) -> None:
+    """Refuse stiffness beyond the range of floats; that of torsion, of which a section may be analysed, follows it."""
+    for section in (beam.section,) if beam.end is None else (beam.section, beam.end):
+        for name in ("A", "Iy", "Iz"):
+            with np.errstate(over="ignore", under="ignore"):
+                stiffness = beam.material.E * getattr(section, name)
+            if type(stiffness) is float and LEAST <= stiffness <= MOST:
+                continue
+            found = np.asarray(stiffness)
+            text = f"{LEAST:g} to {MOST:g}, the range in which floats keep their digits; take other units"
+            require("Beam", f"E {name}", found, (found >= LEAST) & (found <= MOST), text)

@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle
-from linkframe.framework import Frame, MechanismWarning, Solution
+from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from numpy.testing import assert_allclose
+from numpy.typing import ArrayLike
 from reference.as_frame import as_frame
 from reference.compare import allowed, apart, stacked
 from reference.four_bar import coordinates, four_bar
@@ -238,3 +239,47 @@ def test_a_load_that_finds_it_makes_a_mechanism() -> None:
     assert solution.status == "mechanism"
     with pytest.warns(MechanismWarning):
         assert np.isnan(solution.displacement("n1")).any()
+
+
+def jointed(scale: ArrayLike) -> Frame:
+    """A cantilever with a rotational spring in it, and a force at its end, in a unit of force of any size."""
+    scale = np.asarray(scale)
+    bar = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9 * scale, nu=0.3))
+    frame = Frame()
+    for name, x in (("A", 0.0), ("B", 0.4), ("C", 0.4), ("D", 0.7)):
+        frame.node(name, (x, 0.0, 0.0))
+    frame.add("AB", bar, "A", "B")
+    frame.add("CD", bar, "C", "D")
+    springs = [np.broadcast_to(np.inf, scale.shape)] * 5 + [50.0 * scale]
+    frame.add("hinge", Joint(stiffness=np.stack(springs, axis=-1)), "B", "C")
+    frame.fix("A")
+    frame.load("D", fy=3.0 * scale)
+    return frame
+
+
+def test_status_and_displacement_in_every_unit_of_force() -> None:
+    scales = [10.0**k for k in (-302, -299, -290, -200, -100, 0, 100, 200, 290)]
+    wanted = 3.0 * (0.7**3 / (3.0 * 200e9 * 0.01 * 0.02**3 / 12.0) + 0.3**2 / 50.0)
+    batch = jointed(scales).solve()
+    assert (batch.status == "regular").all()
+    assert_allclose(batch.displacement("D")[:, 1], wanted, rtol=1e-12)
+    for scale in scales:
+        alone = jointed(scale).solve()
+        assert alone.status == "regular"
+        assert_allclose(alone.displacement("D")[1], wanted, rtol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-303, 1e-310, 1e-318])
+def test_a_modulus_that_floats_cannot_hold_is_refused_and_no_mechanism(scale: float) -> None:
+    told = r"Beam: E (A|I[yz]) = \S+ must be 1e-300 to 1e\+300, the range in which floats keep their digits; take"
+    with pytest.raises(FrameError, match=told):
+        jointed(scale)
+    with pytest.raises(FrameError, match=told):
+        jointed([1.0, scale])
+
+
+@pytest.mark.parametrize("count", [(), (2,)])
+def test_a_section_stiffer_than_floats_is_refused(count: tuple[int, ...]) -> None:
+    plate = Rectangle(y=np.full(count, 1e3), z=1e3)
+    with pytest.raises(FrameError, match=r"Beam: E A = \S+ must be 1e-300 to 1e\+300"):
+        Beam(plate, Material(E=1e304, nu=0.3))
