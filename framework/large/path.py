@@ -20,13 +20,14 @@ from ..batched.idle import released_at_rest
 from ..batched.plan import Plan
 from ..checked import whole_number
 from ..continuation import Index, PathBatch, turning_values
+from ..described.released_ends import with_hinges
 from ..description import Description, excluding
 from ..dofs import component
 from ..elementwise import contracted
 from ..errors import FrameError, PathWarning
 from ..names import found
 from .clearances import start
-from .model import Model, with_hinges
+from .model import Model
 from .newton import Newton, bordered
 from .numbers import Where
 from .search import Search
