@@ -306,7 +306,7 @@ class BoundedResults(LinearResults, Protocol):
         ...
 
     def cut(self) -> BoundedResults:
-        """The same solution with members cut into their segments; itself if they are."""
+        """The same solution with members cut into their segments and hinges at released ends; itself if they are."""
         ...
 
 

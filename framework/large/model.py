@@ -1,12 +1,8 @@
-"""A frame compiled for large displacement: which coordinates are unknown or prescribed, and which node follows which.
-
-Released ends of members become joints here, as what they are at finite displacement.
-"""
+"""A frame compiled for large displacement: coordinates that are unknown or prescribed, and which node follows which."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property, reduce
 
 import numpy as np
@@ -15,11 +11,7 @@ from numpy.typing import NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..described.parts import JointLink
-from ..description import Description
 from ..errors import FrameError
-from ..joint_protocol import JointElement
-from ..protocol import LineElement
 from ..structure.assembly import component_loads
 from ..structure.connections import TreeEdge
 from ..structure.edge import GROUND, Edge
@@ -32,7 +24,6 @@ from .numbers import Loads, Numbers, Stack, Where
 from .planes import EntryPlanes
 
 CONSTRAINED = -1
-_NONE = np.zeros(())
 
 
 class Model:
@@ -299,76 +290,3 @@ def chained(columns: Index, joints: Iterable[TreeJoint]) -> list[list[int]]:
         above = [] if joint.parent == GROUND else out[joint.parent]
         out[joint.child] = above + out[joint.child]
     return out
-
-
-# -- released ends ----------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, eq=False)
-class ReleasedEnd(JointElement):
-    """A released end as what it is at finite displacement: an ideal joint from a node of the member's own.
-
-    Its axes are the local ones of the member and follow its end, so that what is released is free in the end's own
-    section, however far that turns. What linear mechanics condenses in the member's matrix is no more than a hinge
-    whose axis is the member's mean one, which is off as soon as both ends turn.
-
-    Attributes
-    ----------
-    stiffness
-        0 where it is released, else inf, (6,).
-    axes
-        The member's local axes as columns in global components, (..., 3, 3).
-    """
-
-    stiffness: Array
-    axes: Array
-
-    clearance = _NONE
-    clearance_directions = ()
-    pitch = _NONE
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        return self.axes.shape[:-2]
-
-    def matrix(self) -> Array:
-        return self.springs_matrix()
-
-    def typical(self) -> ReleasedEnd:
-        return self
-
-
-def with_hinges(frame: Description) -> Description:
-    """A frame in which released ends are nodes of their own on ideal joints; the same where there are none.
-
-    Nodes and joints that are added come after all others. As they are, members stay that know no `unreleased` element.
-    """
-    released = [(name, member) for name, member in frame.members.items() if member.element.releases]
-    if not released:
-        return frame
-    clone = frame.copy()
-    for name, member in released:
-        whole = None if _bar(member.element) else member.element.unreleased()
-        if whole is None:
-            continue
-        axes = np.swapaxes(member.element.axes(frame.chord(name)), -1, -2)
-        body = frame.nodes[member.start].body
-        if body is not None and body == frame.nodes[member.end].body:
-            axes = frame.bodies[body].axes @ axes
-        ends = [member.start, member.end]
-        for end in sorted({end for end, _ in member.element.releases}):
-            free = [k for side, k in member.element.releases if side == end]
-            stiffness = np.where(np.isin(np.arange(6), free), 0.0, np.inf)
-            node, ends[end] = ends[end], f"{name}\n{end}"  # no name that a user gives
-            clone.nodes[ends[end]] = frame.nodes[node]
-            clone.joints[ends[end]] = JointLink(ReleasedEnd(stiffness, axes), ends[end], node)
-        clone.members[name] = member._replace(element=whole, start=ends[0], end=ends[1])
-    return clone
-
-
-def _bar(element: LineElement) -> bool:
-    """Whether a member is hinged about one axis at both ends and not cut: a truss's bar, straight across that axis.
-
-    Between joints its one piece would bend and, too stiff by a fifth, buckle.
-    """
-    return element.segments == 1 and any({(0, k), (1, k)} <= set(element.releases) for k in (4, 5))

@@ -21,6 +21,7 @@ from ..batched.idle import released_at_rest
 from ..batched.plan import Plan
 from ..checked import whole_number
 from ..continuation import Index, PathBatch
+from ..described.released_ends import with_hinges
 from ..description import Description, excluding
 from ..dofs import component
 from ..errors import FrameError, PathWarning
@@ -28,7 +29,7 @@ from ..names import found
 from .arc_length import MOST, ArcLength, ArcPoint, Corrected
 from .clearances import start
 from .limit_points import Track
-from .model import Model, with_hinges
+from .model import Model
 from .newton import Newton
 from .numbers import Where
 from .search import Search

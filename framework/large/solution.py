@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..batch import Array
 from ..batched.plan import Plan
 from ..clearances.clearance import joints_with_clearance
+from ..described.released_ends import with_hinges
 from ..description import Description
 from ..listing import Explanation
 from ..provenance import with_origin
@@ -20,7 +21,7 @@ from .clearances import touched
 from .elimination import LARGE
 from .equations import EquilibriumEquations, SpatialLinearisation
 from .load_stepping import History, LoadStepping
-from .model import Model, with_hinges
+from .model import Model
 from .newton_program import choice
 from .planar_model import PlanarModel
 from .recovery import RecoveredResults, Stations

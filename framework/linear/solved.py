@@ -13,6 +13,7 @@ from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
 from ..clearances.clearance import Clearances
 from ..clearances.determinate import DeterminateContact
+from ..described.released_ends import with_hinges
 from ..description import Description
 from ..error_bounds.resolved import Solved
 from ..factor_cache import Factors
@@ -138,13 +139,14 @@ class SolvedFrame(SavedResults):
         Returns
         -------
         Solution
-            Solution with a node between any two segments; this one where its members are divided already.
+            Solution with a node between any two segments, and one at either side of a released end; this one where its
+            members are divided already and have no releases.
         """
-        plan = self.plan
+        plan, hinged = self.plan, with_hinges(self.plan.frame)
         counts = [member.element.segments for member in plan.frame.members.values()]
-        if np.array_equal(plan.topology.counts, counts):
+        if hinged is plan.frame and np.array_equal(plan.topology.counts, counts):
             return self
-        return type(self)(self.frame, Plan(plan.frame, cut=True, method=plan.asked), self.clearances)
+        return type(self)(self.frame, Plan(hinged, cut=True, method=plan.asked), self.clearances)
 
     def stacked(self, rows: Sequence[Row]) -> Array:
         """The values of linear combinations of unknowns and prescribed values, as one array of the batch shape.

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.idle import released
 from ..batched.plan import Plan
+from ..described.released_ends import with_hinges
 from ..description import Description
 from ..errors import FrameError, MechanismWarning
 from ..solution import Solution
@@ -69,12 +70,13 @@ def buckling(frame: Description, count: int) -> Buckling:
     FrameError
         Where the frame is a mechanism, or `count` is not from 1 to the number of its unknowns.
     """
-    described = released(frame).copy()
+    own = released(frame).copy()
+    described = with_hinges(own)
     solution = Solution(described, Plan(described, cut=True))
     plan = solution.plan
     size = len(plan.unknowns)
     check_count_of("buckling", count, plan)
-    left = _left_out(solution)
+    left = _left_out(solution, own)
     if 0 in frame.shape:
         return Buckling(np.zeros((*frame.shape, count)), _plan=plan, _vectors=np.zeros((*frame.shape, size, count)))
     large = plan.large and size > DENSE
@@ -90,11 +92,16 @@ def buckling(frame: Description, count: int) -> Buckling:
     return Buckling(factors, _plan=plan, _vectors=vectors)
 
 
-def _left_out(solution: Solution) -> NDArray[np.bool_]:
-    """Entries without buckling factors, (...): those left out and mechanisms; an error if no other entries remain."""
+def _left_out(solution: Solution, frame: Description) -> NDArray[np.bool_]:
+    """Entries without buckling factors, (...): those left out and mechanisms; an error if no other entries remain.
+
+    The message names no other nodes than those of `frame`.
+    """
     left = among(solution.own_state, SolutionState.ABSENT)
     moving = ~among(solution.own_state, SolutionState.REGULAR, SolutionState.ABSENT)
-    text = "" if not moving.any() else solution.mechanism(*np.argwhere(moving)[0].tolist())
+    text = ""
+    if moving.any():
+        text = Solution(frame, Plan(frame, cut=True)).mechanism(*np.argwhere(moving)[0].tolist())
     return left | _told(moving, ~left, f"a mechanism even without the load: {text}")
 
 

@@ -11,7 +11,9 @@ the rotation of an end is, to second order, ``w - t - t x w / 2 - s``, where s i
 
     s = (-[t x (w1 + w2)]_x / 4,  t_x t_z / 2 - e t_y,  -t_x t_y / 2 - e t_z),    e = (u2 - u1) / L
 
-The end moments do work on it; the axial force contributes the element's own geometric matrix.
+The end moments do work on it; the axial force contributes the element's own geometric matrix. Where an end is
+released, u and w are those of the member's end, and what is released moves in axes that rotate with it by w: the node
+is displaced by ``d + w x d`` and rotated by ``r + w x r / 2`` from there.
 
 *Links.* Relative to the first node, in axes that rotate with it by w1, the second node is displaced by
 ``u2 - u1 + arm x w1 - w1 x (u2 - u1) + w1 x (w1 x arm) / 2`` and rotated by ``w2 - w1 - w1 x w2 / 2``; less
@@ -64,6 +66,26 @@ def of_end_moments(length: Array, first: Array, second: Array, between: Array | 
     for moment, own, other, sign in ((both[..., 1], y, z, -0.5), (both[..., 2], z, y, 0.5)):
         row = np.swapaxes(stretch, -1, -2) @ own + sign * np.swapaxes(x, -1, -2) @ other
         half = half + moment[..., None, None] * row
+    return half + np.swapaxes(half, -1, -2)
+
+
+def of_released_ends(moved: Array, ends: Array) -> Array:
+    """Geometric stiffness of what is released at the ends of members, in local axes, (..., 12, 12).
+
+    Parameters
+    ----------
+    moved
+        Displacement of both ends of the member per unit displacement of the nodes, (..., 12, 12).
+    ends
+        Forces on both ends of the member, (..., 12).
+    """
+    half = np.zeros(np.broadcast_shapes(moved.shape, (*ends.shape, 12)))
+    nodes = np.eye(12)
+    for k in (0, 6):
+        force, moment = cross_matrix(ends[..., k : k + 3]), cross_matrix(ends[..., k + 3 : k + 6])
+        turned = moved[..., k + 3 : k + 6, :]
+        half += np.swapaxes(turned, -1, -2) @ force @ (nodes[k : k + 3] - moved[..., k : k + 3, :])
+        half -= 0.5 * nodes[:, k + 3 : k + 6] @ moment @ turned
     return half + np.swapaxes(half, -1, -2)
 
 

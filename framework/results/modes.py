@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.idle import released_masses
 from ..batched.plan import Plan
+from ..described.released_ends import with_hinges
 from ..description import Description
 from ..errors import FrameError, MechanismWarning
 from ..joint_examination import require_springs
@@ -93,7 +94,7 @@ def modes(frame: Description, count: int, asked: AskedModes = OF_FRAME) -> Modes
         Where the frame has no mass at a batch entry, or fewer modes than asked for.
     """
     require_springs({name: joint.element for name, joint in frame.joints.items()})
-    plan = Plan(released_masses(frame).copy(), cut=True)
+    plan = Plan(with_hinges(released_masses(frame)).copy(), cut=True)
     check_count_of(asked.verb, count, plan)
     way = _sparse if plan.large and len(plan.unknowns) > DENSE else _dense
     squared, vectors = way(plan, count, asked)

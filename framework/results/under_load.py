@@ -14,12 +14,13 @@ from ..error_bounds.deformations import Springs
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.link_forces import link_forces, link_roundings
 from ..error_bounds.tree_members import MEMBER
+from ..protocol import LineElement
 from ..structure.assembly import offset_weights
 from ..structure.edge import GROUND, Edge
 from ..structure.member_loads import loads_between
 from ..structure.topology import Group, Index, Topology
 from . import dense
-from .geometric import of_arm, of_end_moments, of_link, of_load_between
+from .geometric import of_arm, of_end_moments, of_link, of_load_between, of_released_ends
 
 # A force below this many roundings of its terms is zero.
 _ROUNDINGS = 16.0
@@ -134,11 +135,29 @@ def _members(topology: Topology, group: Group, ends: Array) -> Array:
         for position, _, force in loads:
             applied[position] += force[..., 3:]
     bent = of_end_moments(length, ends[..., 3:6], ends[..., 9:], applied)
-    out: Array = group.element.geometric_matrix(length, axial) + bent
+    out: Array = _whole(group.element).geometric_matrix(length, axial) + bent
     for position, x, force in loads:
         own = np.broadcast_to(length[position], np.broadcast_shapes(length[position].shape, x.shape, force.shape[:-1]))
-        shapes = group.of(position).shape_functions(own, x)
+        shapes = _whole(group.of(position)).shape_functions(own, x)
         out[position] += of_load_between(own, shapes, np.broadcast_to(x, own.shape), force)
+    if _whole(group.element) is not group.element:
+        moved = _moved_ends(group)
+        out = np.swapaxes(moved, -1, -2) @ out @ moved + of_released_ends(moved, ends)
+    return out
+
+
+def _whole(element: LineElement) -> LineElement:
+    """The element without its releases, if there is such an element."""
+    return element.unreleased() or element
+
+
+def _moved_ends(group: Group) -> Array:
+    """Displacement of both ends of members with releases per unit displacement of the nodes, (n, ..., 12, 12)."""
+    element, length = group.element, group.length
+    ends = [element.shape_functions(length, 0.0 * length), element.shape_functions(length, length)]
+    out = np.zeros((*np.broadcast_shapes(*(end.shape[:-2] for end in ends)), 12, 12)) + np.eye(12)
+    for end, component in element.releases:
+        out[..., 6 * end + component, :] = ends[end][..., component, :]
     return out
 
 

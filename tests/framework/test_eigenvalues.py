@@ -188,3 +188,23 @@ def test_a_frame_of_which_all_is_held_says_so(what):
     frame.fix("B")
     with pytest.raises(FrameError, match=rf"^{what}\(2\): the frame has no unknowns, nothing in it can move"):
         getattr(frame, what)(2)
+
+
+# Blevins, Formulas for Natural Frequency, 1979, p. 108: clamped and sliding, clamped and pinned.
+@pytest.mark.parametrize(("released", "root"), [("end uy", 2.36502037), ("end rz", 3.92660231)])
+def test_frequency_of_a_rod_with_a_released_end(released: str, root: float) -> None:
+    """One segment has the frequency of its consistent mass: 12 over 13/35, and 4 over 1/105."""
+    found = []
+    for segments in (1, 2, 8):
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", (1.0, 0.0, 0.0))
+        material = Material(E=200e9, nu=0.3, density=7850.0)
+        frame.add("AB", Beam(Rectangle(y=0.001, z=0.002), material, segments=segments, release=released), "A", "B")
+        frame.fix("A")
+        frame.fix("B", "uy", "uz", "rx", "ry", "rz")
+        found.append(2.0 * np.pi * frame.modes(1).frequencies[0] / np.sqrt(200e9 * 0.001**2 / 12.0 / 7850.0) / root**2)
+    cubic = {"end uy": 12.0 * 35.0 / 13.0, "end rz": 420.0}[released]
+    assert_allclose(found[0], np.sqrt(cubic) / root**2, rtol=1e-5)
+    assert_allclose(found[1:], [1.0, 1.0], rtol=0.01)
+    assert found[-1] == pytest.approx(1.0, abs=1e-4)

@@ -1,12 +1,13 @@
-"""Released ends at large displacement: an energy written here, and hinges described as joints."""
+"""Released ends at large displacement and in buckling: an energy written here, and hinges described as joints."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section, Spring
-from linkframe.framework import Frame
+from linkframe.framework import Frame, FrameError
 from linkframe.framework.dofs import DISPLACEMENTS
+from linkframe.framework.results.validity import nonlinearity
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
@@ -123,6 +124,57 @@ def test_a_released_end_in_space_is_an_ideal_joint(released: str, end: int, segm
         assert_allclose(given.displacement(node), expected, rtol=0.0, atol=1e-12)
     forces = joined.end_forces("BC")
     assert_allclose(given.end_forces("BC"), forces, rtol=0.0, atol=1e-9 * np.abs(forces).max())
+
+
+@pytest.mark.parametrize(("end", "segments"), [(0, 1), (1, 3)])
+@pytest.mark.parametrize("released", ["rx", "ry", "rz", "ry rz", "rx rz", "rx ry rz", "ux", "uy", "uz", "ux rz"])
+def test_a_released_end_buckles_as_an_ideal_joint(released: str, end: int, segments: int) -> None:
+    """Its axes are those of the member's end here as well, and the lowest load is that beyond which it is unstable."""
+    given, joined = (portal(released, end, segments, hinge) for hinge in (False, True))
+    factors = joined.buckling(2).factors
+    assert_allclose(given.buckling(2).factors, factors, rtol=1e-9)
+    for factor, stable in ((0.999, True), (1.001, False)):
+        loaded = portal(released, end, segments, hinge=False)
+        loaded.loads.clear()
+        loaded.member_loads.clear()
+        size = factor * factors[0]
+        loaded.load("B", fx=15.0 * size, fy=-200.0 * size, fz=100.0 * size)
+        loaded.load("C", fx=50.0 * size, fz=-150.0 * size)
+        loaded.line_load("BC", fz=-20.0 * size)
+        assert np.isfinite(nonlinearity(loaded.solve())) == stable
+
+
+# The buckling length over that of the column: Timoshenko & Gere, Theory of Elastic Stability, 1961, pp. 48-54.
+@pytest.mark.parametrize(("released", "length"), [("end uy", 1.0), ("end rz", np.pi / 4.493409457909064)])
+def test_a_clamped_column_with_a_released_top(released: str, length: float) -> None:
+    """One segment has the error of a cubic deflection, ``10 E I / L^2`` and ``30 E I / L^2``; eight are near."""
+    size, section, material = 0.04 * 0.02**3 / 12.0, Rectangle(y=0.02, z=0.04), Material(E=2e9, nu=0.3)
+    exact = np.pi**2 * 2e9 * size / length**2
+    found = []
+    for segments in (1, 2, 4, 8):
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", (1.0, 0.0, 0.0))
+        frame.add("AB", Beam(section, material, segments=segments, release=released), "A", "B")
+        frame.fix("A")
+        frame.fix("B", "uy", "uz", "rx", "ry", "rz")
+        frame.load("B", fx=-1.0)
+        found.append(frame.buckling(1).factors[0] / exact - 1.0)
+    cubic = {"end uy": 10.0, "end rz": 30.0}[released] * 2e9 * size
+    assert_allclose(found[0], cubic / exact - 1.0, rtol=1e-3)
+    assert np.all(np.diff(found) < 0.0)
+    assert abs(found[-1]) < 3e-4
+
+
+def test_a_mechanism_with_a_released_end_is_told_by_the_nodes_of_the_frame() -> None:
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    frame.add("AB", Beam(Rectangle(y=0.02, z=0.04), Material(E=2e9, nu=0.3), release="start rz"), "A", "B")
+    frame.fix("A")
+    frame.load("B", fx=-1.0, fy=1.0)
+    with pytest.raises(FrameError, match=r"mechanism even without the load: free motion 1: B \([+-]uy [+-]rz\)$"):
+        frame.buckling(1)
 
 
 def test_released_ends_turn_with_the_body_of_their_member() -> None:

@@ -251,3 +251,22 @@ def test_an_entry_that_is_left_out_needs_no_mass(count: int) -> None:
     found = frequencies(np.array([7850.0, 0.0, 0.0]), np.array([2.0, 0.0, 1.0]), [False, True, True])
     assert_allclose(found[0], frequencies(7850.0, 2.0), rtol=1e-12)
     assert np.isnan(found[1:]).all()
+
+
+def test_a_released_end_of_a_pressed_rod_is_a_joint_that_is_free_in_the_same_component() -> None:
+    """A slider-crank whose rod lies along x, so that the axes of rod and joint are the same."""
+    steel, found = Material(E=200e9, nu=0.3, density=7850.0), []
+    for release, resistance in ((("start ry",), np.inf), ((), 0.0)):
+        linkage = Linkage(A=(0.0, 0.0), B=(0.0, 0.3), C=(1.0, 0.3))
+        linkage.link("crank", "A", "B", beam=Beam(Rectangle(y=0.03, z=0.03), steel))
+        linkage.link("rod", "B", "C", beam=Beam(Rectangle(y=0.02, z=0.01), steel, segments=2, release=release))
+        linkage.link("piston", "C")
+        linkage.revolute("A", "ground", "crank", drive=True)
+        linkage.revolute("B", "crank", "rod", stiffness=(np.inf,) * 4 + (resistance, 0.0))
+        linkage.revolute("C", "rod", "piston")
+        linkage.prismatic("C", "ground", "piston", axis=(1, 0, 0), name="slide")
+        linkage.load("C", fx=-3000.0)
+        motion = linkage.move(A=0.0)
+        found.append((motion.frequencies(3), motion.compliance_matrix("B")))
+    for given, joined in zip(*found, strict=True):
+        assert_allclose(given, joined, rtol=1e-9, atol=1e-18)

@@ -15,6 +15,7 @@ from ....framework.batch import Array
 from ....framework.batched.idle import released, released_masses, with_free
 from ....framework.batched.plan import Plan
 from ....framework.described.parts import IdleRotation
+from ....framework.described.released_ends import with_hinges
 from ....framework.results import dense
 from ....framework.results.shapes import check_count
 from ....framework.results.spectrum import AskedModes, above_rounding, found_anew, inverse_pencil, shifted
@@ -72,11 +73,11 @@ class Tangent:
         free = released_masses(built) if cut else with_free(built, list(built.idle))
         freed = [idle for name, idle in built.idle.items() if name not in free.idle]
         self.idle = len(freed)
-        self.plan = Plan(free, cut=cut)
+        self.plan = Plan(with_hinges(free), cut=cut)
         clamped = Builder(motion, clearance=False, clamped=True)
         clamped.slacken()
         add_loads(clamped.frame, motion, clamped.nodes)
-        at_rest = released(clamped.frame)
+        at_rest = with_hinges(released(clamped.frame))
         rest = Solution(at_rest, Plan(at_rest, cut=cut))
         self.stable: NDArray[np.bool_] = among(
             rest.own_state, SolutionState.REGULAR, SolutionState.STATICALLY_CONSISTENT_MECHANISM
