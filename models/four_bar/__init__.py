@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Accuracy", "FourBar", "FourBarMotion", "Kinetostatics", "Link", "Study", "accuracy", "monte_carlo"]
 
-# Each module is imported when a name of it is first used: a motion needs no samples.
+# Each module is imported when a name of it is first used: a motion needs neither samples nor what any linkage does.
 _LATER = {
     "Accuracy": ".displacement",
     "FourBar": ".four_bar",
@@ -26,4 +26,4 @@ _LATER = {
     "monte_carlo": ".study",
 }
 
-__getattr__, __dir__ = loaded_later(__name__, _LATER)
+__getattr__, __dir__ = loaded_later(__name__, _LATER, modules=["as_linkage"])
