@@ -53,7 +53,8 @@ __all__ = [
     "straight_shapes",
 ]
 
-# Elements need the protocol alone: a frame, and the solvers with it, are imported where they are first asked for.
+# Elements need the protocol alone: a frame, and the solvers with it, are imported where they are first asked for. So
+# are the modules named below, which a frame needs when it is solved.
 _LATER = {
     "AllResults": ".results.base",
     "Buckling": ".results.buckling",
@@ -78,4 +79,4 @@ _LATER = {
     "straight_shapes": ".shape_rules",
 }
 
-__getattr__, __dir__ = loaded_later(__name__, _LATER)
+__getattr__, __dir__ = loaded_later(__name__, _LATER, modules=["basis", "matrices", "solution"])

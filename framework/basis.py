@@ -6,21 +6,19 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from skfem import Basis
 
 from .batch import Array
 from .description import Description
 from .errors import FrameError
 from .protocol import LineElement
+from .scikit_fem.arc_length import ArcLengthMapping
+from .scikit_fem.line_frame import ElementLineFrame
 from .structure.topology import Topology
 
 
 def frame_basis(frame: Description, on: str | Sequence[str], intorder: int) -> Any:
     """Basis over members at the first batch entry; see `Frame.basis`."""
-    from skfem import Basis
-
-    from .scikit_fem.arc_length import ArcLengthMapping
-    from .scikit_fem.line_frame import ElementLineFrame
-
     topology = Topology.of(frame.copy(), cut=True)
     members = frame.members_on(on, "basis")
     numbers = np.concatenate([np.array(topology.pieces_of[name]) for name in members])

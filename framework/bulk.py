@@ -21,6 +21,7 @@ from .errors import FrameError
 from .garbage import without_search
 from .joint_examination import examine_joint
 from .joint_protocol import JointElement
+from .meshes import lines, sources
 from .names import found, plain
 from .protocol import LineElement, is_proven
 from .stacking import stacked
@@ -86,21 +87,18 @@ class InBulk(Editable):
         >>> float(frame.solve().displacement("3")[1].round(6))
         -0.018568
         """
-        from .meshes.lines import lines_by_element  # with all forms of meshes, which few frames are made of
-        from .meshes.sources import line_mesh_of
-
-        whole = line_mesh_of(mesh, scale)
-        families = lines_by_element(whole, element)
+        whole = sources.line_mesh_of(mesh, scale)
+        families = lines.lines_by_element(whole, element)
         kept = np.sort(np.concatenate([at for _, at in families]))
-        lines = whole.taken(kept, drop_unconnected)
-        names = lines.line_names()
+        taken = whole.taken(kept, drop_unconnected)
+        names = taken.line_names()
         frame = cls()
-        nodes = frame.add_nodes(lines.point_labels or len(lines.points), lines.points)
+        nodes = frame.add_nodes(taken.point_labels or len(taken.points), taken.points)
         for one, at in families:
             there = np.searchsorted(kept, at)
-            frame.add_many(one, lines.lines[there], [names[k] for k in there])
-        frame.node_sets = {name: [nodes[k] for k in at] for name, at in lines.point_sets.items() if at.size}
-        frame.element_sets = {name: [names[k] for k in at] for name, at in lines.line_sets.items() if at.size}
+            frame.add_many(one, taken.lines[there], [names[k] for k in there])
+        frame.node_sets = {name: [nodes[k] for k in at] for name, at in taken.point_sets.items() if at.size}
+        frame.element_sets = {name: [names[k] for k in at] for name, at in taken.line_sets.items() if at.size}
         for name, of in frame.node_sets.items():
             if len(of) == 1 and name not in frame.nodes:
                 frame.alias(name, of[0])

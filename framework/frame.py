@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, overload
 
+# What solves takes longer to load than a description: a module that is imported as such is loaded when first used.
+from . import basis, matrices, solution
 from .bulk import InBulk
 from .checked import switch
 from .errors import FrameError
+from .large import by_planes, path
+from .results import buckling, modes
+from .structure import topology
 
-# The solvers take longer to import than the whole description of a frame, so they are imported on first use.
 if TYPE_CHECKING:
     from .large.path import EquilibriumPath
     from .large.solution import LargeSolution
@@ -142,17 +146,13 @@ class Frame(InBulk):
         >>> frame.solve(large=True).displacement("B")[:, :2].round(4).tolist()
         [[-0.0, 0.0025], [-0.034, 0.2356]]
         """
-        from .solution import Solution
-
         switch(clearance, "clearance in solve")
         switch(large, "large in solve")
         if not large and steps != 1:
             raise FrameError(f"solve was given steps={steps!r}, which a linear solution has not: add large=True")
         if large:
-            from .large.by_planes import solved
-
-            return solved(self, method, clearance, steps)
-        return Solution.of(self, method, clearance=clearance)
+            return by_planes.solved(self, method, clearance, steps)
+        return solution.Solution.of(self, method, clearance=clearance)
 
     def path(self, node: str, component: str, to: float, *, steps: int = 200, first: float = 0.05) -> EquilibriumPath:
         """Equilibrium path at large displacement, from the unloaded frame past limit points, by the arc-length method.
@@ -201,9 +201,7 @@ class Frame(InBulk):
         >>> bool(path.reached), bool(path.factor.max() > 1.0), len(path.limits[0])
         (True, True, 2)
         """
-        from .large.path import follow
-
-        return follow(self, node, component, to, steps, first)
+        return path.follow(self, node, component, to, steps, first)
 
     def modes(self, count: int) -> Modes:
         """The lowest natural frequencies and mode shapes of the frame, its joints without clearance.
@@ -238,9 +236,7 @@ class Frame(InBulk):
         >>> float(frame.modes(1).frequencies[0].round(2))
         14.12
         """
-        from .results.modes import modes
-
-        return modes(self, count)
+        return modes.modes(self, count)
 
     def buckling(self, count: int) -> Buckling:
         """The lowest load factors at which the loaded frame buckles, its joints without clearance.
@@ -277,9 +273,7 @@ class Frame(InBulk):
         >>> float(frame.buckling(1).factors[0].round(3))
         3.876
         """
-        from .results.buckling import buckling
-
-        return buckling(self, count)
+        return buckling.buckling(self, count)
 
     @property
     def mesh(self) -> Any:
@@ -332,15 +326,11 @@ class Frame(InBulk):
         >>> float(along.assemble(frame.basis("AB")).sum().round(9))
         6.0
         """
-        from .basis import frame_basis
-
-        return frame_basis(self, on, intorder)
+        return basis.frame_basis(self, on, intorder)
 
     @property
     def _numbered(self) -> Topology:
-        from .structure.topology import Topology
-
-        return Topology.of(self.copy(), cut=True)
+        return topology.Topology.of(self.copy(), cut=True)
 
     def matrices(self, entry: int | Sequence[int] = ()) -> FrameMatrices:
         """Stiffness, mass, geometric stiffness and loads at one batch entry, sparse, in scikit-fem's numbering.
@@ -374,9 +364,7 @@ class Frame(InBulk):
         >>> second.K.shape, float(second.f[7]), second.D.tolist()
         ((12, 12), 20.0, [0, 1, 2, 3, 4, 5])
         """
-        from .matrices import frame_matrices
-
-        return frame_matrices(self, entry)
+        return matrices.frame_matrices(self, entry)
 
     def explain(self, method: str | None = None, *, clearance: bool = True) -> str:
         """Report in words of what a linear solution computes, at which batch shapes, and what it skips and why.

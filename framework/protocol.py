@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .entries import Change
 from .orientation import default_axes, default_axis_numbers
+from .scikit_fem import integrals
 from .section_law import SectionLaw
 from .shape_rules import summed
 from .stacking import changed
@@ -263,7 +264,7 @@ class LineElement(SectionLaw):
             Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
         """
         if not self.has_springs:
-            found: Array = _integrals().integrated_stiffness(self, length)
+            found: Array = integrals.integrated_stiffness(self, length)
             return found
         stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
         return summed(stiffness, rows)
@@ -318,7 +319,7 @@ class LineElement(SectionLaw):
         ndarray
             Mass matrix by the displacements and rotations of both ends, (..., 12, 12).
         """
-        found: Array = _integrals().integrated_mass(self, length)
+        found: Array = integrals.integrated_mass(self, length)
         return found
 
     def geometric_matrix(self, length: Array, axial: Array) -> Array:
@@ -336,7 +337,7 @@ class LineElement(SectionLaw):
         ndarray
             Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
         """
-        found: Array = _integrals().integrated_geometric(self, length, axial)
+        found: Array = integrals.integrated_geometric(self, length, axial)
         return found
 
     def end_forces(self, length: Array, displacement: Array) -> Array:
@@ -446,10 +447,3 @@ class PointElement(ABC):
         ndarray
             Symmetric matrix by ``ux uy uz rx ry rz``, (..., 6, 6).
         """
-
-
-def _integrals() -> Any:
-    """The quadrature by scikit-fem, imported on first use, as it takes longer to import than the rest."""
-    from .scikit_fem import integrals
-
-    return integrals

@@ -131,6 +131,7 @@ __all__ = [
 ]
 
 # Each module is imported when a name of it is first used: a four-bar needs neither robot files nor failure methods.
+# The command line waits, so that an interrupt of its imports can be caught.
 _LATER = {
     "Accuracy": ".four_bar",
     "AccuracyStudy": ".linkage",
@@ -205,4 +206,4 @@ _LATER = {
     "write_linkage": ".linkage",
 }
 
-__getattr__, __dir__ = loaded_later(__name__, _LATER)
+__getattr__, __dir__ = loaded_later(__name__, _LATER, modules=["command_line"])

@@ -1,9 +1,10 @@
-"""Imports go one way: no circles, and in framework from later layers to earlier ones. Those inside functions, and those
-for type checkers alone, count as well."""
+"""Imports go one way: no circles, and in framework from later layers to earlier ones. Those for type checkers alone
+count as well, and those of modules that are loaded when first used. None of an own module stands inside a function."""
 
 from __future__ import annotations
 
 import ast
+import re
 from fnmatch import fnmatch
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
@@ -150,9 +151,71 @@ def test_imports_go_to_earlier_layers(folder: str, layers: dict[str, str]) -> No
     assert not wrong
 
 
+def inside_functions(text: str) -> set[str]:
+    """Imports of the project's own modules inside functions of a file."""
+    functions = [node for node in statements(text) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    inside = [node for function in functions for node in statements(function)]
+    own = [node for node in inside if isinstance(node, ast.Import | ast.ImportFrom) and is_own(node)]
+    return {ast.unparse(node) for node in own}
+
+
+def is_own(node: ast.Import | ast.ImportFrom) -> bool:
+    """Whether the project's own modules are imported."""
+    if isinstance(node, ast.ImportFrom):
+        return node.level > 0 or (node.module or "").split(".")[0] == "linkframe"
+    return any(alias.name.split(".")[0] == "linkframe" for alias in node.names)
+
+
+def test_no_own_module_is_imported_inside_a_function() -> None:
+    """What is to be loaded later is a module among those of its folder's `loaded_later`, imported at the top."""
+    texts = {name: path.read_text(encoding="utf-8") for name, path in modules(TOP, *WITHOUT_CIRCLES).items()}
+    suspected = {
+        name: text
+        for name, text in texts.items()
+        if re.search(r"^\s+(from \.|from linkframe|import linkframe)", text, re.MULTILINE)
+    }
+    assert not {name: inside for name, text in suspected.items() if (inside := inside_functions(text))}
+    # nor by name, but where packages are made, and where what is imported is not of the project
+    by_name = {name for name, text in texts.items() if "import_module" in text or "__import__" in text}
+    assert by_name == {"framework/lazily", "framework/optional", "framework/added_forms", "models/package/__init__"}
+
+
+@pytest.mark.parametrize(
+    "own", ["from . import low", "from ..part.low import low", "import linkframe.part", "from linkframe import part"]
+)
+def test_import_inside_a_function_would_be_found(own: str) -> None:
+    assert inside_functions(f"def f():\n    if True:\n        {own}\n    import numpy") == {own}
+    assert inside_functions(f"class A:\n    async def f(self):\n        def g():\n            {own}") == {own}
+    assert not inside_functions(f"if TYPE_CHECKING:\n    {own}\n\ndef f():\n    import numpy")
+
+
+def test_what_is_loaded_later_is_there_and_imported_as_a_module() -> None:
+    """A module that a folder lists is one of its files, and some file imports it by the form that puts off its load."""
+    known = modules(TOP, *WITHOUT_CIRCLES)
+    listed: set[str] = set()
+    for name, path in known.items():
+        if name.endswith("/__init__"):
+            listed |= {f"{name.removesuffix('__init__')}{each}" for each in later(path.read_text(encoding="utf-8"))}
+    assert {"framework/solution", "framework/results/modes", "models/command_line"} <= listed <= set(known)
+    as_modules = {
+        candidates[0]
+        for path in known.values()
+        for candidates in imports(path.relative_to(TOP).parent.parts, path.read_text(encoding="utf-8"))
+    }
+    assert listed <= as_modules
+
+
+def later(text: str) -> list[str]:
+    """The modules that a package loads when they are first used: those of its call of `loaded_later`."""
+    calls = [node.value for node in statements(text) if isinstance(node, ast.Assign)]
+    words = [word for call in calls if isinstance(call, ast.Call) for word in call.keywords]
+    return [each for word in words if word.arg == "modules" for each in ast.literal_eval(word.value)]
+
+
 def test_imports_are_seen() -> None:
     arrows = graph(TOP, *WITHOUT_CIRCLES)
     assert {"framework/solution", "framework/large/solution", "framework/bulk"} <= arrows["framework/frame"]
+    assert "framework/scikit_fem/integrals" in arrows["framework/protocol"]  # a module that is loaded when first used
     assert "framework/results/dense" in arrows["framework/results/modes"]  # from . import dense
     assert "framework/protocol" in arrows["elements/beam"]
     assert "framework/frame" in arrows["framework/__init__"]
@@ -164,6 +227,7 @@ def test_imports_are_seen() -> None:
         "from .low import low",
         "import linkframe.part.low",
         "from linkframe.part import low",
+        "from . import low",
         "def f():\n    from . import low",
         "if TYPE_CHECKING:\n    from ..part.low import low",
         "from . import low as other",

@@ -23,6 +23,24 @@ print(*(name for name in ("skfem", "scipy.sparse", "scipy.linalg", "scipy.specia
 """
 
 
+def test_a_description_loads_nothing_that_solves() -> None:
+    """What solves is named at the top of the file with `Frame`, and loaded where a frame is first solved."""
+    script = (
+        ONE_BEAM.partition("solution =")[0]
+        + """
+import sys
+for name in sys.modules:
+    if name.startswith(("linkframe.framework.", "skfem", "scipy")):
+        print(name.removeprefix("linkframe.framework."))
+"""
+    )
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    loaded = told.split()
+    assert {"frame", "large", "results"} <= set(loaded)
+    solving = ("solution", "basis", "matrices", "batched", "solvers", "large.", "results.", "meshes.", "skfem", "scipy")
+    assert not [name for name in loaded if name.startswith(solving)]
+
+
 @pytest.mark.parametrize(("more", "loaded"), [("", ""), ("frame.solve('sparse').displacement('B')", "scipy.sparse")])
 def test_one_beam_loads_no_solver_of_large_frames(more: str, loaded: str) -> None:
     script = ONE_BEAM.replace("import sys\n", f"{more}\nimport sys\n")

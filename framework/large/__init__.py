@@ -15,3 +15,8 @@ The way through this folder follows the data:
 - **Results.** `recovery` has forces and displacements of members and joints, `solution` answers by name, `by_planes`
   joins what was solved plane by plane.
 """
+
+from ..lazily import loaded_later
+
+# A description and a linear solution need neither.
+__getattr__, __dir__ = loaded_later(__name__, {}, modules=["by_planes", "path"])

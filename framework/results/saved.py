@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from ..graphics import plots
 from ..paraview.export import save
 from .base import Results
 from .tabulated import to_dataframe, to_xarray
@@ -153,6 +154,4 @@ class SavedResults(Results):
         >>> frame.solve().plot("M").get_title(loc="left")
         'bending moment M [N m], on the side in tension'
         """
-        from ..graphics.plots import plot_solution  # with all that draws, which most solutions never need
-
-        return plot_solution(self, ax, what, entry, scale, names, units)
+        return plots.plot_solution(self, ax, what, entry, scale, names, units)

@@ -13,13 +13,13 @@ from ...framework.batch import finite, join
 from ...framework.errors import FrameError
 from ...framework.frame import Frame
 from ..linkage.graphics.drawn_motion import DrawnMotion
+from . import as_linkage
 from .closure import Closure
 from .description import FourBarDescription
 from .frame import frame
 from .kinematics import FourBarKinematics
 from .kinetostatics import Kinetostatics, Link, kinetostatics
 
-# Any linkage is loaded where a four-bar is drawn or made one: that takes longer than to load all that a four-bar is.
 if TYPE_CHECKING:
     from ..linkage.graphics.places import DrawnPoses
     from ..linkage.linkage import Linkage
@@ -48,9 +48,7 @@ class FourBarMotion(DrawnMotion, FourBarKinematics):
     four_bar: FourBar
 
     def _drawn(self) -> DrawnPoses:
-        from .as_linkage import drawn
-
-        return drawn(self)
+        return as_linkage.drawn(self)
 
     def frame(self, clearance: Mapping[str, ArrayLike] | None = None) -> Frame:
         """Make a frame of beams and joints of the linkage at every pose, clamped at A.
@@ -231,9 +229,7 @@ class FourBar(FourBarDescription):
         >>> round(float(np.degrees(reach.upper)), 4)  # where coupler and rocker are in line
         117.2796
         """
-        from .as_linkage import linkage
-
-        return linkage(self.move(theta), clearance or {})
+        return as_linkage.linkage(self.move(theta), clearance or {})
 
 
 def _refuse_gap(closure: Closure) -> None:

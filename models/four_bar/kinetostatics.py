@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...elements.parameters import as_real
 from ...framework.batch import finite, join
 from ...framework.errors import FrameError
+from ..linkage.graphics import reaction_plots
 from ..newton_euler import Action, NewtonEuler, Transmitted
 from .description import LINKS, known
 from .kinematics import FourBarKinematics
@@ -137,10 +138,8 @@ class Kinetostatics:
         FrameError
             If there is nothing of that name.
         """
-        from ..linkage.graphics.reaction_plots import plot_four_bar_reactions
-
         forces = {joint: self.reaction(joint) for joint in REACTIONS}
-        return plot_four_bar_reactions(self.motion.theta, forces, self.drive_torque, what, ax, units)
+        return reaction_plots.plot_four_bar_reactions(self.motion.theta, forces, self.drive_torque, what, ax, units)
 
     @property
     def status(self) -> NDArray[np.str_]:

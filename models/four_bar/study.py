@@ -15,8 +15,8 @@ from ..job.parts import Parts, cuts
 from ..moments import checked_policy
 from ..sampling import Distribution, Sampler, Seed, draw
 from ..spread import SampleStatistics, Spread
-from .accuracy import OPEN_LOOP, Accuracy, accuracy
 from .description import LOADS, PerJoint
+from .displacement import OPEN_LOOP, Accuracy, accuracy
 from .four_bar import FourBar
 from .tolerances import LENGTHS, check_names, check_overwritten, per_joint, toleranced
 

@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...framework.paraview import entries
+from ...framework.pictures import drawing, drawing_process, rendering
+
 if TYPE_CHECKING:
     from ...framework.paraview.entries import Entry
     from ...framework.pictures.drawing_process import Artist
@@ -27,22 +30,18 @@ class Picture:
 
     def begin(self, solution: Solution, path: Path, entry: Entry) -> None:
         """Start drawing a solved frame."""
-        from ...framework.paraview.entries import one
-        from ...framework.pictures.drawing import drawing
-
         if self._artist is not None:
             self._begun = True
-            self._artist.draw(drawing(solution, one(solution.shape, entry, path.name), None, "von_mises"), path)
+            at = entries.one(solution.shape, entry, path.name)
+            self._artist.draw(drawing.drawing(solution, at, None, "von_mises"), path)
 
     def wait(self) -> list[str]:
         """Wait until it is drawn; returns a note if that is not possible."""
-        from ...framework.pictures.rendering import RenderingError
-
         if self._artist is None or not self._begun:
             return []
         try:
             self._artist.wait()
-        except RenderingError as error:
+        except rendering.RenderingError as error:
             return [f"Without the 3-D picture: {error}."]
         return []
 
@@ -53,7 +52,5 @@ def picture(wanted: bool) -> Iterator[Picture]:
     if not wanted:
         yield Picture(None)
         return
-    from ...framework.pictures.drawing_process import Artist
-
-    with Artist() as artist:
+    with drawing_process.Artist() as artist:
         yield Picture(artist)

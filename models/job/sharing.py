@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from ...framework.errors import CheckpointWarning, FrameError, expected_mechanisms
+from ..propagation import checkpoint, ordered, packed, workers
+from . import parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,10 +98,6 @@ class Sharing:
         FrameError
             If a sample cannot be computed, or a part cannot be stored.
         """
-        from ..propagation.ordered import covered, gather
-        from ..propagation.workers import computed
-        from .parts import sparing_what_is_there
-
         task = PieceTask({name: kind.parts.begin(kind.names) for name, kind in kinds.items()})
         wanted = {name: kinds[name] for name, part in task.tasks.items() if part.names}
         turns = zip_longest(
@@ -107,13 +105,13 @@ class Sharing:
         )
         pieces = [piece for turn in turns for piece in turn if piece is not None]
         kept = self._opened()
-        stored = {} if kept is None else covered(pieces, _stored(kept.checkpoint))
+        stored = {} if kept is None else ordered.covered(pieces, _stored(kept.checkpoint))
         # new processes are spawned, as a copy of this one would lack the thread that shows the progress; this process
         # does the first piece of each kind, after which the remaining time is known
-        with sparing_what_is_there(any(part.several for part in task.tasks.values())):
-            gather(
+        with parts.sparing_what_is_there(any(part.several for part in task.tasks.values())):
+            ordered.gather(
                 pieces,
-                lambda left: computed(task, left, self.workers, "spawn", len(wanted)),
+                lambda left: workers.computed(task, left, self.workers, "spawn", len(wanted)),
                 _Collected(wanted, advance, self.folder),
                 kept,
                 stored,
@@ -122,11 +120,8 @@ class Sharing:
     def _opened(self) -> StoredChunks[Mapping[str, NDArray[Any]]] | None:
         if self.folder is None:
             return None
-        from ..propagation.checkpoint import Checkpoint
-        from ..propagation.ordered import StoredChunks
-        from ..propagation.packed import packed_arrays, unpacked_arrays
-
-        return StoredChunks(Checkpoint.open(self.folder, _plain(self.about)), packed_arrays, unpacked_arrays)
+        kept = checkpoint.Checkpoint.open(self.folder, _plain(self.about))
+        return ordered.StoredChunks(kept, packed.packed_arrays, packed.unpacked_arrays)
 
 
 # This process computes all samples, without a checkpoint.
@@ -177,11 +172,11 @@ class _Collected:
         return f"{done} of {of} parts are stored in {self.folder}: the same command goes on from there"
 
 
-def _stored(checkpoint: Checkpoint) -> set[tuple[Any, ...]]:
+def _stored(kept: Checkpoint) -> set[tuple[Any, ...]]:
     """Complete pieces of a checkpoint; damaged ones are reported on the standard error."""
     with warnings.catch_warnings(record=True) as damaged:
         warnings.simplefilter("always", CheckpointWarning)
-        found = checkpoint.stored()
+        found = kept.stored()
     for each in damaged:
         print(f"linkframe: note: {each.message}", file=sys.stderr, flush=True)
     return found
@@ -267,13 +262,11 @@ def sharing(options: Namespace, inputs: SampledInputs) -> Sharing:
 
 def _taken_up(found: Sharing, resume: bool) -> Iterator[str]:
     """Refuse the folder of another run, and with `resume` an empty one; yields notes on a run that is continued."""
-    from ..propagation.checkpoint import CHUNK, Checkpoint
-
     if found.folder is None:
         return
-    if Checkpoint(found.folder).holds(_plain(found.about)):
-        count = sum(CHUNK.fullmatch(path.name) is not None for path in found.folder.iterdir())
-        parts = "part of this run is" if count == 1 else "parts of this run are"
-        yield f"{count} {parts} stored in {found.folder}: it goes on from there"
+    if checkpoint.Checkpoint(found.folder).holds(_plain(found.about)):
+        count = sum(checkpoint.CHUNK.fullmatch(path.name) is not None for path in found.folder.iterdir())
+        stored = "part of this run is" if count == 1 else "parts of this run are"
+        yield f"{count} {stored} stored in {found.folder}: it goes on from there"
     elif resume:
         raise FrameError(f"--resume finds no run in {found.folder}: leave it out to begin one there")

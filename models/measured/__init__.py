@@ -23,4 +23,4 @@ _LATER = {
     "read_measured": ".table",
 }
 
-__getattr__, __dir__ = loaded_later(__name__, _LATER)
+__getattr__, __dir__ = loaded_later(__name__, _LATER, modules=["residual_plot", "table"])

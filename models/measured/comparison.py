@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ...framework.batch import numbers
 from ...framework.errors import FrameError
 from ...framework.graphics.style import new_axes, set_title, styled
+from . import residual_plot
 from .table import Measured
 
 if TYPE_CHECKING:
@@ -118,8 +119,6 @@ class Comparison:
         FrameError
             If nothing was compared, or `over` does not have one value for each pose.
         """
-        from .residual_plot import draw_residuals  # drawing is imported only if needed
-
         if not self.count:
             raise FrameError("no component was both measured and predicted: there is nothing to plot")
         found = new_axes(5.6, 3.4) if ax is None else ax
@@ -130,7 +129,9 @@ class Comparison:
         steps = np.diff(places)
         if not ((steps > 0.0).all() or (steps < 0.0).all()):
             label, places = "pose", np.arange(float(len(places)))
-        draw_residuals(found, (label, places), self.residual, self.uncertainty, self.outside, self.level, units[0])
+        residual_plot.draw_residuals(
+            found, (label, places), self.residual, self.uncertainty, self.outside, self.level, units[0]
+        )
         ratio = self.chi_squared / self.count
         told = f"χ² = {self.chi_squared:.4g} of {self.count} components, {ratio:.3g} each; p = {self.p_value:.2g}"
         set_title(found, told)

@@ -2,6 +2,8 @@
 
 import sys
 
+from linkframe.models import command_line
+
 
 def main() -> int:
     """Run the command line; an interrupt during the imports ends as quietly as one later.
@@ -12,7 +14,7 @@ def main() -> int:
         Exit code, as returned by `linkframe.models.command_line.main`.
     """
     try:
-        from linkframe.models.command_line import main as run
+        run = command_line.main
     except KeyboardInterrupt:
         return 130
     return run()

@@ -12,11 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..four_bar.closure import BRANCHES
+from ..job import run
 from ..job.output import add_output
 from ..job.overrides import add_tolerance
 from ..job.sharing import add_sharing, sharing
 from ..moments import NAN_POLICIES
 from ..sampling import SAMPLERS
+from . import job
 from .inputs import LENGTHS, Inputs
 
 if TYPE_CHECKING:
@@ -147,10 +149,6 @@ def _add(group: _ArgumentGroup, name: str, text: str, **kind: Any) -> None:
 
 
 def _start(options: Namespace) -> None:
-    # imported once the options are checked, as this loads all of the numerics
-    from ..job.run import run
-    from .job import FourBarJob
-
     names = [field.name for field in fields(Inputs)]
     given: dict[str, Any] = {
         name: tuple(value) if isinstance(value := getattr(options, name), list) else value for name in names
@@ -158,10 +156,10 @@ def _start(options: Namespace) -> None:
     given["tolerance"] = given["tolerance"] or ()
     inputs = Inputs(**given)
     shared = sharing(options, inputs)
-    job = FourBarJob(inputs, shared)
-    for note in job.beforehand():
+    four_bar = job.FourBarJob(inputs, shared)
+    for note in four_bar.beforehand():
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
-    run(job, options.out, options.figures, options.format, options.wide, options.begun)
+    run.run(four_bar, options.out, options.figures, options.format, options.wide, options.begun)
 
 
 def _number(wanted: str, good: Callable[[float], bool], kind: Callable[[float], Any] = float) -> Callable[[str], Any]:

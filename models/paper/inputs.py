@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...framework.errors import FrameError
+from ..job import measured
+from ..measured import table
 from ..sampling import goes_on
 
 if TYPE_CHECKING:
@@ -183,21 +185,16 @@ class Inputs:
         """Measured positions of P; None if there are none."""
         if self.measured is None:
             return None
-        from ..job.measured import LEVEL, MeasuredPoint
-        from ..measured.table import read_measured
-
-        return MeasuredPoint(self.measured, "P", LEVEL, read_measured(self.measured))
+        return measured.MeasuredPoint(self.measured, "P", measured.LEVEL, table.read_measured(self.measured))
 
     @cached_property
     def measured_drive(self) -> DriveValues | None:
         """Drive angles at the measured poses, degrees, (poses,); None if there are none."""
         if self.measured_point is None:
             return None
-        from ..job.measured import DriveValues
-
-        drive = DriveValues(self.degrees, "deg")
+        drive = measured.DriveValues(self.degrees, "deg")
         values = self.measured_point.drive_values({DRIVE: drive}).get(DRIVE, self.degrees)
-        return DriveValues(np.broadcast_to(values, self.measured_point.table.position.shape[:1]), drive.unit)
+        return measured.DriveValues(np.broadcast_to(values, self.measured_point.table.position.shape[:1]), drive.unit)
 
     @property
     def is_paper_linkage(self) -> bool:

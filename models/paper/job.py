@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...framework.errors import FrameError
-from ..job import large_table
+from ..job import figures, large_table
 from ..job.measured import CAPTION, FIGURE_FILE, TABLE_FILE
 from ..job.report import Report
 from ..job.run import Job
 from ..job.sharing import ALONE, Sharing
 from ..job.stages import Advance
-from . import reactions
+from . import drawing, page, reactions
 from .compared_choices import ComparedChoices, compare_choices
 from .remarks import beforehand, remarks
 from .report import report
@@ -97,20 +97,15 @@ class FourBarJob(Job):
 
     def figures(self) -> Iterator[tuple[str, Figure]]:
         """The paper's Figures 5 to 7, and the reactions."""
-        from ..job.figures import (  # loads matplotlib, which tables do not need
-            TracedPoint,
-            draw_histograms,
-            draw_trajectories,
-        )
-        from .drawing import draw_linkage
-
         result, pose, theta = self.result, self.result.pose, self.inputs.theta
         points = {name: result.motion.position(name)[result.entry] for name in "ABPDE"}
         where = f"θ = {result.degrees[pose]:g}°"
-        yield "figure5.png", draw_linkage(points, (0.0, self.inputs.load), theta[pose])
-        traced = TracedPoint("P", "xy", *(each[..., :2] for each in (result.path, result.rigid, result.samples)))
-        yield "figure6.png", draw_trajectories([traced], result.magnify, pose, where)
-        yield "figure7.png", draw_histograms([(result.samples[pose], ("P", "xy"))], where)
+        yield "figure5.png", drawing.draw_linkage(points, (0.0, self.inputs.load), theta[pose])
+        traced = figures.TracedPoint(
+            "P", "xy", *(each[..., :2] for each in (result.path, result.rigid, result.samples))
+        )
+        yield "figure6.png", figures.draw_trajectories([traced], result.magnify, pose, where)
+        yield "figure7.png", figures.draw_histograms([(result.samples[pose], ("P", "xy"))], where)
         yield "reactions.png", reactions.draw(result)
 
     def captions(self) -> Mapping[str, str]:
@@ -119,9 +114,7 @@ class FourBarJob(Job):
 
     def page(self, path: Path) -> None:
         """Write the page of P."""
-        from .page import write_job_page  # loads the kinematics of any linkage, which nothing else here needs
-
-        write_job_page(self.result, path)
+        page.write_job_page(self.result, path)
 
     def save(self, path: Path) -> None:
         """Write the ParaView files; time is the drive angle in degrees."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..four_bar.kinetostatics import REACTIONS
+from ..job import force_figures
 from ..job.tables import markdown, readable, separated, without_rounding
 
 if TYPE_CHECKING:
@@ -72,10 +73,9 @@ def _angles(result: Result, poses: NDArray[np.intp]) -> str:
 
 def draw(result: Result) -> Figure:
     """Plot the magnitude of every joint's force, and the torque of the drive, over the drive angle."""
-    from ..job.force_figures import Over, draw_reactions  # loads matplotlib, which tables do not need
-
     sizes = dict(zip(REACTIONS, _sizes(result.forces).T, strict=True))
-    return draw_reactions(Over(result.degrees, "θ [°]", True), sizes, {"A": ("N m", result.forces[:, 8])})
+    over = force_figures.Over(result.degrees, "θ [°]", True)
+    return force_figures.draw_reactions(over, sizes, {"A": ("N m", result.forces[:, 8])})
 
 
 def _sizes(forces: Array) -> Array:

@@ -43,4 +43,6 @@ _LATER = {
     "taylor_moments": ".taylor",
 }
 
-__getattr__, __dir__ = loaded_later(__name__, _LATER)
+__getattr__, __dir__ = loaded_later(
+    __name__, _LATER, modules=["checkpoint", "ordered", "packed", "processes", "workers"]
+)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from ...framework.errors import FrameError
+from . import processes
 
 # A number, a callable like map, an executor, or a client of dask, which need not be installed.
 Workers = Any
@@ -65,11 +66,9 @@ def computed(
         if count == 1 or len(cuts) < 2:
             yield from map(told, cuts)
         else:
-            from .processes import of_this_process, processes
-
-            with processes(told, min(count, len(cuts)), start) as pool:
+            with processes.processes(told, min(count, len(cuts)), start) as pool:
                 here = min(here, len(cuts) - 1)
-                yield from _by_executor(of_this_process, cuts[here:], pool, count, map(told, cuts[:here]))
+                yield from _by_executor(processes.of_this_process, cuts[here:], pool, count, map(told, cuts[:here]))
     elif hasattr(workers, "get_executor"):
         # the map of a dask Client returns futures, so its executor is used, which behaves like Python's
         with workers.get_executor() as executor:

@@ -7,7 +7,7 @@ import csv
 import numpy as np
 import pytest
 from linkframe.models import FourBar
-from linkframe.models.four_bar.accuracy import Accuracy, accuracy
+from linkframe.models.four_bar.displacement import Accuracy, accuracy
 from linkframe.models.job.large_table import as_markdown, as_text
 from linkframe.models.paper.inputs import Inputs
 from linkframe.models.paper.remarks import remarks

@@ -1,4 +1,4 @@
-"""Statements of a source file."""
+"""Statements of a source file, or of a part of one."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import ast
 from collections.abc import Iterator
 
 
-def statements(text: str) -> Iterator[ast.AST]:
-    """Those of a module, and all that stand in them. Expressions, of which most of a tree consists, are passed over."""
-    left: list[ast.AST] = [ast.parse(text)]
+def statements(of: str | ast.AST) -> Iterator[ast.AST]:
+    """A module, by its text, or a statement, and all that stand in it. Expressions, most of a tree, are passed over."""
+    left: list[ast.AST] = [ast.parse(of) if isinstance(of, str) else of]
     while left:
         node = left.pop()
         yield node

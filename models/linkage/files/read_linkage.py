@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ....framework.errors import FrameError
 from ..linkage import Linkage
+from ..robot_files import mjcf_read
 from .read import linkage_of
 from .source import Source
 
@@ -133,7 +134,5 @@ def read_linkage(path: str | Path) -> Linkage:
     if ending in ELSEWHERE:
         raise FrameError(f"{path}: {ELSEWHERE[ending]}")
     if ending == ".xml":
-        from ..robot_files.mjcf_read import mjcf_linkage  # few linkages come from there
-
-        return mjcf_linkage(Path(path), Linkage)
+        return mjcf_read.mjcf_linkage(Path(path), Linkage)
     return linkage_of(Source(path), Linkage)

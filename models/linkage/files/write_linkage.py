@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ....framework.paraview.files import whole_or_nothing
 from ..description.linkage_description import LinkageDescription
+from ..robot_files import formats
 from ..robot_files.left_out import tell
 from .toml import written
 from .write import tables
@@ -71,9 +72,7 @@ def write(linkage: LinkageDescription, path: Path, depth: int) -> None:
     """See `write_linkage`; warnings point at the call `depth` levels above."""
     name, left = "", list[str]()
     if path.suffix.lower() in ROBOTS:
-        from ..robot_files.formats import robot_text  # most linkages are not written there
-
-        text, name, left = robot_text(linkage, path.suffix.lower(), path.stem)
+        text, name, left = formats.robot_text(linkage, path.suffix.lower(), path.stem)
     else:
         text = written(tables(linkage))
     with whole_or_nothing(path.parent) as stage:

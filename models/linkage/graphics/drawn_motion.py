@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
+from . import bodies, pictures, plots
 from .units import GHOSTS, SI, Units
 
-# The modules that draw are loaded when a motion is first drawn, which few are.
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
@@ -90,10 +90,10 @@ class DrawnMotion(ABC):
         >>> linkage.move(A=np.linspace(0.0, 1.0, 20)).plot(trace="B", band=half).get_title(loc="left")
         'displacements of B × 5'
         """
-        from .plots import plot_motion
-
         traced = (trace,) if isinstance(trace, str) else tuple(trace)
-        return plot_motion(self._drawn(), ax, pose, traced, band, regions, level, magnify, ghosts, names, loads, units)
+        return plots.plot_motion(
+            self._drawn(), ax, pose, traced, band, regions, level, magnify, ghosts, names, loads, units
+        )
 
     def animate(
         self,
@@ -130,9 +130,7 @@ class DrawnMotion(ABC):
         FrameError
             If no pose is assembled, or there is no such point.
         """
-        from .plots import animate_motion
-
-        return animate_motion(
+        return plots.animate_motion(
             self._drawn(), ax, (trace,) if isinstance(trace, str) else tuple(trace), interval, names, units
         )
 
@@ -185,11 +183,8 @@ class DrawnMotion(ABC):
         FrameError
             If the name has another ending, there is no such pose, or the folder cannot be written.
         """
-        from .bodies import Looks
-        from .pictures import picture
-
-        looks = Looks(regions, level, magnify, clearances, names, units)
-        picture(self._drawn(), path, pose, looks, size)
+        looks = bodies.Looks(regions, level, magnify, clearances, names, units)
+        pictures.picture(self._drawn(), path, pose, looks, size)
 
     def movie(
         self,
@@ -228,11 +223,8 @@ class DrawnMotion(ABC):
         FrameError
             If the name has another ending, no pose is assembled, or the folder cannot be written.
         """
-        from .bodies import Looks
-        from .pictures import movie
-
-        looks = Looks(regions, level, magnify, clearances, names, units)
-        movie(self._drawn(), path, looks, size, rate)
+        looks = bodies.Looks(regions, level, magnify, clearances, names, units)
+        pictures.movie(self._drawn(), path, looks, size, rate)
 
     def show(
         self,
@@ -268,7 +260,4 @@ class DrawnMotion(ABC):
         FrameError
             If no pose is assembled, or there is no such pose.
         """
-        from .bodies import Looks
-        from .pictures import show
-
-        return show(self._drawn(), pose, Looks(regions, level, magnify, clearances, names, units))
+        return pictures.show(self._drawn(), pose, bodies.Looks(regions, level, magnify, clearances, names, units))

@@ -6,10 +6,13 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...job import run
 from ...job.output import add_output
 from ...job.overrides import add_tolerance
 from ...job.sharing import add_sharing, sharing
 from ...sampling import SAMPLERS
+from . import inputs as job_inputs
+from . import run as linkage_run
 
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
@@ -102,16 +105,13 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 
 
 def _start(options: Namespace) -> None:
-    # imported once the options are checked, as this loads all of the numerics
-    from ...job.run import run
-    from .inputs import read_inputs
-    from .run import LinkageJob
-
     out = options.out or Path(f"results-{options.file.stem}")
-    inputs = read_inputs(options.file, options.tolerance) if options.tolerance else read_inputs(options.file)
+    given = (options.tolerance,) if options.tolerance else ()
+    inputs = job_inputs.read_inputs(options.file, *given)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
     if options.measured is not None:
         inputs = inputs.measured_by(options.measured)
     shared = sharing(options, inputs)
-    run(LinkageJob(inputs, shared), out, options.figures, options.format, options.wide, options.begun)
+    job = linkage_run.LinkageJob(inputs, shared)
+    run.run(job, out, options.figures, options.format, options.wide, options.begun)

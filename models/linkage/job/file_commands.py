@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 from ....framework.errors import FrameError
 from ...job.output import terminal_width
 from ...job.tables import folded
+from ..files import read, read_linkage, sketch_file, source, write_linkage
+from ..robot_files import left_out
+from . import page
 
 if TYPE_CHECKING:
     from argparse import _SubParsersAction
@@ -39,13 +42,13 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     new = jobs.add_parser("new", help="write a commented file of a linkage to begin with", description=NEW)
     new.add_argument("file", type=Path, metavar="FILE", help="TOML file to write; one that is there is left alone")
     new.set_defaults(run=_new)
-    page = jobs.add_parser(
+    parser = jobs.add_parser(
         "page", help="page for a browser of the linkage in a file", description=PAGE, formatter_class=as_written
     )
-    page.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
-    page.add_argument("--point", metavar="NAME", help="the point that is looked at (default: the first to report)")
-    page.add_argument("--out", type=Path, metavar="PAGE", help="file to write (default: NAME.html for NAME.toml)")
-    page.set_defaults(run=_page)
+    parser.add_argument("file", type=Path, metavar="FILE", help="TOML file with the linkage")
+    parser.add_argument("--point", metavar="NAME", help="the point that is looked at (default: the first to report)")
+    parser.add_argument("--out", type=Path, metavar="PAGE", help="file to write (default: NAME.html for NAME.toml)")
+    parser.set_defaults(run=_page)
     formats = "linkage of a file in another format: TOML, MJCF, URDF, SDF"
     convert = jobs.add_parser("convert", help=formats, description=CONVERT, formatter_class=as_written)
     convert.add_argument("file", type=Path, metavar="FILE", help="file with the linkage, .toml or .xml")
@@ -53,32 +56,22 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
     convert.set_defaults(run=_convert)
 
 
-# A subcommand imports what it needs when it is run, once the options are checked.
-
-
 def _new(options: Namespace) -> None:
-    from ..files.sketch_file import write_sketch
-
-    write_sketch(options.file)
+    sketch_file.write_sketch(options.file)
     print(f"Written: {options.file}. Change it into your linkage, and compute it: linkframe run {options.file}")
 
 
 def _page(options: Namespace) -> None:
-    from ..files.source import Source
-    from .page import write_file_page
-
     out = options.out or Path(f"{options.file.stem}.html")
-    point = write_file_page(Source(options.file), out, options.point)
+    point = page.write_file_page(source.Source(options.file), out, options.point)
     print(f"Written: {out}, where {point} goes. Open it in a browser.")
 
 
 def _convert(options: Namespace) -> None:
-    from ..robot_files.left_out import ConversionWarning
-
     if options.out.suffix.lower() not in WRITTEN:
         raise FrameError(f"{options.out}: choose an ending of {', '.join(WRITTEN)}, which tells the format")
     with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", ConversionWarning)
+        warnings.simplefilter("always", left_out.ConversionWarning)
         _write_converted(options.file, options.out)
     print(f"Written: {options.out}")
     for warning in told:
@@ -87,17 +80,11 @@ def _convert(options: Namespace) -> None:
 
 def _write_converted(file: Path, out: Path) -> None:
     """Read one file and write the other; tables of the job of ``linkframe run`` are left out, with a warning."""
-    from ..files.read import JOB
-    from ..files.read_linkage import read_linkage
-    from ..files.source import Source
-    from ..files.write_linkage import write_linkage
-    from ..robot_files.left_out import ConversionWarning
-
     if file.resolve() == out.resolve():
         raise FrameError(f"{file} would be written over itself: give another name")
-    write_linkage(read_linkage(file), out)
+    write_linkage.write_linkage(read_linkage.read_linkage(file), out)
     if file.suffix.lower() != ".xml":
-        tables = [name for name in JOB if name in Source(file).data]
+        tables = [name for name in read.JOB if name in source.Source(file).data]
         if tables:
             text = f"{out}: what {file} has for linkframe run is left out: {', '.join(tables)}"
-            warnings.warn(text, ConversionWarning, stacklevel=2)
+            warnings.warn(text, left_out.ConversionWarning, stacklevel=2)

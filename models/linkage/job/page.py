@@ -19,11 +19,11 @@ from ..motion import Motion
 from ..page.about import CERTAIN
 from ..page.data import MOST_POSES, traced_point
 from ..page.page import PageText, write_page
+from .computed import Computed
 from .inputs import inputs_of
 from .page_limits import worst_case_of
 
 if TYPE_CHECKING:
-    from .computed import Computed
     from .inputs import RunInputs
     from .result import RunResult
 
@@ -69,8 +69,6 @@ def write_file_page(source: Source, path: Path, point: str | None) -> str:
     FrameError
         If several points could be meant, or nothing moves.
     """
-    from .computed import Computed
-
     command = f"linkframe page {source.file.name}"
     if "run" in source.data:
         inputs = inputs_of(source)
