@@ -130,8 +130,9 @@ class ForceRounding:
         return np.concatenate([np.repeat(shift[None], 3, axis=0), np.repeat(np.asarray(angle)[None], 3, axis=0)])
 
 
-def definite_in_space(model: Model, state: DisplacedState, parts: Iterable[Index]) -> Mask:
-    """Whether the tangent in space has no negative eigenvalue beyond rounding, (entries,), of a model kept to a plane.
+def judged_in_space(model: Model, state: DisplacedState, parts: Iterable[Index]) -> tuple[Mask, Mask]:
+    """Whether the tangent in space of a model kept to a plane has no negative eigenvalue beyond rounding, and whether
+    it then has one that is rounding, (entries,) each.
 
     Parameters
     ----------
@@ -144,19 +145,22 @@ def definite_in_space(model: Model, state: DisplacedState, parts: Iterable[Index
     """
     whole = Model(model.plan, in_plane=False, clearance=model.clearance)
     elimination = SymbolicFactorisation.of_model(whole)
-    out = np.zeros(len(model.present), dtype=bool)
+    definite, neutral = np.zeros((2, len(model.present)), dtype=bool)
     for index in parts:
         where = model.where(index)
         there = in_space(whole, EquilibriumEquations(model, where, len(index)), state.taken(index))
         at = EquilibriumEquations(whole, where, len(index)).linearised(there)
-        out[index] = elimination.clearly_definite(at.values)
-        unclear = np.flatnonzero(~out[index])
+        definite[index] = elimination.clearly_definite(at.values)
+        unclear = np.flatnonzero(~definite[index])
         if len(unclear):
             some, place = at_index(where, unclear), there.taken(unclear)
             equations = EquilibriumEquations(whole, some, len(unclear))
             at = equations.linearised(place)
-            out[index[unclear]] = elimination.definite(at.values, ForceRounding(equations, place, at).tangents())
-    return out
+            sure = elimination.definite(at.values, ForceRounding(equations, place, at).tangents())
+            definite[index[unclear]] = sure
+            if whole.symmetric:
+                neutral[index[unclear]] = sure & elimination.neutral(at.values)
+    return definite, neutral
 
 
 def in_space(model: Model, inside: EquilibriumEquations, state: DisplacedState) -> DisplacedState:

@@ -60,7 +60,11 @@ class Track:
         value, found = _values(self, turning)
         parts = turning.joined(unclear)
         order = np.lexsort((parts.begin[0], parts.step, parts.entry))
-        value = np.concatenate([np.where(found, value, np.nan), np.full(len(unclear.entry), np.nan)])
+        found = np.concatenate([found, np.zeros(len(unclear.entry), dtype=bool)])
+        # a step in which one is not found may have led to another path, and then the others are not on this one
+        number = np.stack([parts.entry, parts.step])
+        found &= ~(number[:, :, None] == number[:, None, ~found]).all(axis=0).any(axis=1)
+        value = np.where(found, np.concatenate([value, np.zeros(len(unclear.entry))]), np.nan)
         return Limits(parts.entry[order], value[order], np.stack([parts.begin[1], parts.end[1]])[:, order])
 
 

@@ -16,7 +16,7 @@ from ..listing import Explanation
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
-from .accuracy import ErrorBounds, definite_in_space
+from .accuracy import ErrorBounds, judged_in_space
 from .clearances import touched
 from .elimination import LARGE
 from .equations import EquilibriumEquations, SpatialLinearisation
@@ -177,20 +177,24 @@ class LargeSolution(RecoveredResults, SavedResults):
         """
         found = self._found
         out = self.converged.reshape(-1) & found.stable
-        if len(self.model.components) < 6:
-            out &= definite_in_space(self.model, self.displaced, self._load_stepping.pieces())
+        if self._in_space is not None:
+            out &= self._in_space[0]
         return out.reshape(self.shape)
 
     @cached_property
     def neutral(self) -> NDArray[np.bool_]:
         """Whether neither loads nor stiffness resist some motion from there, (...): the place is one of many.
 
+        Motion out of the plane is included, such as the turn of a bar between balls about itself.
         Not told where joints move in clearances, where it is the smallest of forces that holds a journal in place,
         where loops are closed by ideal joints, and under moments in space.
         """
         if self.model.has_clearance:
             return np.zeros(self.shape, dtype=bool)
-        return self._found.neutral.reshape(self.shape) & self.converged
+        found = self._found.neutral
+        if self._in_space is not None:
+            found = found | self._in_space[1]
+        return found.reshape(self.shape) & self.converged
 
     @cached_property
     def converged(self) -> NDArray[np.bool_]:
@@ -275,6 +279,13 @@ class LargeSolution(RecoveredResults, SavedResults):
     def _result(self) -> tuple[FoundEquilibria, History]:
         return self._load_stepping.run()
 
+    @cached_property
+    def _in_space(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]] | None:
+        """Of frames kept to a plane, whether equilibria are stable and neutral in space, (entries,) each."""
+        if len(self.model.components) == 6:
+            return None
+        return judged_in_space(self.model, self.displaced, self._load_stepping.pieces())
+
     @property
     def _found(self) -> FoundEquilibria:
         return self._result[0]
@@ -315,7 +326,8 @@ class LargeSolution(RecoveredResults, SavedResults):
     @cached_property
     def trust(self) -> ErrorBounds:
         """Bounds on the numerical error of displacements."""
-        return ErrorBounds(self.equations, self.displaced, self.neutral.reshape(-1))
+        inside = self._found.neutral & self.converged.reshape(-1) & (not self.model.has_clearance)
+        return ErrorBounds(self.equations, self.displaced, inside)
 
     @cached_property
     def _recovery(self) -> Stations:

@@ -183,6 +183,22 @@ def test_a_limit_that_is_not_found_is_nan(monkeypatch: pytest.MonkeyPatch) -> No
     assert_array_equal(limits, [[np.nan], [np.nan]])
 
 
+def test_where_one_is_not_found_the_others_of_its_step_are_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Such a step may have led to another path. Here the only step holds both limits."""
+    path = truss().path("B", "uy", -2.0 * HEIGHT, first=40.0)
+    assert len(path.factor) == 2
+    values = limit_points._values
+
+    def one_lost(*given: object) -> tuple[Array, NDArray[np.bool_]]:
+        value, found = values(*given)  # type: ignore[arg-type]
+        found[-1] = False
+        return value, found
+
+    monkeypatch.setattr(limit_points, "_values", one_lost)
+    with pytest.warns(PathWarning, match=r"\(2 such\)"):
+        assert_array_equal(path.limits[0], [np.nan, np.nan])
+
+
 def test_a_path_without_limits_has_none() -> None:
     frame = Frame()
     frame.node("A", (0.0, 0.0, 0.0))
