@@ -1,4 +1,4 @@
-"""The numbers of a short batch whose joints close no loop, as input to the program of its topology.
+"""The numbers of a batch whose joints close no loop, as input to the program of its topology.
 
 As `linkframe.framework.batched.one_entry` does for a single entry: the program is found by a key, which tells which
 number belongs to which joint, member or load, over which batch axes it varies, and which are zero at all entries.
@@ -18,15 +18,19 @@ from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.edge import GROUND, preference
 from ..structure.parts import Grid, Value, is_zero, mask_of_shape
 from ..structure.topology import Group, Topology
+from ..structure.varying import spring_values
 from .one_entry import UNITS, Head
 
 # Largest number of entries of a short batch: all that the elimination computes is computed for the whole batch at once.
 SHORT = 2**10
+# Largest number of entries of a batch that has a program.
+MEDIUM = 2**14
 # Numbers are gathered after this many solutions of batches that look alike.
 FEW = 3
 # A number that is zero at all entries, or not there.
 ABSENT = -1
 _NONE = [ABSENT] * 6
+_ONE = np.ones(1, dtype=bool)
 
 
 class Met:
@@ -70,19 +74,24 @@ class Blocks:
 
     def one(self, number: Array) -> int:
         """Add a number (...); its index, `ABSENT` if it is zero at all entries."""
-        if number.size == 1 and number.reshape(-1)[0] == 0.0:
+        # most are not zero at the first entry, and need no second look
+        if number.flat[0] == 0.0 and not number.any():
             return ABSENT
-        return self.put(number[..., None])[0]
+        self._add(aligned(number[..., None], len(self.grid.shape), 1), _ONE)
+        return self.count - 1
 
     def _put(self, array: NDArray[Any]) -> NDArray[np.bool_]:
         whole = aligned(array, len(self.grid.shape), 1)
         used: NDArray[np.bool_] = (whole != 0.0).reshape(-1, whole.shape[-1]).any(axis=0)
-        self.blocks.append(whole)
-        self.masks.append(mask_of_shape(whole.shape[:-1]))
+        self._add(whole, used)
+        return used
+
+    def _add(self, block: NDArray[Any], used: NDArray[np.bool_]) -> None:
+        self.blocks.append(block)
+        self.masks.append(mask_of_shape(block.shape[:-1]))
         self.used.append(used)
         self.starts.append(self.count)
-        self.count += whole.shape[-1]
-        return used
+        self.count += block.shape[-1]
 
     @property
     def pattern(self) -> Hashable:
@@ -90,12 +99,22 @@ class Blocks:
         return (*self.masks, *self.starts), np.concatenate(self.used).tobytes() if self.used else b""
 
     def values(self, wanted: Sequence[int]) -> list[Value]:
-        """Some of the numbers by index, contiguous, each of the shape over which it varies."""
-        columns = [np.ascontiguousarray(np.moveaxis(block, -1, 0)) for block in self.blocks]
-        which = np.searchsorted(self.starts, wanted, side="right") - 1
-        at = np.asarray(wanted) - np.asarray(self.starts, dtype=np.int64)[which]
-        found = [columns[b][k] for b, k in zip(which.tolist(), at.tolist(), strict=True)]
-        return [each if self.masks[b] else each.reshape(-1)[0] for b, each in zip(which.tolist(), found, strict=True)]
+        """Some of the numbers by index, in order, contiguous, each of the shape over which it varies."""
+        found: list[Value] = []
+        ends = np.searchsorted(wanted, [*self.starts, self.count]).tolist()
+        for block, mask, start, a, b in zip(self.blocks, self.masks, self.starts, ends, ends[1:], strict=False):
+            if b == a:
+                continue
+            own = [k - start for k in wanted[a:b]]
+            if not mask:
+                numbers = block.reshape(-1)
+                found += [numbers[k] for k in own]
+            elif block.shape[-1] == 1:
+                found.append(np.ascontiguousarray(block[..., 0]))
+            else:
+                columns = np.ascontiguousarray(np.moveaxis(block, -1, 0))
+                found += [columns[k] for k in own]
+        return found
 
     def table(self, wanted: Sequence[int]) -> Array:
         """Some of the numbers by index, in order of the blocks, at each entry: (entries, n)."""
@@ -129,6 +148,18 @@ class Piecewise(NamedTuple):
     precise: bool
 
 
+class PieceNumbers(NamedTuple):
+    """The numbers of a group of members whose stiffness each entry computes for itself.
+
+    Attributes
+    ----------
+    pieces
+        For each member, the indices of stiffnesses, of deformations in local axes, and of the axes at the ends.
+    """
+
+    pieces: tuple[tuple[tuple[int, ...], ...], ...]
+
+
 class LinkNumbers(NamedTuple):
     """The numbers of a joint, tie or support, by index.
 
@@ -150,7 +181,7 @@ class LinkNumbers(NamedTuple):
 
 
 class BatchNumbers(Blocks):
-    """The numbers of a short batch, without its loads.
+    """The numbers of a batch, without its loads.
 
     Parameters
     ----------
@@ -192,7 +223,8 @@ class BatchNumbers(Blocks):
             if body is not None and body not in self.turns:
                 self.turns[body] = self._turned(topology.frame.bodies[body].axes)
         places = {body: k for k, body in enumerate(self.turns)}
-        self.members = [self._group(group) for group in topology.groups]
+        own = self._springs if self.short else self._pieces
+        self.members: list[Piecewise | PieceNumbers] = [own(group) for group in topology.groups]
         self.former: tuple[Any, Any] | None = None
         self.key: Hashable = (
             grid.shape,
@@ -204,6 +236,11 @@ class BatchNumbers(Blocks):
             tuple([(group.dofs.tobytes(), found) for group, found in zip(topology.groups, self.members, strict=True)]),
         )
 
+    @property
+    def short(self) -> bool:
+        """Whether the batch is short; other batches are solved in double precision, if their members vary."""
+        return self.grid.sizes[-1] <= SHORT
+
     def __getstate__(self) -> dict[str, Any]:
         """The fields to pickle: without the last program, which another process records itself."""
         return vars(self) | {"former": None}
@@ -213,7 +250,7 @@ class BatchNumbers(Blocks):
         """For each number, whether it is converted to extended precision."""
         found = [False] * self.count
         for each in self.members:
-            if each.precise:
+            if isinstance(each, Piecewise) and each.precise:
                 stop = each.deformations + 12 * each.pieces * each.springs
                 found[each.stiffness : stop] = [True] * (stop - each.stiffness)
         return found
@@ -267,7 +304,24 @@ class BatchNumbers(Blocks):
             self.units.update({k: x for k, x in enumerate(numbers, start) if x in UNITS})
         return found
 
-    def _group(self, group: Group) -> Piecewise:
+    def _pieces(self, group: Group) -> PieceNumbers:
+        each = spring_values(group, self.grid, 0, slice(None))
+        found = [[self._each(number, len(group.pieces)) for number in numbers] for numbers in each]
+        pieces = [tuple([tuple([k[n] for k in numbers]) for numbers in found]) for n in range(len(group.pieces))]
+        return PieceNumbers(tuple(pieces))
+
+    def _each(self, number: Array | float, pieces: int) -> list[int]:
+        """Add a number of each of some members; its indices."""
+        if isinstance(number, np.ndarray):
+            return [self.one(each) for each in number]
+        if number == 0.0:
+            return [ABSENT] * pieces
+        place = self.one(np.asarray(number))
+        if number in UNITS:
+            self.units[place] = number
+        return [place] * pieces
+
+    def _springs(self, group: Group) -> Piecewise:
         stiffness, rows, precise = group.turned_springs()
         count, springs = len(group.pieces), stiffness.shape[-1]
         starts = []
@@ -292,7 +346,7 @@ def _units(block: Array) -> Array:
 
 
 class BatchLoads(Blocks):
-    """The loads on a short batch.
+    """The loads on a batch.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Recording of the solution of a short batch, once for all batches of its topology and shape.
+"""Recording of the solution of a batch, once for all batches of its topology and shape.
 
 As for a single entry, joint tree, elimination, substitution and the displacements of all nodes are computed with terms
 instead of numbers. The terms vary over the same batch axes as the numbers, so that operations and their order are those
@@ -7,7 +7,7 @@ without recording. Joints that close loops are left out: which of them belong to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate
 
@@ -31,11 +31,15 @@ from ..structure.parts import (
     product,
 )
 from ..structure.tree import JointTree, Matrix3, edges_of
+from ..structure.varying import Entry, Varying
 from . import entry_machine
-from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, Blocks, Piecewise
+from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, Blocks, PieceNumbers, Piecewise
 from .batch_program import BatchProgram
+from .block import Block
+from .chunks import large_masks
 from .entry_program import EntrySolution, Way, values_of
 from .entry_recording import TermTree, Writable, square
+from .medium_program import MediumProgram
 from .partial_factorisation import PartialFactorisation
 from .replay import MOST, operations
 from .stage import Forces, Stage
@@ -44,6 +48,8 @@ from .step_layout import StepLayout
 # The program is recorded after this many solutions of a topology and shape, since recording takes as long as some six
 # of them; it is compiled to machine code after _OFTEN, which takes ten times as long.
 _FEW, _OFTEN = 3, 20
+# Largest number of results, for all entries together, that a program for a medium batch computes at once.
+_ROOM = 2**22
 
 
 class _Alike:
@@ -51,7 +57,7 @@ class _Alike:
 
     def __init__(self) -> None:
         self.met = 0
-        self.program: BatchProgram | None = None
+        self.program: BatchProgram | MediumProgram | None = None
         self.without = False
 
     def solution(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
@@ -71,7 +77,7 @@ class _Alike:
 
 
 def solved(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
-    """The solution of a short batch by the program of its topology and shape.
+    """The solution of a batch by the program of its topology and shape.
 
     Parameters
     ----------
@@ -94,12 +100,12 @@ def solved(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySol
 
 
 class _BatchWriter:
-    """A short batch whose numbers are terms of a recording.
+    """A batch whose numbers are terms of a recording.
 
     Attributes
     ----------
     later
-        Mask of what depends on the loads, beyond those of the batch axes.
+        Mask of what depends on the loads, beyond those of the batch axes; 0 where that is not told apart.
     parameters
         For each right-hand-side parameter but the first: whether it is a load, and its index.
     """
@@ -107,8 +113,8 @@ class _BatchWriter:
     def __init__(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> None:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         grid = numbers.grid
-        self.later = len(grid.sizes)
-        self.recording = Recording(axes=self.later - 1)
+        self.later = len(grid.sizes) if numbers.short else 0
+        self.recording = Recording(axes=len(grid.sizes) - 1)
         self._given = self._terms(numbers, 0)
         self._pushes = self._terms(loads, self.later)
         self.rhs_parameters = RightHandSideParameters(grid, plan.rhs_parameters.geometry)
@@ -175,7 +181,12 @@ class _BatchWriter:
         None where the numbers of this batch make another entry zero than those that lack all terms.
         """
         matrix: Matrix = {}
+        for entry in self.plan.varying.entries:
+            i, j = entry.at
+            matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
         for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True):
+            if isinstance(numbers, PieceNumbers):
+                continue
             stack = group.extended_stiffness()
             used = np.triu((stack != 0.0).any(axis=tuple(range(1, stack.ndim - 2))))
             found = {(p, *at): value for p in range(numbers.pieces) for at, value in self._sums(numbers, p).items()}
@@ -186,6 +197,24 @@ class _BatchWriter:
             rows, columns = ([dofs[at[0]][at[end]] for at in places] for end in (1, 2))
             enter_all(matrix, rows, columns, found.values())
         return matrix
+
+    def varying(self, varying: Varying) -> Iterator[tuple[Entry, Value]]:
+        """Entries of the stiffness of members that each batch entry computes for itself, and their values."""
+        groups = zip(self.plan.topology.groups, self.numbers.members, strict=True)
+        own = {
+            piece: places
+            for group, found in groups
+            if isinstance(found, PieceNumbers)
+            for piece, places in zip(group.pieces.tolist(), found.pieces, strict=True)
+        }
+        pieces = [piece for group, _ in varying.groups for piece in group.pieces.tolist()]
+        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT]
+        return varying.values(self._numbers(used))
+
+    @property
+    def apart(self) -> bool:
+        """Whether each batch entry computes the stiffness of all members for itself."""
+        return len(self.plan.varying.groups) == len(self.plan.topology.groups)
 
     def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
         """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
@@ -227,11 +256,11 @@ class _BatchWriter:
         return forces
 
 
-def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchProgram | None:
+def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchProgram | MediumProgram | None:
     """The program of a batch.
 
-    None where there can be none: for another method, chains, several separate parts, too many operations, or a
-    mechanism.
+    None where there can be none: for another method, chains, several separate parts, too many operations, a mechanism,
+    or a medium batch with too many results or with members that do not vary.
     """
     method = choose(plan, plan.asked)
     if method.name != BROADCAST or plan.chains:
@@ -247,16 +276,14 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         blocks = {name: written.block(name) for name in sorted(written.excited)}
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
             return None
+        if not numbers.short and not (writer.apart and all(block.varying for block in blocks.values())):
+            return None
         known: dict[int, Value] = {}
         least: dict[int, Value] = {}
         for name, block in blocks.items():
-            stage = Stage(block.matrix, block.forces, block.scale)
-            linked = block.rows, block.springs, block.rhs_parameters
-            wanted = [True] * len(numbers.grid.sizes)
-            done = PartialFactorisation.begun(block.orders, stage, *linked, block.masks, wanted)
+            done, least[name] = _eliminated(block, writer)
             own = [k for k, other in written.component.items() if other == name]
             known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
-            least[name] = done.least
         parameters = writer.rhs_parameters.values
         nodes: list[Value] = []
         for node in range(len(plan.topology.number)):
@@ -265,6 +292,11 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
     asked = [*nodes, *known.values(), *least.values()]
     if any(not isinstance(value, Term) and np.isnan(value) for value in asked):
         return None  # a pivot is zero whatever the numbers: the frame is a mechanism
+    if not numbers.short:
+        if (len(nodes) + len(known)) * numbers.grid.sizes[-1] > _ROOM:
+            return None
+        parts = writer.recording, nodes, known, [*least.values()], tuple(writer.parameters)
+        return MediumProgram(*parts, written.component, frozenset(written.excited), method)
     program = StepLayout(writer.recording, asked, numbers.wide, loads.count, writer.later)
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
@@ -282,3 +314,22 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         excited=frozenset(written.excited),
         method=method,
     )
+
+
+def _eliminated(block: Block, writer: _BatchWriter) -> tuple[PartialFactorisation, Value]:
+    """The elimination of a component, and its least pivot ratio."""
+    large = large_masks(block.grid)
+    stage = Stage(block.matrix, block.forces, block.scale)
+    linked = block.rows, block.springs, block.rhs_parameters
+    shared = PartialFactorisation.begun(block.orders, stage, *linked, block.masks, [not each for each in large])
+    if block.varying is None:
+        return shared, shared.least
+    # what a batch leaves to its chunks, of which a medium one has a single one
+    progress = shared.anew(lambda value: value)
+    for entry, value in writer.varying(block.varying):
+        progress.inner.put(*entry.at, entry.mask, value)
+    progress.factorise(large, given=False)
+    progress.forget()
+    progress.load(large)
+    least = shared.least if shared.pivot_ratios else np.inf
+    return progress, progress.least if isinstance(least, float) else np.minimum(least, progress.least)

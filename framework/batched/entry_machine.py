@@ -31,12 +31,15 @@ _BELOW: dict[Callable[[Any, Any], Any], str] = {least: "olt", most: "ogt"}
 _SIZES = {_WIDE: 16, _DOUBLE: 8}
 
 
-@cache
 def available() -> bool:
     """Whether llvmlite is installed and NumPy's extended precision is the 80-bit format of x86 processors."""
+    return machine_code.available() and _known()
+
+
+@cache
+def _known() -> bool:
     wide = np.finfo(Extended)
-    known = platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
-    return known and machine_code.available()
+    return platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
 
 
 class EntryMachineCode:

@@ -89,7 +89,7 @@ class EntrySolution:
         """How the program was run, in words."""
         if self.displacements is not None:
             return f"{self.size} steps, recorded for all frames of this topology, {self.way.value}"
-        how = "as machine code, entry by entry" if self.way is Way.MACHINE else "by NumPy one by one"
+        how = "as machine code" if self.way is Way.MACHINE else "by NumPy one by one"
         steps = f"{self.size} steps on {math.prod(self.shape)} entries"
         return f"{steps}, recorded for all batches of this topology and shape, {how}"
 

@@ -20,6 +20,7 @@ from ..structure.forest import spanning
 from ..structure.parts import Matrix, Row, Value, add, enter_all, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of
+from ..structure.varying import Varying
 from . import entry_machine
 from .block import Block
 from .entry_program import EntryProgram, EntrySolution, Way, values_of
@@ -63,6 +64,9 @@ class Writable(Compiled, Protocol):
 
     @property
     def connected_components(self) -> Index: ...
+
+    @property
+    def varying(self) -> Varying: ...
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
 

@@ -23,7 +23,7 @@ from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, Row,
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
-from .batch_numbers import FEW, SHORT, BatchNumbers, Met
+from .batch_numbers import FEW, MEDIUM, BatchNumbers, Met
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation
@@ -69,7 +69,7 @@ class Unloaded:
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
-        short = not frame.shape or 1 < self.grid.sizes[-1] <= SHORT
+        short = not frame.shape or 1 < self.grid.sizes[-1] <= MEDIUM
         self._plain = short and not cut and frame.absent is None and method in (None, BROADCAST)
         self._met = self._alike() if self._plain and frame.shape else Met()
         if frame.shape:  # numbers of batches are gathered only if a program is likely

@@ -1,4 +1,4 @@
-"""Short batches of a topology and shape that was met before have the results that they have without a program."""
+"""Batches of a topology and shape that was met before have the results that they have without a program."""
 
 from __future__ import annotations
 
@@ -109,11 +109,17 @@ def over_two_axes(seed: int) -> Frame:
     return linked(seed, poses=(4, 1), samples=(5,))
 
 
+def medium(seed: int) -> Frame:
+    """So many entries that each computes the stiffness of its members for itself, in double precision."""
+    return linked(seed, poses=(1100,), samples=(1100,))
+
+
 KINDS: dict[str, Callable[[int], Frame]] = {
     "linked": linked,
     "all kinds": all_kinds,
     "fixed place": fixed_place,
     "two axes": over_two_axes,
+    "medium": medium,
 }
 
 
@@ -253,5 +259,5 @@ def test_explain_tells_how_the_program_was_run(monkeypatch: pytest.MonkeyPatch) 
         solution.displacement("P")
         shape = r"steps on 7 entries, recorded for all batches of this topology and shape, (.+)\."
         told += [*dict.fromkeys(re.findall(shape, solution.explain()) or [""])]
-    last = "as machine code, entry by entry" if entry_machine.available() else "by NumPy one by one"
+    last = "as machine code" if entry_machine.available() else "by NumPy one by one"
     assert told == ["", "", *["by NumPy one by one"] * 2, last, last]
