@@ -15,7 +15,7 @@ import numpy as np
 
 from ..cache import PROGRAMS
 from ..program.recording import Recording, Term
-from ..solvers.method import BROADCAST, choose
+from ..solvers.method import BROADCAST
 from ..structure.edge import Edge
 from ..structure.forest import spanning
 from ..structure.parts import (
@@ -63,6 +63,9 @@ class _Alike:
     def solution(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
         """The solution by the program; None where there is none, or a pivot is close to rounding."""
         self.met += 1
+        if self.met == 1:
+            # what is known without recording, so that the next ones need not gather their numbers
+            numbers.met.without = not _suits(plan, numbers)
         if self.met <= _FEW or self.without:
             return None
         if self.program is None:
@@ -211,11 +214,6 @@ class _BatchWriter:
         used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT]
         return varying.values(self._numbers(used))
 
-    @property
-    def apart(self) -> bool:
-        """Whether each batch entry computes the stiffness of all members for itself."""
-        return len(self.plan.varying.groups) == len(self.plan.topology.groups)
-
     def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
         """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
         springs = range(piece * numbers.springs, (piece + 1) * numbers.springs)
@@ -256,14 +254,20 @@ class _BatchWriter:
         return forces
 
 
+def _suits(plan: Writable, numbers: BatchNumbers) -> bool:
+    """Whether a batch may have a program: by its method, and if it is a medium one, as all of its members vary."""
+    if plan.method.name != BROADCAST or plan.chains:
+        return False
+    return numbers.short or len(plan.varying.groups) == len(plan.topology.groups)
+
+
 def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchProgram | MediumProgram | None:
     """The program of a batch.
 
     None where there can be none: for another method, chains, several separate parts, too many operations, a mechanism,
     or a medium batch with too many results or with members that do not vary.
     """
-    method = choose(plan, plan.asked)
-    if method.name != BROADCAST or plan.chains:
+    if not _suits(plan, numbers):
         return None
     writer = _BatchWriter(plan, numbers, loads)
     matrix = writer.matrix
@@ -276,7 +280,7 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         blocks = {name: written.block(name) for name in sorted(written.excited)}
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
             return None
-        if not numbers.short and not (writer.apart and all(block.varying for block in blocks.values())):
+        if not numbers.short and not all(block.varying for block in blocks.values()):
             return None
         known: dict[int, Value] = {}
         least: dict[int, Value] = {}
@@ -296,7 +300,7 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         if (len(nodes) + len(known)) * numbers.grid.sizes[-1] > _ROOM:
             return None
         parts = writer.recording, nodes, known, [*least.values()], tuple(writer.parameters)
-        return MediumProgram(*parts, written.component, frozenset(written.excited), method)
+        return MediumProgram(*parts, written.component, frozenset(written.excited), plan.method)
     program = StepLayout(writer.recording, asked, numbers.wide, loads.count, writer.later)
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
@@ -312,7 +316,7 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         parameters=tuple(writer.parameters),
         component=written.component,
         excited=frozenset(written.excited),
-        method=method,
+        method=plan.method,
     )
 
 

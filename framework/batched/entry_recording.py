@@ -14,7 +14,7 @@ import numpy as np
 
 from ..cache import PROGRAMS
 from ..program.recording import Recording, Term
-from ..solvers.method import BROADCAST, Compiled, choose
+from ..solvers.method import BROADCAST, Compiled, Method, choose
 from ..structure.edge import Edge
 from ..structure.forest import spanning
 from ..structure.parts import Matrix, Row, Value, add, enter_all, is_zero, product
@@ -67,6 +67,9 @@ class Writable(Compiled, Protocol):
 
     @property
     def varying(self) -> Varying: ...
+
+    @property
+    def method(self) -> Method: ...
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
 

@@ -12,6 +12,7 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
 from linkframe.framework.batched import batch_recording, entry_machine, unloaded
+from linkframe.framework.batched.batch_numbers import BatchNumbers
 from linkframe.framework.batched.entry_program import Way
 from linkframe.framework.cache import PROGRAMS
 from numpy.typing import NDArray
@@ -247,6 +248,30 @@ def test_joints_that_close_a_loop_have_no_program(way: Way) -> None:
     solution = closed(2).solve()
     np.testing.assert_array_equal(solution.displacement("P"), without(closed(2)).displacement("P"))
     assert solution.plan.entry is None
+
+
+@pytest.mark.parametrize("samples", [(7,), (1100,)])
+def test_what_suits_no_program_is_looked_at_once(samples: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Members alone under loads that vary, which are solved in bands."""
+    made = 0
+    gathered = BatchNumbers.__init__
+
+    def counted(self: BatchNumbers, *given: Any) -> None:
+        nonlocal made
+        made += 1
+        gathered(self, *given)
+
+    monkeypatch.setattr(BatchNumbers, "__init__", counted)
+    for k in range(MET):
+        frame, bar = Frame(), steel(np.random.default_rng(k))
+        for n in range(4):
+            frame.node(f"{n}", (1.0 * n, 0.1 * (n % 3), 0.2 * (n % 2)))
+            if n:
+                frame.add(f"m{n}", bar, f"{n - 1}", f"{n}")
+        frame.fix("0")
+        frame.load("3", fy=np.linspace(1.0, 2.0, *samples))
+        frame.solve().displacement("3")
+    assert made == 1
 
 
 def test_explain_tells_how_the_program_was_run(monkeypatch: pytest.MonkeyPatch) -> None:
