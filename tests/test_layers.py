@@ -34,7 +34,11 @@ LAYERS = {
     "structure": "structure/*",
     "elimination": "batched/* structure/assembly",
     "linear algebra": "solvers/*",
-    "plan": "batched/unloaded batched/entry_program batched/entry_recording batched/plan structure/matrices",
+    "plan": (
+        "batched/unloaded batched/entry_program batched/entry_recording batched/batch_program batched/batch_recording "
+        "batched/medium_program "
+        "batched/plan structure/matrices"
+    ),
     "equations in extended precision": "error_bounds/*",
     "sparse solution": (
         "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse solvers/stacked "

@@ -11,7 +11,7 @@ import ctypes
 import operator
 import platform
 import struct
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from typing import Any
 
@@ -31,12 +31,15 @@ _BELOW: dict[Callable[[Any, Any], Any], str] = {least: "olt", most: "ogt"}
 _SIZES = {_WIDE: 16, _DOUBLE: 8}
 
 
-@cache
 def available() -> bool:
     """Whether llvmlite is installed and NumPy's extended precision is the 80-bit format of x86 processors."""
+    return machine_code.available() and _known()
+
+
+@cache
+def _known() -> bool:
     wide = np.finfo(Extended)
-    known = platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
-    return known and machine_code.available()
+    return platform.machine().lower() in ("x86_64", "amd64") and wide.nmant == 63 and np.dtype(Extended).itemsize == 16
 
 
 class EntryMachineCode:
@@ -72,24 +75,27 @@ class EntryMachineCode:
     ) -> None:
         wide = [*given, *(isinstance(value, np.longdouble) for value in constants)]
         size = len(wide)
-        made, first = [*_kinds(wide, shared)], size + len(shared)
+        made, first = [*kinds_of(wide, shared)], size + len(shared)
         kept = kept_places(ratios, loaded, known, nodes, first)
         self._kept, self._ratios = len(kept), [made[k] for k in ratios]
         places: dict[bool, list[int]] = {True: [], False: []}
         for k, kind in enumerate(given):
             places[kind].append(k)
         begin = [
-            *_load("a", _DOUBLE, places[False]),
-            *_load("b", _WIDE, places[True]),
-            *_constants(len(given), constants),
+            *load_lines("a", _DOUBLE, _counted(places[False])),
+            *load_lines("b", _WIDE, _counted(places[True])),
+            *constant_lines(len(given), constants),
         ]
-        self._shared = _function([*begin, *_lines(made, shared, size), *_store("c", made, kept, _WIDE)])
+        self._shared = _function([*begin, *step_lines(made, shared, size), *store_lines("c", made, kept, _WIDE)])
         whole = [*made, *(False for _ in range(loads))]
-        after = [*_kinds(whole, loaded)]
+        after = [*kinds_of(whole, loaded)]
         kinds = [made[k] for k in kept]
-        begin = [*_take(kept, kinds), *_load("b", _DOUBLE, range(first, first + loads))]
-        end = [*_store("c", after, nodes, _DOUBLE), *_store("c", after, known, _WIDE, _SIZES[_DOUBLE] * len(nodes))]
-        self._loaded = _function([*begin, *_lines(after, loaded, first + loads), *end])
+        begin = [*_take(kept, kinds), *load_lines("b", _DOUBLE, _counted(range(first, first + loads)))]
+        end = [
+            *store_lines("c", after, nodes, _DOUBLE),
+            *store_lines("c", after, known, _WIDE, _SIZES[_DOUBLE] * len(nodes)),
+        ]
+        self._loaded = _function([*begin, *step_lines(after, loaded, first + loads), *end])
         self._nodes, self._known = len(nodes), [after[k] for k in known]
 
     def shared(self, narrow: Sequence[float], wide: NDArray[Any]) -> tuple[list[Value], NDArray[Any]]:
@@ -127,7 +133,7 @@ def _function(lines: Iterable[str]) -> Callable[..., None]:
     return found
 
 
-def _kinds(wide: Sequence[bool], steps: Sequence[Step]) -> Iterator[bool]:
+def kinds_of(wide: Sequence[bool], steps: Sequence[Step]) -> Iterator[bool]:
     """For each number, given or computed by a step, whether it is in extended precision."""
     known = list(wide)
     for operation, a, _ in steps:
@@ -139,11 +145,15 @@ def _at(pointer: str, name: str, offset: int) -> str:
     return f"  %{name} = getelementptr i8, ptr %{pointer}, i64 {offset}"
 
 
-def _load(pointer: str, kind: str, places: Iterable[int]) -> Iterator[str]:
-    """LLVM code that loads consecutive numbers of one precision."""
-    for k, place in enumerate(places):
+def load_lines(pointer: str, kind: str, places: Mapping[int, int]) -> Iterator[str]:
+    """LLVM code that loads numbers of one precision: for each place, the one at this index."""
+    for place, k in places.items():
         yield _at(pointer, f"p{place}", k * _SIZES[kind])
         yield f"  %v{place} = load {kind}, ptr %p{place}, align 8"
+
+
+def _counted(places: Iterable[int]) -> dict[int, int]:
+    return {place: k for k, place in enumerate(places)}
 
 
 def _take(kept: Sequence[int], kinds: Sequence[bool]) -> Iterator[str]:
@@ -156,7 +166,8 @@ def _take(kept: Sequence[int], kinds: Sequence[bool]) -> Iterator[str]:
             yield f"  %v{k} = fptrunc {_WIDE} %x{k} to {_DOUBLE}"
 
 
-def _constants(first: int, constants: Sequence[Value]) -> Iterator[str]:
+def constant_lines(first: int, constants: Sequence[Value]) -> Iterator[str]:
+    """LLVM code of constants, the first of them with this place."""
     for k, value in enumerate(constants, first):
         (bits,) = struct.unpack(">Q", struct.pack(">d", float(value)))
         if isinstance(value, np.longdouble):
@@ -166,7 +177,7 @@ def _constants(first: int, constants: Sequence[Value]) -> Iterator[str]:
             yield f"  %v{k} = fadd {_DOUBLE} 0x{bits:016X}, 0x8000000000000000"
 
 
-def _store(pointer: str, wide: Sequence[bool], places: Iterable[int], kind: str, offset: int = 0) -> Iterator[str]:
+def store_lines(pointer: str, wide: Sequence[bool], places: Iterable[int], kind: str, offset: int = 0) -> Iterator[str]:
     """LLVM code that stores numbers consecutively, converted to one precision."""
     for n, k in enumerate(places):
         name, own = f"{kind[0]}{n}", _kind(wide[k])
@@ -182,7 +193,8 @@ def _kind(wide: bool) -> str:
     return _WIDE if wide else _DOUBLE
 
 
-def _lines(wide: Sequence[bool], steps: Sequence[Step], first: int) -> Iterator[str]:
+def step_lines(wide: Sequence[bool], steps: Sequence[Step], first: int) -> Iterator[str]:
+    """LLVM code of steps, the result of the first of them having this place."""
     for k, (operation, i, j) in enumerate(steps, first):
         kind, a, b = _kind(wide[k]), f"%v{i}", f"%v{j}"
         if operation in _PLAIN:

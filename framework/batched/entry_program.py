@@ -7,6 +7,7 @@ to the last bit.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, Shape
 from ..solvers.method import Method
 from ..structure.parts import Extended, Row, Value, combine, unknowns
 from .entry_machine import EntryMachineCode
@@ -33,14 +34,18 @@ class Way(Enum):
     MACHINE = "as machine code"
 
 
+def _of_a_batch(number: int) -> Array:
+    raise ValueError(f"node {number} of a single batch entry: read `displacements`")
+
+
 @dataclass(eq=False)
 class EntrySolution:
-    """The solution of a frame with a single batch entry, all of whose pivots are well above rounding.
+    """The solution of a frame by a program, all of whose pivots are well above rounding.
 
     Attributes
     ----------
     displacements
-        Displacements of all nodes in global axes, (nodes, 6).
+        Displacements of all nodes of a single batch entry in global axes, (nodes, 6); None of a batch.
     numbers
         Numbers of the unknowns in loaded components.
     known
@@ -57,9 +62,15 @@ class EntrySolution:
         Whether the part that is independent of the loads was reused from an earlier solution.
     way, size
         How the steps of the program were run, and how many there are.
+    node
+        Function from the number of a node to its displacements in global axes, (..., 6), for a batch.
+    parameters
+        Right-hand-side parameters.
+    shape
+        Batch shape.
     """
 
-    displacements: Array
+    displacements: Array | None
     numbers: Iterable[int]
     known: Callable[[], Sequence[Value]]
     component: dict[int, int]
@@ -69,11 +80,18 @@ class EntrySolution:
     again: bool
     way: Way
     size: int
+    node: Callable[[int], Array] = _of_a_batch
+    parameters: Sequence[Value] = (1.0,)
+    shape: Shape = ()
 
     @property
     def ran(self) -> str:
         """How the program was run, in words."""
-        return f"{self.size} steps, recorded for all frames of this topology, {self.way.value}"
+        if self.displacements is not None:
+            return f"{self.size} steps, recorded for all frames of this topology, {self.way.value}"
+        how = "as machine code" if self.way is Way.MACHINE else "by NumPy one by one"
+        steps = f"{self.size} steps on {math.prod(self.shape)} entries"
+        return f"{steps}, recorded for all batches of this topology and shape, {how}"
 
     @cached_property
     def unknowns(self) -> dict[int, Value]:
@@ -82,7 +100,7 @@ class EntrySolution:
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
         """Values of rows over the unknowns and the right-hand-side parameter one."""
-        return values_of(rows, self.component, self.excited, self.unknowns)
+        return values_of(rows, self.component, self.excited, self.unknowns, self.parameters)
 
 
 @dataclass(frozen=True)
@@ -199,7 +217,11 @@ class EntryProgram:
 
 
 def values_of(
-    rows: Sequence[Row], component: dict[int, int], excited: frozenset[int] | set[int], known: dict[int, Value]
+    rows: Sequence[Row],
+    component: dict[int, int],
+    excited: frozenset[int] | set[int],
+    known: dict[int, Value],
+    parameters: Sequence[Value] = (1.0,),
 ) -> list[Value]:
     """Values of rows: for each the sum of its constant terms and of its terms in each loaded component."""
     split: dict[int, dict[int, Row]] = {}
@@ -207,7 +229,9 @@ def values_of(
         for k in unknowns(row):
             if component[k] in excited:
                 split.setdefault(component[k], {}).setdefault(index, {})[k] = row[k]
-    terms: list[list[tuple[Value, Value]]] = [[(value, 1.0) for k, value in row.items() if k < 0] for row in rows]
+    terms: list[list[tuple[Value, Value]]] = [
+        [(value, parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows
+    ]
     for parts in split.values():
         for index, part in parts.items():
             terms[index].append((1.0, combine([(factor, known[k]) for k, factor in part.items()])))

@@ -13,27 +13,29 @@ from typing import Protocol
 import numpy as np
 
 from ..cache import PROGRAMS
-from ..program.program import ProgramStep
 from ..program.recording import Recording, Term
-from ..solvers.method import BROADCAST, Compiled, choose
+from ..solvers.method import BROADCAST, Compiled, Method, choose
 from ..structure.edge import Edge
 from ..structure.forest import spanning
-from ..structure.parts import Extended, Matrix, Row, Value, add, enter_all, is_zero, product
+from ..structure.parts import Matrix, Row, Value, add, enter_all, is_zero, product
 from ..structure.topology import Index, Topology
 from ..structure.tree import JointTree, Matrix3, edges_of
+from ..structure.varying import Varying
 from . import entry_machine
 from .block import Block
 from .entry_program import EntryProgram, EntrySolution, Way, values_of
-from .entry_steps import OPERATIONS, Step, widen
 from .one_entry import EACH, OFFSETS, PITCH, EntryLoads, EntryNumbers
 from .replay import MOST, RecordedElimination, operations
 from .stage import Forces
+from .step_layout import StepLayout
 
 # The program is recorded after this many solutions of a topology, since recording takes as long as some six of them.
 _FEW = 3
 # It is compiled to Python functions after _OFTEN solutions, which takes as long again, and to machine code after
 # _ALWAYS solutions, which takes ten times as long.
 _OFTEN, _ALWAYS = 200, 1000
+# Loads are recorded as varying over axis 0, so that the steps that depend on them can be told from the others.
+LOADS = 1
 
 
 class TermPlan(Protocol):
@@ -62,6 +64,12 @@ class Writable(Compiled, Protocol):
 
     @property
     def connected_components(self) -> Index: ...
+
+    @property
+    def varying(self) -> Varying: ...
+
+    @property
+    def method(self) -> Method: ...
 
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> TermPlan: ...
 
@@ -116,7 +124,7 @@ def solved(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntrySol
 
 
 @dataclass(eq=False)
-class _TermTree(JointTree):
+class TermTree(JointTree):
     """A joint tree whose numbers, axes and arms are terms of a recording."""
 
     turns: tuple[Matrix3, ...] = ()
@@ -143,11 +151,10 @@ class _Writer:
     def __init__(self, plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> None:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         self.recording = recording = Recording()
-        # Loads are recorded as varying over axis 0, so that the steps that depend on them can be told from the others.
         self.edges = recording.later_ones(0, len(numbers.links.edges))
         self.turns = recording.later_ones(0, len(numbers.links.turns))
         self.members = [recording.later_ones(0, stack.size) for stack in numbers.stacks]
-        self.pushes = recording.later_ones(1, len(loads.values))
+        self.pushes = recording.later_ones(LOADS, len(loads.values))
         self.tree = self._tree()
 
     def _tree(self) -> JointTree | None:
@@ -167,18 +174,18 @@ class _Writer:
         arms: dict[int, list[Value]] = {}
         for place, edge in enumerate(edges):
             if edge.axes is not None:
-                axes[place] = _square(taken(9))
+                axes[place] = square(taken(9))
             if edge.kind == "rigid":
                 arms[place] = taken(3)
         bodies: dict[str | None, Matrix3] = {None: None}
         for body in topology.bodies:
             if body not in bodies:
-                bodies[body] = _square(taken(9))
+                bodies[body] = square(taken(9))
         chosen, closing = spanning([edges[k] for k in numbers.links.order])
         if any(edge.ideal for edge in closing):
             return None
         by_edge = dict(zip(edges, by_place, strict=True))
-        tree = _TermTree(
+        tree = TermTree(
             topology,
             rhs_parameters.grid,
             rhs_parameters,
@@ -231,94 +238,8 @@ class _Writer:
         return forces
 
 
-class _Layout:
-    """The steps of a recording in the order in which they are run, with the place of each number.
-
-    Places are in the order: given numbers, constants, shared steps, loads, steps that depend on loads. Where a number
-    in double precision is combined with one in extended precision, it is first converted, once: the results are the
-    same, and operations on numbers of one type are five times as fast.
-    """
-
-    def __init__(self, writer: _Writer, asked: list[Value]) -> None:
-        recording, numbers = writer.recording, writer.numbers
-        terms = [value for value in asked if isinstance(value, Term)]
-        program, places = recording.program(terms)
-        sizes = [len(numbers.links.edges), len(numbers.links.turns), *(stack.size for stack in numbers.stacks)]
-        starts = np.cumsum([0, *sizes, len(writer.pushes)]).tolist()
-        inside = [[k for k in places if a <= k < b] for a, b in pairwise(starts)]
-        own = [k for k in places if k >= starts[-1]]
-        self.edges, self.turns = (
-            tuple(k - start for k in found) for found, start in zip(inside, starts[:2], strict=False)
-        )
-        self.members = tuple(
-            np.array([k - start for k in found], dtype=np.int64)
-            for found, start in zip(inside[2:-1], starts[2:], strict=False)
-        )
-        self.loads = tuple(k - starts[-2] for k in inside[-1])
-        # new places of the numbers of the recorded program
-        at = {given: number for number, given in enumerate(places)}
-        self._place: dict[int, int] = {}
-        self._wide: list[bool] = []
-        self._widened: dict[int, int] = {}
-        self._steps: list[Step] = []
-        for k, found in enumerate(inside[:-1]):
-            for given in found:
-                self._put(at[given], wide=k > 1)
-        # other constants, and all constants converted to extended precision
-        constants = [(at[k], float(recording.given[k])) for k in own]  # type: ignore[arg-type]
-        constants += [(program.given + k, value) for k, value in enumerate(program.constants)]
-        fixed: list[Value] = []
-        for number, value in [*constants, (-1, 0.0)]:
-            self._put(number, wide=False)
-            fixed.append(value)
-        for number, value in constants:
-            self._widened[self._place[number]] = len(self._wide)
-            self._wide.append(True)
-            fixed.append(Extended(value))
-        self.constants = tuple(fixed)
-        for later in (False, True):
-            if later:
-                self.shared, self._steps = tuple(self._steps), []
-                for given in inside[-1]:
-                    self._put(at[given], wide=False)
-            for number, step in enumerate(program.steps, program.first):
-                if bool(program.masks[number]) is later:
-                    self._step(number, step)
-        self.loaded = tuple(self._steps)
-        outputs = iter(program.outputs)
-        self.outputs = [self._of(next(outputs) if isinstance(value, Term) else value) for value in asked]
-
-    def _of(self, output: int | Value) -> int:
-        """Place of an output; an output that is not a term is zero."""
-        if isinstance(output, int):
-            return self._place[output]
-        assert is_zero(output)
-        return self._place[-1]
-
-    def _put(self, number: int, *, wide: bool) -> None:
-        self._place[number] = len(self._wide)
-        self._wide.append(wide)
-
-    def _step(self, number: int, step: ProgramStep) -> None:
-        a = self._place[step.a]
-        b = self._place[step.b] if step.b >= 0 else a
-        wide = self._wide[a] or self._wide[b]
-        if wide:
-            a, b = self._as_wide(a), self._as_wide(b)
-        self._steps.append((OPERATIONS[step.operation], a, b))
-        self._put(number, wide=wide)
-
-    def _as_wide(self, place: int) -> int:
-        if self._wide[place]:
-            return place
-        if place not in self._widened:
-            self._widened[place] = len(self._wide)
-            self._wide.append(True)
-            self._steps.append((widen, place, place))
-        return self._widened[place]
-
-
-def _square(nine: list[Value]) -> Matrix3:
+def square(nine: list[Value]) -> Matrix3:
+    """Nine numbers as three rows."""
     return [nine[:3], nine[3:6], nine[6:]]
 
 
@@ -355,13 +276,16 @@ def _written(plan: Writable, numbers: EntryNumbers, loads: EntryLoads) -> EntryP
     asked = [*nodes, *known.values(), *least.values()]
     if any(not isinstance(value, Term) and np.isnan(value) for value in asked):
         return None  # a pivot is zero whatever the numbers: the frame is a mechanism
-    program = _Layout(writer, asked)
-    places = program.outputs
+    sizes = [len(writer.edges), len(writer.turns), *map(len, writer.members)]
+    starts = np.cumsum([0, *sizes]).tolist()
+    wide = [k >= starts[2] for k in range(starts[-1])]
+    program = StepLayout(writer.recording, asked, wide, len(writer.pushes), LOADS)
+    places, inside = program.outputs, [[k - a for k in program.given if a <= k < b] for a, b in pairwise(starts)]
     known_at = places[len(nodes) : len(nodes) + len(known)]
     return EntryProgram(
-        edges=program.edges,
-        turns=program.turns,
-        members=program.members,
+        edges=tuple(inside[0]),
+        turns=tuple(inside[1]),
+        members=tuple(np.array(found, dtype=np.int64) for found in inside[2:]),
         constants=program.constants,
         shared=program.shared,
         loads=program.loads,

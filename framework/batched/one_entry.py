@@ -30,7 +30,7 @@ Head = tuple[Hashable, tuple[int, int], tuple[int, float]]
 PITCH, OFFSETS, EACH = 6, 7, 13
 _ALL_OF_THEM = (0.0,) * EACH
 # Values of axes that become part of the key and of the program, instead of being given to it.
-_UNITS = (0.0, 1.0, -1.0)
+UNITS = (0.0, 1.0, -1.0)
 
 
 class EntryLinks:
@@ -63,7 +63,7 @@ class EntryLinks:
         on = tuple([None if body is None else places.setdefault(body, len(places)) for body in topology.bodies])
         for body in places:
             self.turns += frame.bodies[body].axes.reshape(-1).tolist()
-        turns = tuple([turn if turn in _UNITS else 2.0 for turn in self.turns])
+        turns = tuple([turn if turn in UNITS else 2.0 for turn in self.turns])
         nonzero = (np.array(self.edges) != 0.0).tobytes()
         self.key: tuple[Hashable, ...] = (
             on,

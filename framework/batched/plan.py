@@ -20,6 +20,8 @@ from ..structure.parts import Grid, Matrix, RightHandSideParameters, Value, unkn
 from ..structure.topology import Index
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
+from . import batch_recording
+from .batch_numbers import BatchLoads, BatchNumbers
 from .block import Block
 from .condensation import Chain, Condensation, chains, loaded
 from .entry_program import EntrySolution
@@ -95,7 +97,7 @@ class Plan:
     def written(self, tree: JointTree, matrix: Matrix, forces: Forces) -> Plan:
         """This plan with other numbers, such as terms of a recording, for joint tree, stiffness and loads."""
         unloaded = copy.copy(self.unloaded)
-        unloaded.tree = tree
+        unloaded.tree, unloaded.rhs_parameters = tree, tree.rhs_parameters
         chained = Chained(unloaded, [])
         chained.matrix = matrix
         clone = object.__new__(Plan)
@@ -107,15 +109,24 @@ class Plan:
     @cached_property
     def rhs_parameters(self) -> RightHandSideParameters:
         """Those of the frame without loads, to which loads that vary add theirs."""
-        return self.unloaded.rhs_parameters.copy()
+        if self.grid.shape:
+            self.unloaded.tree  # noqa: B018  # which adds those of offsets and prescribed displacements
+        found = self.unloaded.rhs_parameters.copy()
+        if self.grid.shape and self.known_entry is not None:
+            self.forces = force_entries(self.topology, found)  # which nothing else asked for
+        return found
 
     @cached_property
     def entry(self) -> EntrySolution | None:
-        """The solution of a frame with a single batch entry by the program of its topology; None if there is none."""
-        begin, numbers = perf_counter(), self.unloaded.entry
+        """The solution of a single batch entry or a short batch by the program of its topology; None without one."""
+        begin, numbers = perf_counter(), self.unloaded.numbers
         if numbers is None:
             return None
-        found = solved(self, numbers, EntryLoads(self.topology, self.grid))
+        found = (
+            batch_recording.solved(self, numbers, BatchLoads(self.topology, self.grid))
+            if isinstance(numbers, BatchNumbers)
+            else solved(self, numbers, EntryLoads(self.topology, self.grid))
+        )
         if found is not None:
             self.times["solution"] = self.times.get("solution", 0.0) + perf_counter() - begin
         return found

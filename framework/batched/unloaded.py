@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from ..cache import PATTERNS
+from ..cache import PATTERNS, PROGRAMS
 from ..description import Description
 from ..lazily import cached_property
 from ..solvers.graph import Graph, Links
@@ -23,6 +23,7 @@ from ..structure.parts import Grid, Matrix, Parts, RightHandSideParameters, Row,
 from ..structure.topology import Group, Index, Topology
 from ..structure.tree import JointTree
 from ..structure.varying import Varying
+from .batch_numbers import FEW, MEDIUM, BatchNumbers, Met
 from .block import Block
 from .chunks import large_masks
 from .condensation import Chain, Condensation
@@ -68,8 +69,13 @@ class Unloaded:
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
-        self._plain = not (frame.shape or cut) and frame.absent is None and method in (None, BROADCAST)
-        self._forest: bool = self._plain and (forest(frame) if linked is None else linked._forest)
+        short = not frame.shape or 1 < self.grid.sizes[-1] <= MEDIUM
+        self._plain = short and not cut and frame.absent is None and method in (None, BROADCAST)
+        self._met = self._alike() if self._plain and frame.shape else Met()
+        if frame.shape:  # numbers of batches are gathered only if a program is likely
+            self._plain = self._plain and self._met.count > FEW and not self._met.without
+        joined = bool(frame.joints or frame.ties)
+        self._forest: bool = self._plain and (not joined or (forest(frame) if linked is None else linked._forest))
         if not self._forest:
             self.tree  # noqa: B018  # raises an error now if constraints contradict each other
 
@@ -82,26 +88,42 @@ class Unloaded:
         return JointTree.by(self.topology, self.rhs_parameters, self.links.connections)
 
     @cached_property
-    def entry(self) -> EntryNumbers | None:
-        """The numbers of a frame with a single batch entry; None for a batch, and for a large frame."""
-        if not self._plain:
+    def numbers(self) -> EntryNumbers | BatchNumbers | None:
+        """The numbers of a frame with a single batch entry or a short batch; None for others, and for a large frame."""
+        if not self._plain or (self.frame.shape and not self._forest):
             return None
         frame = self.frame
         coupled = sum(map(len, frame.supports.values())) + 6 * (len(frame.joints) + len(frame.ties))
         if 6 * len(self.topology.number) - coupled > LARGE:
             return None
+        if frame.shape:
+            return BatchNumbers(self.topology, self.grid, self._met)
         return EntryNumbers(self.topology, self._stacks, self._links)
+
+    def _alike(self) -> Met:
+        """How often batches like this one were met, this time included."""
+        frame, ends = self.frame, self.topology.ends
+        counts = len(self.topology.number), len(frame.joints), len(frame.ties), len(frame.supports)
+        met: Met = PROGRAMS.found(("met", self.grid.shape, ends.tobytes(), counts, (*frame.loads,)), Met, ends.size)
+        met.count += 1
+        return met
+
+    @property
+    def known_entry(self) -> EntryNumbers | None:
+        """The numbers of a frame with a single batch entry, if they are known already; else None."""
+        known: object = vars(self).get("numbers")
+        return known if isinstance(known, EntryNumbers) else None
 
     @property
     def known_stacks(self) -> list[NDArray[Any]] | None:
         """Stiffness matrices of the members of a frame with a single batch entry, if computed already; else None."""
-        known: EntryNumbers | None = vars(self).get("entry")
+        known = self.known_entry
         return self._stacks if known is None else known.stacks
 
     @property
     def known_links(self) -> EntryLinks | None:
         """Numbers of the joints, ties and supports of a frame with a single batch entry, if known; else None."""
-        known: EntryNumbers | None = vars(self).get("entry")
+        known = self.known_entry
         return self._links if known is None else known.links
 
     @cached_property

@@ -264,9 +264,10 @@ def determinate_contact(
         cause motions that vary over much of a long batch; for a single entry; and for other methods than broadcasting.
     """
     solvers = without_clearance.solver, motions.solver
-    if not all(isinstance(solver, BroadcastSolver) and solver.plan.entry is None for solver in solvers):
-        return None
     loaded, moved = without_clearance.plan, motions.plan
+    plans = [solver.plan for solver in solvers if isinstance(solver, BroadcastSolver)]
+    if len(plans) < 2 or any(plan.entry is not None and not plan.grid.shape for plan in plans):
+        return None
     count, whole = moved.grid.sizes[-1], loaded.grid.sizes[-1]
     if whole < 2 or (count > _SMALL and _SHARE * count > whole):
         return None

@@ -321,7 +321,8 @@ class NamedResults(FrameStates):
         return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
     def _all_of(self, *kinds: str) -> list[Array]:
-        one = self.determinate is None and self.plan.entry is None and self.solver.parts < 2
+        batch = bool(self.shape) or self.plan.entry is None
+        one = self.determinate is None and batch and self.solver.parts < 2
         if one and isinstance(self.solver, BroadcastSolver) and self.consistent_mechanisms is None:
             found = self._recovery.all_of(kinds)
             if found is not None:
@@ -333,7 +334,7 @@ class NamedResults(FrameStates):
             return found
         number, entry = self.plan.topology.number[node], self.plan.entry
         if entry is not None:
-            return np.array(entry.displacements[number])
+            return entry.node(number) if entry.displacements is None else np.array(entry.displacements[number])
         return self._settled(self.plan.tree.global_rows(number))
 
 

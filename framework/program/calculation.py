@@ -97,6 +97,11 @@ class Calculation:
         later = [(at, turns[k]) for at, k in enumerate(places) if k in turns]
         return cls(program, [recording.given[k] for k in places], shape, later=later, compiled=compiled)
 
+    @property
+    def needed(self) -> list[int]:
+        """Indices of those of the inputs passed to `run` that are needed, ascending."""
+        return sorted(turn for _, turn in self._later)
+
     def of(self, mask: int, shape: Shape | None = None) -> Shape:
         """Shape of a number that varies over the axes of a mask, for the batch or a part of it of another `shape`."""
         return tuple(n if mask >> axis & 1 else 1 for axis, n in enumerate(self.shape if shape is None else shape))
@@ -142,6 +147,10 @@ class Calculation:
                 out[...] = cast(Value, [*given, *self.program.constants][k])
             elif first[k] is not out:
                 out[...] = first[k]
+
+    def release(self) -> None:
+        """Drop the memory of intermediate results, which is kept for the next run."""
+        self._memory.clear()
 
     def _backend(self, axis: int, indices: slice, shape: Shape, given: list[Value], outputs: dict[int, Array]) -> None:
         outputs = {k: out for k, out in outputs.items() if k >= self.program.first}

@@ -55,6 +55,11 @@ class Term:
         """Mask of the batch axes over which it varies."""
         return self.recording.masks[self.number]
 
+    @property
+    def batch_mask(self) -> int:
+        """`mask`, as far as it counts in sums of parts."""
+        return self.recording.masks[self.number] & self.recording.axes
+
     # Most operands are terms, so that case is tested first.
 
     def __add__(self, other: Any) -> Any:
@@ -194,6 +199,8 @@ class Recording:
         Whether plain numbers become constants of the program, as in a formula; otherwise they become inputs.
     signless
         Whether values that differ in sign alone are computed once. Results are the same except for the sign of zero.
+    axes
+        Mask of the batch axes by which sums of numbers are divided into parts.
 
     Attributes
     ----------
@@ -203,8 +210,8 @@ class Recording:
         For each value the mask of the batch axes over which it varies.
     """
 
-    def __init__(self, *, fixed: bool = False, signless: bool = False) -> None:
-        self.fixed, self.signless = fixed, signless
+    def __init__(self, *, fixed: bool = False, signless: bool = False, axes: int = 0) -> None:
+        self.fixed, self.signless, self.axes = fixed, signless, axes
         self.given: list[Value | None] = []
         self.masks: list[int] = []
         # For each value: the step that computes it; for an input its index, for a constant the float.

@@ -254,14 +254,21 @@ class Group:
         some = self.part(part)
         return some.in_node_axes(some.element.mass_matrix(some.length))
 
+    def turned_springs(self) -> tuple[Array, Array, bool]:
+        """Spring stiffnesses (n, ..., springs), their deformations (n, ..., springs, 12) per unit displacement in the
+        nodes' axes, and whether the stiffness of the pieces is summed in extended precision.
+        """
+        stiffness, rows = self.element.springs(self.length)
+        return stiffness, _by_nodes(rows, *self.end_axes), stiffness[..., 0].size <= _EXTENDED
+
     def extended_stiffness(self) -> NDArray[Any]:
         """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision unless the stack is large.
 
         As a sum over springs it preserves, to the square of rounding, that a rigid motion costs no energy.
         """
-        stiffness, rows = self.element.springs(self.length)
-        kind = Extended if stiffness[..., 0].size <= _EXTENDED else np.float64
-        rotated: NDArray[Any] = _by_nodes(rows, *self.end_axes).astype(kind)
+        stiffness, deformations, precise = self.turned_springs()
+        kind = Extended if precise else np.float64
+        rotated: NDArray[Any] = deformations.astype(kind)
         weighted: NDArray[Any] = stiffness.astype(kind)[..., None] * rotated
         one, other = rotated.mT, weighted.mT
         # in extended precision products of rows are a third faster, and sum in the same order

@@ -82,7 +82,10 @@ class Grid:
 
 def mask_of(value: object) -> int:
     """Mask of the batch axes over which a number varies; an array must have all batch axes."""
-    return mask_of_shape(value.shape) if isinstance(value, np.ndarray) else 0
+    if isinstance(value, np.ndarray):
+        return mask_of_shape(value.shape)
+    # a term of a recording may tell
+    return 0 if type(value) is float else getattr(value, "batch_mask", 0)
 
 
 def mask_of_shape(shape: Shape) -> int:
@@ -176,11 +179,16 @@ def combine(terms: Iterable[tuple[Value, Value]]) -> Value:
         product = b if unit else a * b
         if is_zero(result):
             result, owned = product, not unit
-        elif owned and isinstance(result, np.ndarray) and result.shape == np.shape(product):
+        elif owned and isinstance(result, np.ndarray) and isinstance(product, np.ndarray) and _alike(result, product):
             np.add(result, product, out=result)
         else:
             result, owned = result + product, True
     return result
+
+
+def _alike(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether two arrays have the same shape and precision."""
+    return one.shape == other.shape and one.dtype == other.dtype
 
 
 def collapsed(by_source: dict[int, Parts], sources: Sequence[Value]) -> Value:

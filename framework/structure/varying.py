@@ -142,7 +142,7 @@ class Varying:
         """
         found: list[Value] = []
         for group, pieces in self.groups:
-            given = _given(group, self.grid, axis, indices)
+            given = spring_values(group, self.grid, axis, indices)
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
                     used = [array[k] for k, code in enumerate(codes) if code]
@@ -169,8 +169,8 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
 
 
-def _given(whole: Group, grid: Grid, axis: int, indices: slice) -> list[Sequence[Number]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end.
+def spring_values(whole: Group, grid: Grid, axis: int, indices: slice) -> list[Sequence[Number]]:
+    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end, of a group.
 
     They are those at some indices of a batch axis; which of them vary is the same for all indices.
     """
@@ -205,7 +205,7 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
 def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     """The patterns of the pieces, with the entries that are not zero in the whole batch."""
     axis, (first, *others) = grid.slices(_CHUNK)
-    given = _given(group, grid, axis, first)
+    given = spring_values(group, grid, axis, first)
     found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
     # Numbers that do not vary, or are known not to be zero, are not examined again.
     open_ones = [
@@ -217,7 +217,7 @@ def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
     for indices in others:
         if not open_ones:
             break
-        given = _given(group, grid, axis, indices)
+        given = spring_values(group, grid, axis, indices)
         for at, k in open_ones:
             found[at][k] |= _codes(given[at][k], len(group.pieces), grid)
         open_ones = [(at, k) for at, k in open_ones if not found[at][k].all()]

@@ -1,0 +1,374 @@
+"""The numbers of a batch whose joints close no loop, as input to the program of its topology.
+
+As `linkframe.framework.batched.one_entry` does for a single entry: the program is found by a key, which tells which
+number belongs to which joint, member or load, over which batch axes it varies, and which are zero at all entries.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..batch import ZERO, Array, aligned
+from ..structure.assembly import component_loads, member_and_mass_loads
+from ..structure.edge import GROUND, preference
+from ..structure.parts import Grid, Value, is_zero, mask_of_shape
+from ..structure.topology import Group, Topology
+from ..structure.varying import spring_values
+from .one_entry import UNITS, Head
+
+# Largest number of entries of a short batch: all that the elimination computes is computed for the whole batch at once.
+SHORT = 2**10
+# Largest number of entries of a batch that has a program.
+MEDIUM = 2**14
+# Numbers are gathered after this many solutions of batches that look alike.
+FEW = 3
+# A number that is zero at all entries, or not there.
+ABSENT = -1
+_NONE = [ABSENT] * 6
+_ONE = np.ones(1, dtype=bool)
+
+
+class Met:
+    """How often batches that look alike were planned, and whether one of them turned out to have no program."""
+
+    count = 0
+    without = False
+
+
+class Blocks:
+    """Numbers that vary over a batch, in blocks of those that belong together.
+
+    Parameters
+    ----------
+    grid
+        The batch.
+
+    Attributes
+    ----------
+    blocks
+        Arrays (..., m) with all batch axes.
+    masks
+        For each block the mask of the axes over which it varies.
+    used
+        For each block, which of its numbers are not zero at all entries, (m,).
+    starts
+        For each block, the index of its first number among all numbers.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid, self.count = grid, 0
+        self.blocks: list[NDArray[Any]] = []
+        self.masks: list[int] = []
+        self.used: list[NDArray[np.bool_]] = []
+        self.starts: list[int] = []
+
+    def put(self, array: NDArray[Any]) -> list[int]:
+        """Add a block (..., m); the index of each of its numbers, `ABSENT` where it is zero at all entries."""
+        start, found = self.count, self._put(array)
+        return [start + k if some else ABSENT for k, some in enumerate(found.tolist())]
+
+    def one(self, number: Array) -> int:
+        """Add a number (...); its index, `ABSENT` if it is zero at all entries."""
+        # most are not zero at the first entry, and need no second look
+        if number.flat[0] == 0.0 and not number.any():
+            return ABSENT
+        self._add(aligned(number[..., None], len(self.grid.shape), 1), _ONE)
+        return self.count - 1
+
+    def _put(self, array: NDArray[Any]) -> NDArray[np.bool_]:
+        whole = aligned(array, len(self.grid.shape), 1)
+        used: NDArray[np.bool_] = (whole != 0.0).reshape(-1, whole.shape[-1]).any(axis=0)
+        self._add(whole, used)
+        return used
+
+    def _add(self, block: NDArray[Any], used: NDArray[np.bool_]) -> None:
+        self.blocks.append(block)
+        self.masks.append(mask_of_shape(block.shape[:-1]))
+        self.used.append(used)
+        self.starts.append(self.count)
+        self.count += block.shape[-1]
+
+    @property
+    def pattern(self) -> Hashable:
+        """What varies over which axes, and which numbers are zero at all entries."""
+        return (*self.masks, *self.starts), np.concatenate(self.used).tobytes() if self.used else b""
+
+    def values(self, wanted: Sequence[int]) -> list[Value]:
+        """Some of the numbers by index, in order, contiguous, each of the shape over which it varies."""
+        found: list[Value] = []
+        ends = np.searchsorted(wanted, [*self.starts, self.count]).tolist()
+        for block, mask, start, a, b in zip(self.blocks, self.masks, self.starts, ends, ends[1:], strict=False):
+            if b == a:
+                continue
+            own = [k - start for k in wanted[a:b]]
+            if not mask:
+                numbers = block.reshape(-1)
+                found += [numbers[k] for k in own]
+            elif block.shape[-1] == 1:
+                found.append(np.ascontiguousarray(block[..., 0]))
+            else:
+                columns = np.ascontiguousarray(np.moveaxis(block, -1, 0))
+                found += [columns[k] for k in own]
+        return found
+
+    def table(self, wanted: Sequence[int]) -> Array:
+        """Some of the numbers by index, in order of the blocks, at each entry: (entries, n)."""
+        shape = self.grid.shape
+        out = np.empty((math.prod(shape), len(wanted)))
+        ends = np.searchsorted(wanted, [*self.starts, self.count]).tolist()
+        for block, start, a, b in zip(self.blocks, self.starts, ends, ends[1:], strict=False):
+            if b > a:
+                place = out.reshape(*shape, -1)[..., a:b]
+                place[...] = block if b - a == block.shape[-1] else block[..., [k - start for k in wanted[a:b]]]
+        return out
+
+
+class Piecewise(NamedTuple):
+    """The numbers of a group of n members: indices of the first of each block, and how many members and springs.
+
+    Attributes
+    ----------
+    stiffness, deformations
+        Stiffness of the springs (n, s), and their deformations per unit displacement of the ends (n, s, 12).
+    pieces, springs
+        The numbers n and s.
+    precise
+        Whether the stiffness of the members is summed in extended precision.
+    """
+
+    stiffness: int
+    deformations: int
+    pieces: int
+    springs: int
+    precise: bool
+
+
+class PieceNumbers(NamedTuple):
+    """The numbers of a group of members whose stiffness each entry computes for itself.
+
+    Attributes
+    ----------
+    pieces
+        For each member, the indices of stiffnesses, of deformations in local axes, and of the axes at the ends.
+    """
+
+    pieces: tuple[tuple[tuple[int, ...], ...], ...]
+
+
+class LinkNumbers(NamedTuple):
+    """The numbers of a joint, tie or support, by index.
+
+    Attributes
+    ----------
+    springs, pitch, offsets
+        Six springs, the pitch over 2 pi, six offsets.
+    axes
+        Nine components of the axes; None if these are the global ones.
+    arm
+        Three components of the arm of a rigid link; None for others.
+    """
+
+    springs: list[int]
+    pitch: int
+    offsets: list[int]
+    axes: list[int] | None = None
+    arm: list[int] | None = None
+
+
+class BatchNumbers(Blocks):
+    """The numbers of a batch, without its loads.
+
+    Parameters
+    ----------
+    topology
+        Its nodes and members.
+    grid
+        The batch.
+    met
+        How often batches like this one were solved.
+
+    Attributes
+    ----------
+    links
+        Joints, ties and supports in turn.
+    order
+        Indices of these in order of preference for the joint tree.
+    turns
+        Indices of the components of the axes of bodies, by name.
+    units
+        Those of the numbers of axes, arms and deformations that are 0, 1 or -1 at all entries, and so are part of the
+        program.
+    members
+        The groups of members.
+    key
+        What each number belongs to, over which axes it varies, and which are zero.
+    former
+        The program that was last run on these numbers, and the results of its first part.
+    """
+
+    def __init__(self, topology: Topology, grid: Grid, met: Met) -> None:
+        super().__init__(grid)
+        self.topology, self.met = topology, met
+        self.links: list[LinkNumbers] = []
+        self.units: dict[int, float] = {}
+        heads = [*self._joints(), *self._ties(), *self._supports()]
+        self.order = preference([ends for _, ends, _ in heads], [strength for _, _, strength in heads])
+        self.turns: dict[str, list[int]] = {}
+        for body in topology.bodies:
+            if body is not None and body not in self.turns:
+                self.turns[body] = self._turned(topology.frame.bodies[body].axes)
+        places = {body: k for k, body in enumerate(self.turns)}
+        own = self._springs if self.short else self._pieces
+        self.members: list[Piecewise | PieceNumbers] = [own(group) for group in topology.groups]
+        self.former: tuple[Any, Any] | None = None
+        self.key: Hashable = (
+            grid.shape,
+            self.pattern,
+            tuple([(head, ends) for head, ends, _ in heads]),
+            (*self.order,),
+            tuple([None if body is None else places[body] for body in topology.bodies]),
+            (*self.units.items(),),
+            tuple([(group.dofs.tobytes(), found) for group, found in zip(topology.groups, self.members, strict=True)]),
+        )
+
+    @property
+    def short(self) -> bool:
+        """Whether the batch is short; other batches are solved in double precision, if their members vary."""
+        return self.grid.sizes[-1] <= SHORT
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields to pickle: without the last program, which another process records itself."""
+        return vars(self) | {"former": None}
+
+    @property
+    def wide(self) -> list[bool]:
+        """For each number, whether it is converted to extended precision."""
+        found = [False] * self.count
+        for each in self.members:
+            if isinstance(each, Piecewise) and each.precise:
+                stop = each.deformations + 12 * each.pieces * each.springs
+                found[each.stiffness : stop] = [True] * (stop - each.stiffness)
+        return found
+
+    def _joints(self) -> list[Head]:
+        frame, number, heads = self.topology.frame, self.topology.number, list[Head]()
+        for name, link in frame.joints.items():
+            element, offsets = link.element, frame.offsets.get(name, {})
+            stiffness = element.stiffness
+            infinite = np.isinf(stiffness)
+            ideal: tuple[int, ...] = ()
+            if infinite.any():
+                ideal = tuple(np.flatnonzero(infinite.reshape(-1, 6)[0]).tolist())
+                stiffness = np.where(infinite, 0.0, stiffness)
+            axes = None if element.axes is None else self._turned(element.axes)
+            springs, pitch = self.put(stiffness), self.one(element.pitch / (2.0 * np.pi))
+            self.links.append(LinkNumbers(springs, pitch, self._six(offsets), axes))
+            strength = len(ideal), float(stiffness.max())
+            heads.append((("joint", ideal, axes is None), (number[link.first], number[link.second]), strength))
+        return heads
+
+    def _ties(self) -> list[Head]:
+        frame, number, heads = self.topology.frame, self.topology.number, list[Head]()
+        for tie in frame.ties:
+            arm = None
+            if tie.rigid:
+                arm = self._turned(frame.position(tie.slave) - frame.position(tie.master))
+            self.links.append(LinkNumbers(_NONE, ABSENT, _NONE, arm=arm))
+            ends = number[tie.master], number[tie.slave]
+            heads.append((("tie", tie.components, tie.rigid), ends, (len(tie.components), 0.0)))
+        return heads
+
+    def _supports(self) -> list[Head]:
+        frame, number, heads = self.topology.frame, self.topology.number, list[Head]()
+        for node, constrained in frame.supports.items():
+            self.links.append(LinkNumbers(_NONE, ABSENT, self._six(constrained)))
+            ideal = (*sorted(constrained),)
+            heads.append((("support", ideal), (GROUND, number[node]), (len(ideal), 0.0)))
+        return heads
+
+    def _six(self, given: Mapping[int, Array]) -> list[int]:
+        return [self.one(given[k]) if k in given and given[k] is not ZERO else ABSENT for k in range(6)]
+
+    def _turned(self, array: Array) -> list[int]:
+        """Add axes (..., 3, 3) or an arm (..., 3), whose numbers 0, 1 and -1 are part of the program."""
+        trailing = 2 if array.shape[-2:] == (3, 3) else 1
+        start = self.count
+        found = self.put(array.reshape(*array.shape[:-trailing], -1))
+        if not self.masks[-1]:
+            numbers = self.blocks[-1].reshape(-1).tolist()
+            self.units.update({k: x for k, x in enumerate(numbers, start) if x in UNITS})
+        return found
+
+    def _pieces(self, group: Group) -> PieceNumbers:
+        each = spring_values(group, self.grid, 0, slice(None))
+        found = [[self._each(number, len(group.pieces)) for number in numbers] for numbers in each]
+        pieces = [tuple([tuple([k[n] for k in numbers]) for numbers in found]) for n in range(len(group.pieces))]
+        return PieceNumbers(tuple(pieces))
+
+    def _each(self, number: Array | float, pieces: int) -> list[int]:
+        """Add a number of each of some members; its indices."""
+        if isinstance(number, np.ndarray):
+            return [self.one(each) for each in number]
+        if number == 0.0:
+            return [ABSENT] * pieces
+        place = self.one(np.asarray(number))
+        if number in UNITS:
+            self.units[place] = number
+        return [place] * pieces
+
+    def _springs(self, group: Group) -> Piecewise:
+        stiffness, rows, precise = group.turned_springs()
+        count, springs = len(group.pieces), stiffness.shape[-1]
+        starts = []
+        for array, trailing in ((stiffness, 1), (rows, 2)):
+            starts.append(self.count)
+            last = np.moveaxis(np.broadcast_to(array, (count, *array.shape[1:])), 0, -1 - trailing)
+            self.put(last.reshape(*last.shape[: -1 - trailing], -1))
+        # a factor that varies must not be left out of a product that varies over fewer axes without it
+        if not self.masks[-1] & ~self.masks[-2]:
+            units = _units(self.blocks[-1])
+            self.units.update({starts[1] + k: float(units[k]) for k in np.flatnonzero(units).tolist()})
+        return Piecewise(starts[0], starts[1], count, springs, precise)
+
+
+def _units(block: Array) -> Array:
+    """Which numbers of a block (..., m) are 1 or -1 at all entries, (m,); 0 for the others."""
+    rows = block.reshape(-1, block.shape[-1])
+    first: Array = np.where(np.abs(rows[0]) == 1.0, rows[0], 0.0)
+    at = np.flatnonzero(first)
+    first[at] *= (rows[:, at] == first[at]).all(axis=0)
+    return first
+
+
+class BatchLoads(Blocks):
+    """The loads on a batch.
+
+    Parameters
+    ----------
+    topology
+        Its nodes and members, and the loads on them.
+    grid
+        The batch.
+
+    Attributes
+    ----------
+    nodal
+        Node, component and index of each load at a node that is not zero at all entries.
+    shares
+        DOF and index of the equivalent nodal loads of members, and of the weights of masses.
+    key
+        Nodes, components and DOFs of the loads, and over which axes they vary.
+    """
+
+    def __init__(self, topology: Topology, grid: Grid) -> None:
+        super().__init__(grid)
+        each = [(node, k, self.one(value)) for node, k, value in component_loads(topology)]
+        self.nodal = [(node, k, place) for node, k, place in each if place != ABSENT]
+        found = member_and_mass_loads(topology, grid)
+        self.shares = [(dof, self.one(np.asarray(share))) for dof, share in found if not is_zero(share)]
+        self.key: Hashable = self.pattern, (*self.nodal,), (*self.shares,)

@@ -1,0 +1,339 @@
+"""Recording of the solution of a batch, once for all batches of its topology and shape.
+
+As for a single entry, joint tree, elimination, substitution and the displacements of all nodes are computed with terms
+instead of numbers. The terms vary over the same batch axes as the numbers, so that operations and their order are those
+without recording. Joints that close loops are left out: which of them belong to the tree depends on the numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import accumulate
+
+import numpy as np
+
+from ..cache import PROGRAMS
+from ..program.recording import Recording, Term
+from ..solvers.method import BROADCAST
+from ..structure.edge import Edge
+from ..structure.forest import spanning
+from ..structure.parts import (
+    ONE,
+    Matrix,
+    RightHandSideParameters,
+    Row,
+    Value,
+    add,
+    enter_all,
+    is_zero,
+    mask_of,
+    product,
+)
+from ..structure.tree import JointTree, Matrix3, edges_of
+from ..structure.varying import Entry, Varying
+from . import entry_machine
+from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, Blocks, PieceNumbers, Piecewise
+from .batch_program import BatchProgram
+from .block import Block
+from .chunks import large_masks
+from .entry_program import EntrySolution, Way, values_of
+from .entry_recording import TermTree, Writable, square
+from .medium_program import MediumProgram
+from .partial_factorisation import PartialFactorisation
+from .replay import MOST, operations
+from .stage import Forces, Stage
+from .step_layout import StepLayout
+
+# The program is recorded after this many solutions of a topology and shape, since recording takes as long as some six
+# of them; it is compiled to machine code after _OFTEN, which takes ten times as long.
+_FEW, _OFTEN = 3, 20
+# Largest number of results, for all entries together, that a program for a medium batch computes at once.
+_ROOM = 2**22
+
+
+class _Alike:
+    """Batches of one topology and shape in the cache: how often they were solved, and their program."""
+
+    def __init__(self) -> None:
+        self.met = 0
+        self.program: BatchProgram | MediumProgram | None = None
+        self.without = False
+
+    def solution(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
+        """The solution by the program; None where there is none, or a pivot is close to rounding."""
+        self.met += 1
+        if self.met == 1:
+            # what is known without recording, so that the next ones need not gather their numbers
+            numbers.met.without = not _suits(plan, numbers)
+        if self.met <= _FEW or self.without:
+            return None
+        if self.program is None:
+            self.program = _written(plan, numbers, loads)
+            self.without = numbers.met.without = self.program is None
+        return None if self.program is None else self.program.run(numbers, loads, self.way)
+
+    @property
+    def way(self) -> Way:
+        """How to run the steps: code that takes longer to compile is made for topologies that are solved more often."""
+        return Way.MACHINE if self.met > _OFTEN and entry_machine.available() else Way.STEPS
+
+
+def solved(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
+    """The solution of a batch by the program of its topology and shape.
+
+    Parameters
+    ----------
+    plan
+        The plan of the frame.
+    numbers
+        The numbers of the frame.
+    loads
+        The loads on the frame.
+
+    Returns
+    -------
+    EntrySolution or None
+        The solution; None where the topology was solved a few times only, has no program, or a pivot is close to
+        rounding at some entry: then the frame is to be solved without a program.
+    """
+    weight = 80 * len(numbers.topology.number) ** 2
+    alike: _Alike = PROGRAMS.found(("batch", numbers.key, loads.key, plan.asked), _Alike, weight)
+    return alike.solution(plan, numbers, loads)
+
+
+class _BatchWriter:
+    """A batch whose numbers are terms of a recording.
+
+    Attributes
+    ----------
+    later
+        Mask of what depends on the loads, beyond those of the batch axes; 0 where that is not told apart.
+    parameters
+        For each right-hand-side parameter but the first: whether it is a load, and its index.
+    """
+
+    def __init__(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> None:
+        self.plan, self.numbers, self.loads = plan, numbers, loads
+        grid = numbers.grid
+        self.later = len(grid.sizes) if numbers.short else 0
+        self.recording = Recording(axes=len(grid.sizes) - 1)
+        self._given = self._terms(numbers, 0)
+        self._pushes = self._terms(loads, self.later)
+        self.rhs_parameters = RightHandSideParameters(grid, plan.rhs_parameters.geometry)
+        self.parameters: list[tuple[bool, int]] = []
+        self._used = np.concatenate(numbers.used)
+        self.tree = self._tree()
+
+    def _terms(self, numbers: Blocks, mask: int) -> list[Value]:
+        return [
+            term
+            for block, own in zip(numbers.blocks, numbers.masks, strict=True)
+            for term in self.recording.later_ones(own | mask, block.shape[-1])
+        ]
+
+    def _numbers(self, places: Sequence[int]) -> list[Value]:
+        """Terms of numbers by index; those that are zero, or part of the program, themselves."""
+        return [0.0 if k == ABSENT else self.numbers.units.get(k, self._given[k]) for k in places]
+
+    def _row(self, place: int, *, load: bool) -> Row:
+        """A load or an offset as a row over the right-hand-side parameters, to which it is added if need be."""
+        if place == ABSENT:
+            return {}
+        term = self._pushes[place] if load else self._given[place]
+        if not mask_of(term) & ~self.rhs_parameters.geometry:
+            return {ONE: term}
+        self.rhs_parameters.values.append(term)
+        self.parameters.append((load, place))
+        return {-len(self.rhs_parameters.values): 1.0}
+
+    def _tree(self) -> JointTree:
+        numbers, topology = self.numbers, self.plan.topology
+        edges = edges_of(topology, RightHandSideParameters(numbers.grid, self.rhs_parameters.geometry))
+        given = [self._edge(edge, k) for k, edge in enumerate(edges)]
+        links = numbers.links
+        axes: dict[int, Matrix3] = {
+            k: square(self._numbers(link.axes)) for k, link in enumerate(links) if link.axes is not None
+        }
+        bodies: dict[str | None, Matrix3] = {None: None}
+        bodies |= {body: square(self._numbers(places)) for body, places in numbers.turns.items()}
+        tree = TermTree(
+            topology,
+            numbers.grid,
+            self.rhs_parameters,
+            given,
+            turns=tuple(bodies[body] for body in topology.bodies),
+            edge_axes=axes,
+            arms={k: self._numbers(link.arm) for k, link in enumerate(links) if link.arm is not None},
+            places={edge: k for k, edge in enumerate(given)},
+        )
+        tree.grow(*spanning([given[k] for k in numbers.order]))
+        return tree
+
+    def _edge(self, edge: Edge, place: int) -> Edge:
+        """An edge with terms in place of its numbers."""
+        link = self.numbers.links[place]
+        (pitch,) = self._numbers([link.pitch])
+        offset = tuple(self._row(k, load=False) for k in link.offsets)
+        return replace(edge, stiffness=tuple(self._numbers(link.springs)), pitch=pitch, offset=offset)
+
+    @property
+    def matrix(self) -> Matrix | None:
+        """Stiffness of the members, summed in the same order as without recording.
+
+        None where the numbers of this batch make another entry zero than those that lack all terms.
+        """
+        matrix: Matrix = {}
+        for entry in self.plan.varying.entries:
+            i, j = entry.at
+            matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
+        for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True):
+            if isinstance(numbers, PieceNumbers):
+                continue
+            stack = group.extended_stiffness()
+            used = np.triu((stack != 0.0).any(axis=tuple(range(1, stack.ndim - 2))))
+            found = {(p, *at): value for p in range(numbers.pieces) for at, value in self._sums(numbers, p).items()}
+            places = [*zip(*(each.tolist() for each in np.nonzero(used)), strict=True)]
+            if places != [*found]:
+                return None
+            dofs = group.dofs.tolist()
+            rows, columns = ([dofs[at[0]][at[end]] for at in places] for end in (1, 2))
+            enter_all(matrix, rows, columns, found.values())
+        return matrix
+
+    def varying(self, varying: Varying) -> Iterator[tuple[Entry, Value]]:
+        """Entries of the stiffness of members that each batch entry computes for itself, and their values."""
+        groups = zip(self.plan.topology.groups, self.numbers.members, strict=True)
+        own = {
+            piece: places
+            for group, found in groups
+            if isinstance(found, PieceNumbers)
+            for piece, places in zip(group.pieces.tolist(), found.pieces, strict=True)
+        }
+        pieces = [piece for group, _ in varying.groups for piece in group.pieces.tolist()]
+        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT]
+        return varying.values(self._numbers(used))
+
+    def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
+        """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
+        springs = range(piece * numbers.springs, (piece + 1) * numbers.springs)
+        stiffness = [self._member(numbers.stiffness + k) for k in springs]
+        rows = [[self._member(numbers.deformations + 12 * k + a) for a in range(12)] for k in springs]
+        weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
+        found: dict[tuple[int, int], Value] = {}
+        for a in range(12):
+            for b in range(a, 12):
+                for row, other in zip(rows, weighted, strict=True):
+                    if not (is_zero(row[a]) or is_zero(other[b])):
+                        term = row[a] * other[b]
+                        found[a, b] = found[a, b] + term if (a, b) in found else term
+        return found
+
+    def _member(self, k: int) -> Value:
+        return self.numbers.units.get(k, self._given[k]) if self._used[k] else 0.0
+
+    @property
+    def forces(self) -> Forces:
+        """Loads in the nodes' axes, summed in the same order as without recording."""
+        forces: Forces = {}
+
+        def put(dof: int, source: int, value: Value) -> None:
+            if not is_zero(value):
+                add(forces.setdefault(dof, {}).setdefault(source, {}), mask_of(value), value)
+
+        for node, k, place in self.loads.nodal:
+            turn = self.tree.turn(node)
+            for key, factor in self._row(place, load=True).items():
+                if turn is None:
+                    put(6 * node + k, -1 - key, factor)
+                    continue
+                for c in range(3):
+                    put(6 * node + 3 * (k // 3) + c, -1 - key, product(turn[k % 3][c], factor))
+        for dof, place in self.loads.shares:
+            put(dof, 0, self._pushes[place])
+        return forces
+
+
+def _suits(plan: Writable, numbers: BatchNumbers) -> bool:
+    """Whether a batch may have a program: by its method, and if it is a medium one, as all of its members vary."""
+    if plan.method.name != BROADCAST or plan.chains:
+        return False
+    return numbers.short or len(plan.varying.groups) == len(plan.topology.groups)
+
+
+def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchProgram | MediumProgram | None:
+    """The program of a batch.
+
+    None where there can be none: for another method, chains, several separate parts, too many operations, a mechanism,
+    or a medium batch with too many results or with members that do not vary.
+    """
+    if not _suits(plan, numbers):
+        return None
+    writer = _BatchWriter(plan, numbers, loads)
+    matrix = writer.matrix
+    if matrix is None:
+        return None
+    with np.errstate(all="ignore"):
+        written = plan.written(writer.tree, matrix, writer.forces)
+        if len({int(plan.connected_components[name // 6]) for name in written.excited}) > 1:
+            return None  # separate parts are each solved when their results are read
+        blocks = {name: written.block(name) for name in sorted(written.excited)}
+        if sum(operations(block.orders) for block in blocks.values()) > MOST:
+            return None
+        if not numbers.short and not all(block.varying for block in blocks.values()):
+            return None
+        known: dict[int, Value] = {}
+        least: dict[int, Value] = {}
+        for name, block in blocks.items():
+            done, least[name] = _eliminated(block, writer)
+            own = [k for k, other in written.component.items() if other == name]
+            known.update(zip(own, done.values([{k: 1.0} for k in own]), strict=True))
+        parameters = writer.rhs_parameters.values
+        nodes: list[Value] = []
+        for node in range(len(plan.topology.number)):
+            rows = written.tree.global_rows(node)
+            nodes += values_of(rows, written.component, written.excited, known, parameters)
+    asked = [*nodes, *known.values(), *least.values()]
+    if any(not isinstance(value, Term) and np.isnan(value) for value in asked):
+        return None  # a pivot is zero whatever the numbers: the frame is a mechanism
+    if not numbers.short:
+        if (len(nodes) + len(known)) * numbers.grid.sizes[-1] > _ROOM:
+            return None
+        parts = writer.recording, nodes, known, [*least.values()], tuple(writer.parameters)
+        return MediumProgram(*parts, written.component, frozenset(written.excited), plan.method)
+    program = StepLayout(writer.recording, asked, numbers.wide, loads.count, writer.later)
+    a, b = accumulate((len(nodes), len(known)))
+    return BatchProgram(
+        given=program.given,
+        wide=tuple(numbers.wide[k] for k in program.given),
+        constants=program.constants,
+        shared=program.shared,
+        loads=program.loads,
+        loaded=program.loaded,
+        nodes=tuple(program.outputs[:a]),
+        unknowns=dict(zip(known, program.outputs[a:b], strict=True)),
+        least=tuple(program.outputs[b:]),
+        parameters=tuple(writer.parameters),
+        component=written.component,
+        excited=frozenset(written.excited),
+        method=plan.method,
+    )
+
+
+def _eliminated(block: Block, writer: _BatchWriter) -> tuple[PartialFactorisation, Value]:
+    """The elimination of a component, and its least pivot ratio."""
+    large = large_masks(block.grid)
+    stage = Stage(block.matrix, block.forces, block.scale)
+    linked = block.rows, block.springs, block.rhs_parameters
+    shared = PartialFactorisation.begun(block.orders, stage, *linked, block.masks, [not each for each in large])
+    if block.varying is None:
+        return shared, shared.least
+    # what a batch leaves to its chunks, of which a medium one has a single one
+    progress = shared.anew(lambda value: value)
+    for entry, value in writer.varying(block.varying):
+        progress.inner.put(*entry.at, entry.mask, value)
+    progress.factorise(large, given=False)
+    progress.forget()
+    progress.load(large)
+    least = shared.least if shared.pivot_ratios else np.inf
+    return progress, progress.least if isinstance(least, float) else np.minimum(least, progress.least)

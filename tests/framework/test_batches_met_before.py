@@ -1,0 +1,288 @@
+"""Batches of a topology and shape that was met before have the results that they have without a program."""
+
+from __future__ import annotations
+
+import pickle
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame, MechanismWarning, Solution
+from linkframe.framework.batched import batch_recording, entry_machine, unloaded
+from linkframe.framework.batched.batch_numbers import BatchNumbers
+from linkframe.framework.batched.entry_program import Way
+from linkframe.framework.cache import PROGRAMS
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+# Solutions of a topology after which its program surely is there.
+MET = 9
+SEVEN = (7,)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_known() -> Iterator[None]:
+    PROGRAMS.clear()
+    yield
+    PROGRAMS.clear()
+
+
+@pytest.fixture(params=[Way.STEPS, Way.MACHINE])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Way:
+    """Both ways to run a program."""
+    found: Way = request.param
+    if found is Way.MACHINE and not entry_machine.available():
+        pytest.skip("no LLVM, or no extended precision of 80 bits")
+    monkeypatch.setattr(batch_recording, "_OFTEN", 0 if found is Way.MACHINE else 10**9)
+    return found
+
+
+def steel(rng: np.random.Generator, *shape: int) -> Beam:
+    """A bar of a modulus for each entry."""
+    return Beam(Rectangle(y=0.0127, z=0.00635), Material(E=rng.uniform(1.9e11, 2.1e11, shape), nu=0.3, density=7850.0))
+
+
+def linked(seed: int, poses: tuple[int, ...] = SEVEN, samples: tuple[int, ...] = SEVEN) -> Frame:
+    """Crank, coupler and rocker on bodies: places vary with the pose; beams, joints, offsets, loads with the sample."""
+    rng = np.random.default_rng(seed)
+    frame, angle = Frame(), rng.uniform(0.1, 1.4, poses)
+    turned = Rotation.from_rotvec(np.multiply.outer(angle.reshape(-1), [0.0, 0.0, 1.0])).as_matrix()
+    frame.body("crank", axes=turned.reshape(*poses, 3, 3))
+    frame.node("A", (0.0, 0.0, 0.0), body="crank")
+    frame.node("B", (0.1, 0.0, 0.0), body="crank")
+    x, y = 0.1 * np.cos(angle), 0.1 * np.sin(angle)
+    for name, places in {"B'": (x, y), "P": (x + 0.1, y + 0.01), "D": (x + 0.2, y), "D'": (x + 0.2, y)}.items():
+        frame.node(name, np.stack([*places, np.zeros(poses)], axis=-1))
+    frame.node("E'", (0.2, 0.0, 0.0))
+    frame.node("E", (0.2, 0.0, 0.0))
+    for start, end in (("A", "B"), ("B'", "P"), ("P", "D"), ("D'", "E'")):
+        frame.add(start + end, steel(rng, *samples), start, end)
+    for name, start, end in (("b", "B", "B'"), ("d", "D", "D'"), ("e", "E'", "E")):
+        springs = rng.uniform(1e8, 2e11, (*samples, 6)) * (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+        frame.add(name, Joint(stiffness=springs), start, end)
+        frame.offset(name, ux=rng.normal(size=samples) * 1e-4)
+    frame.fix("A")
+    frame.fix("E")
+    frame.load("P", fx=3.0, fy=rng.normal(size=samples), fz=rng.normal(size=samples))
+    return frame
+
+
+def all_kinds(seed: int) -> Frame:
+    """Turned joints, a screw, ideal components, a rigid link, prescribed displacements, loads on members and weight."""
+    rng = np.random.default_rng(seed)
+    frame = Frame()
+    frame.body("arm", rng.normal(size=3), Rotation.random(7, rng=rng).as_matrix())
+    frame.node("a", rng.normal(size=3), body="arm")
+    frame.node("b", rng.normal(size=3), body="arm")
+    frame.node("c", frame.position("b"))
+    frame.node("d", rng.normal(size=(7, 3)))
+    frame.node("e", frame.position("d"))
+    frame.node("f", rng.normal(size=3))
+    frame.node("g", rng.normal(size=3))
+    frame.add("ab", steel(rng), "a", "b")
+    frame.add("cd", steel(rng, 7), "c", "d")
+    frame.add("ef", steel(rng, 7), "e", "f")
+    axes = Rotation.random(rng=rng).as_matrix()
+    frame.add("bc", Joint(stiffness=rng.uniform(1e5, 1e9, (7, 6)), axes=axes, pitch=rng.uniform(0.01, 0.1)), "b", "c")
+    frame.add("de", Joint(stiffness=(np.inf, np.inf, 1e9, np.inf, 1e6, rng.uniform(1.0, 100.0))), "d", "e")
+    frame.rigid("f", "g")
+    frame.fix("a")
+    frame.prescribe("a", rz=rng.uniform(0.0, 1e-3, 7))
+    frame.offset("bc", ux=rng.uniform(0.0, 1e-3, 7), rz=rng.uniform(0.0, 1e-3))
+    frame.load("g", **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), rng.normal(size=(6, 7)), strict=True)))
+    frame.load("b", fy=rng.normal(), mz=rng.normal(size=7))
+    frame.point_load("ef", at=0.1, fx=rng.normal(), fy=rng.normal(size=7), mx=rng.normal())
+    frame.gravity(rng.normal(size=3))
+    return frame
+
+
+def fixed_place(seed: int) -> Frame:
+    """What varies is not the place: loads and offsets are right-hand-side parameters of their own."""
+    return linked(seed, poses=())
+
+
+def over_two_axes(seed: int) -> Frame:
+    """Poses and samples."""
+    return linked(seed, poses=(4, 1), samples=(5,))
+
+
+def medium(seed: int) -> Frame:
+    """So many entries that each computes the stiffness of its members for itself, in double precision."""
+    return linked(seed, poses=(1100,), samples=(1100,))
+
+
+KINDS: dict[str, Callable[[int], Frame]] = {
+    "linked": linked,
+    "all kinds": all_kinds,
+    "fixed place": fixed_place,
+    "two axes": over_two_axes,
+    "medium": medium,
+}
+
+
+def everything(solution: Solution) -> dict[str, Array]:
+    """Results by name."""
+    frame = solution.frame
+    found = {f"displacement of {name}": solution.displacement(name) for name in frame.nodes}
+    found |= {f"reaction of {name}": solution.reaction(name) for name in frame.supports}
+    found |= {f"ends of {name}": solution.end_forces(name) for name in frame.members}
+    found |= {f"joint {name}": solution.joint_displacement(name) for name in frame.joints}
+    found |= {f"force of {name}": solution.joint_force(name) for name in frame.joints}
+    found |= {"all": solution.displacements(), "distance": solution.distance_to_singularity()}
+    return found | {"bound": solution.error_bound(list(frame.nodes)[2]), "state": np.asarray(solution.state)}
+
+
+def without(frame: Frame) -> Solution:
+    """The solution without a program."""
+    PROGRAMS.clear()
+    return frame.copy().solve()
+
+
+def met(describe: Callable[[], Frame]) -> None:
+    """Solve frames of a topology until its program is there."""
+    for _ in range(MET):
+        frame = describe()
+        frame.solve().displacement(next(iter(frame.nodes)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_later_batches_are_as_the_first(kind: str, way: Way) -> None:
+    wanted = everything(without(KINDS[kind](9)))
+    met(lambda: KINDS[kind](3))
+    solution = KINDS[kind](9).solve()
+    found = everything(solution)
+    assert solution.plan.entry is not None
+    assert solution.plan.entry.way is way
+    assert found.keys() == wanted.keys()
+    for name, value in found.items():
+        np.testing.assert_array_equal(value, wanted[name], err_msg=name)
+
+
+def test_a_batch_has_the_bits_of_its_entries(way: Way) -> None:
+    rng = np.random.default_rng(1)
+    modulus, length, force = rng.uniform(1.0, 2.0, (3, 40)) * [[2e11], [1.0], [10.0]]
+
+    def bent(k: Any) -> Array:
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", np.stack([length[k], 0.5 * length[k], 0.0 * length[k]], axis=-1))
+        frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=modulus[k], nu=0.3)), "A", "B")
+        frame.fix("A")
+        frame.load("B", fx=-0.5 * force[k], fy=force[k])
+        return frame.solve("broadcast").displacement("B")
+
+    for _ in range(MET):
+        found = bent(slice(None))
+    PROGRAMS.clear()
+    np.testing.assert_array_equal(found, [bent(k) for k in range(40)])
+
+
+def test_cantilevers_bend_by_the_closed_form(way: Way) -> None:
+    """``F L^3 / 3 E I`` and ``F L^2 / 2 E I`` (Roark's Formulas, 7th ed., table 8.1, 1a)."""
+    rng = np.random.default_rng(2)
+    for _ in range(MET):
+        modulus, length, force = rng.uniform(1.0, 2.0, (3, 50)) * [[2e11], [1.0], [10.0]]
+        frame, zero = Frame(), np.zeros(50)
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", np.stack([length, zero, zero], axis=-1))
+        frame.add("AB", Beam(Rectangle(y=0.02, z=0.01), Material(E=modulus, nu=0.3)), "A", "B")
+        frame.fix("A")
+        frame.load("B", fy=force)
+        solution = frame.solve("broadcast")
+        found = solution.displacement("B")
+    assert solution.plan.entry is not None
+    stiff = modulus * 0.01 * 0.02**3 / 12.0
+    np.testing.assert_allclose(found[:, 1], force * length**3 / (3.0 * stiff), rtol=1e-13)
+    np.testing.assert_allclose(found[:, 5], force * length**2 / (2.0 * stiff), rtol=1e-13)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_load_on_the_same_batch(kind: str, way: Way) -> None:
+    met(lambda: KINDS[kind](3))
+    frame = KINDS[kind](4)
+    frame.solve().displacement("b" if kind == "all kinds" else "P")
+    node = "g" if kind == "all kinds" else "P"
+    frame.set_load(node, fx=2.0, fy=np.linspace(1.0, 2.0, frame.shape[-1]), fz=np.linspace(0.0, 2.0, frame.shape[-1]))
+    for _ in range(MET):
+        solution = frame.solve()
+        found = solution.displacement(node), solution.reaction("a" if kind == "all kinds" else "A")
+    assert solution.plan.entry is not None
+    other = without(frame)
+    np.testing.assert_array_equal(found[0], other.displacement(node))
+    np.testing.assert_array_equal(found[1], other.reaction("a" if kind == "all kinds" else "A"))
+
+
+def test_solutions_travel(way: Way) -> None:
+    met(lambda: linked(1))
+    solution = linked(2).solve()
+    wanted = solution.displacement("P")
+    twin = pickle.loads(pickle.dumps(solution))
+    np.testing.assert_array_equal(twin.displacement("P"), wanted)
+    np.testing.assert_array_equal(twin.displacement("D"), solution.displacement("D"))
+    np.testing.assert_array_equal(twin.reaction("A"), solution.reaction("A"))
+
+
+def test_a_mechanism_among_the_entries_is_told(way: Way) -> None:
+    met(lambda: linked(1))
+    frame = linked(2)
+    springs = np.full((7, 6), 2e11) * (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+    springs[3, :2] = 0.0
+    frame.change("b", Joint(stiffness=springs))
+    with pytest.warns(MechanismWarning, match="1 of 7 batch entries"):
+        found = frame.solve().displacement("P")
+    assert np.isnan(found[3]).any()
+    assert np.isfinite(np.delete(found, 3, axis=0)).all()
+
+
+def test_joints_that_close_a_loop_have_no_program(way: Way) -> None:
+    def closed(seed: int) -> Frame:
+        frame = linked(seed)
+        frame.add("second", Joint(stiffness=np.linspace(1e6, 1e9, 7)[:, None] * np.ones(6)), "B", "B'")
+        return frame
+
+    met(lambda: closed(1))
+    solution = closed(2).solve()
+    np.testing.assert_array_equal(solution.displacement("P"), without(closed(2)).displacement("P"))
+    assert solution.plan.entry is None
+
+
+@pytest.mark.parametrize("samples", [(7,), (1100,)])
+def test_what_suits_no_program_is_looked_at_once(samples: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Members alone under loads that vary, which are solved in bands."""
+    made = 0
+    gathered = BatchNumbers.__init__
+
+    def counted(self: BatchNumbers, *given: Any) -> None:
+        nonlocal made
+        made += 1
+        gathered(self, *given)
+
+    monkeypatch.setattr(BatchNumbers, "__init__", counted)
+    for k in range(MET):
+        frame, bar = Frame(), steel(np.random.default_rng(k))
+        for n in range(4):
+            frame.node(f"{n}", (1.0 * n, 0.1 * (n % 3), 0.2 * (n % 2)))
+            if n:
+                frame.add(f"m{n}", bar, f"{n - 1}", f"{n}")
+        frame.fix("0")
+        frame.load("3", fy=np.linspace(1.0, 2.0, *samples))
+        frame.solve().displacement("3")
+    assert made == 1
+
+
+def test_explain_tells_how_the_program_was_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unloaded, "FEW", 1)
+    monkeypatch.setattr(batch_recording, "_FEW", 1)
+    monkeypatch.setattr(batch_recording, "_OFTEN", 3)
+    told = []
+    for k in range(6):
+        solution = linked(k).solve()
+        solution.displacement("P")
+        shape = r"steps on 7 entries, recorded for all batches of this topology and shape, (.+)\."
+        told += [*dict.fromkeys(re.findall(shape, solution.explain()) or [""])]
+    last = "as machine code" if entry_machine.available() else "by NumPy one by one"
+    assert told == ["", "", *["by NumPy one by one"] * 2, last, last]
