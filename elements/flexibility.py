@@ -87,8 +87,11 @@ class TaperedPart:
         """Elastic centre, (...), as a fraction, and of `curve` about it rotation by a moment, deflection by a slope."""
         turn = self.weights * self.section[bending]
         centre = np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
-        curve = self.curve(bending, shearing, centre, length)
-        return centre, curve.rotation_by_moment, curve.deflection_by_slope
+        # about the elastic centre the lever to the end counts as minus the arm, with which nothing cancels: next to a
+        # thin start the arm is far shorter than the lever
+        away = np.sum(turn * (self.points - centre) ** 2, axis=0) * length * length * length
+        slide = np.sum(self.weights * self.section[shearing], axis=0) * length
+        return centre, np.asarray(np.sum(turn, axis=0) * length), np.asarray(-away - slide)
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""

@@ -1,6 +1,7 @@
 """Smallest and largest values of a function in nested boxes, for all boxes and results at once.
 
-The search begins at the best corner and at the best of points spread evenly within the box. Each step fits a quadratic
+The search begins at several corners and several of the points spread evenly within the box: those that are better than
+the ones next to them, of which a result with several hills has several. Each step fits a quadratic
 model to the result in a trust region about the best point so far, evaluates the function where the model is smallest,
 and shrinks the region (A. R. Conn, N. I. M. Gould & P. L. Toint, *Trust-Region Methods*, 2000).
 """
@@ -10,9 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -23,6 +26,10 @@ ALL_CORNERS = 8
 # Largest number of steps, factor by which the trust region shrinks, and the gain at which a search ends, as a share of
 # the range of the result.
 STEPS, SHRINK, GAIN = 14, 0.25, 1e-13
+# Largest number of points from which each result is searched for, among the corners and among those within.
+MOST_STARTS = 3
+# Number of corners of a model from which its minimum is searched for.
+MODEL_CORNERS = 2
 # Number of sweeps of coordinate descent by which a model is minimised.
 SWEEPS = 12
 # Largest number of values that the function returns in one call.
@@ -100,13 +107,13 @@ def search(found: Extremes, samples: int) -> None:
     k = found.lower.shape[1]
     within = np.concatenate([np.full((1, k), 0.5), evenly(samples, k)])
     inner = found.evaluate(*_in_boxes(found, within))
-    starts = [_best_start(found, inner, within)]
+    starts = [_starts(found, inner, within, 2 * k)]
     corners = _all_corners(k) if k <= ALL_CORNERS else _corners_of_slopes(found)
     outer = found.evaluate(*_in_boxes(found, corners))
     found.nest()
-    starts.append(_best_start(found, outer, corners))
-    for points, radius in zip(starts, (SHRINK, 1.0), strict=True):
-        _refine(found, points, radius)
+    starts.append(_starts(found, outer, corners, k))
+    for some, radius in zip(starts, (SHRINK, 1.0), strict=True):
+        _refine(found, some, radius)
     found.nest()
 
 
@@ -146,13 +153,32 @@ def _in_boxes(found: Extremes, unit: Array) -> tuple[Array, Index]:
     return points.reshape(-1, k), np.repeat(np.arange(a), len(unit))
 
 
-def _best_start(found: Extremes, values: Array, unit: Array) -> Array:
-    """The point of each box with the smallest and that with the largest value of each result, (2, a, m, k)."""
+def _starts(found: Extremes, values: Array, unit: Array, near: int) -> _Starts:
+    """Points of each box from which to search for each result: those that are better than the `near` ones next to them.
+
+    There are several if the result has several valleys or hills; the best points of these are taken, `MOST_STARTS` at
+    most.
+    """
     points, _ = _in_boxes(found, unit)
     a, n = len(found.lower), len(unit)
-    table = values.reshape(a, n, values.shape[1])
-    best = np.stack([np.argmin(np.where(np.isnan(table), np.inf, sign * table), axis=1) for sign in (1.0, -1.0)])
-    return np.asarray(points.reshape(a, n, points.shape[1])[np.arange(a)[:, None], best])
+    table = np.moveaxis(values.reshape(a, n, values.shape[1]), 1, 2)
+    signed = np.stack([np.where(np.isnan(table), np.inf, sign * table) for sign in (1.0, -1.0)])
+    beside = np.argsort(cdist(unit, unit, "sqeuclidean"), axis=1, kind="stable")[:, 1 : near + 1]
+    lowest = signed <= signed[..., beside].min(axis=-1, initial=np.inf)
+    order = np.argsort(np.where(lowest, signed, np.inf), axis=-1, kind="stable")[..., :MOST_STARTS]
+    chosen = np.take_along_axis(lowest, order, axis=-1)
+    chosen[..., 0] = True
+    side, box, result = np.nonzero(chosen)[:3]
+    return _Starts(side, box, result, points.reshape(a, n, -1)[box, order[chosen]])
+
+
+class _Starts(NamedTuple):
+    """Points (n, k) from which to search, and the side (0 for smallest, 1 for largest), box and result of each."""
+
+    side: Index
+    box: Index
+    result: Index
+    point: Array
 
 
 @dataclass(eq=False)
@@ -170,24 +196,31 @@ class _Tasks:
         return _Tasks(*(each[which] for each in vars(self).values()))
 
 
-def _refine(found: Extremes, start: Array, radius: float) -> None:
-    """Improve the points (2, a, m, k) by a search from each, all at once, with a trust region of size `radius`."""
-    side, box, result = (each.ravel() for each in np.indices(start.shape[:3]))
+def _refine(found: Extremes, starts: _Starts, radius: float) -> None:
+    """Search from all starts at once, with a trust region of size `radius`."""
+    count = len(starts.point)
     tasks = _Tasks(
-        np.array([1.0, -1.0])[side],
-        box,
-        result,
-        start.reshape(-1, start.shape[-1]).copy(),
-        np.full(side.size, np.inf),
-        np.full(side.size, radius),
+        np.array([1.0, -1.0])[starts.side],
+        starts.box,
+        starts.result,
+        starts.point.copy(),
+        np.full(count, np.inf),
+        np.full(count, radius),
     )
     for _ in range(STEPS):
         with np.errstate(invalid="ignore"):  # infinite values have no range
             spread = -(found.value[0] + found.value[1])
         going = _step(found, tasks, np.where(np.isfinite(spread), spread, 0.0))
         tasks = tasks[going]
-        if not going.any():
+        tasks = tasks[_first_of_equals(tasks)]
+        if not len(tasks.at):
             return
+
+
+def _first_of_equals(tasks: _Tasks) -> Index:
+    """The searches that have not met an earlier one for the same result in the same box."""
+    key = np.column_stack([tasks.sign, tasks.box, tasks.result, tasks.radius, tasks.at])
+    return np.asarray(np.sort(np.unique(key, axis=0, return_index=True)[1]))
 
 
 def _step(found: Extremes, tasks: _Tasks, spread: Array) -> NDArray[np.bool_]:
@@ -260,14 +293,45 @@ def _least_of_model(values: Array, start: Array) -> tuple[Array, Array]:
     h[:, np.arange(k), np.arange(k)] = plus + minus - 2.0 * f[:, None]
     for column, (i, j) in enumerate(combinations(range(k), 2), start=2 * k + 1):
         h[:, i, j] = h[:, j, i] = some[:, column] - plus[:, i] - plus[:, j] + f
-    x = start.copy()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for _ in range(SWEEPS):
-            for i in range(k):
-                slope = g[:, i] + np.einsum("nj,nj->n", h[:, i], x) - h[:, i, i] * x[:, i]
-                bent = np.clip(-slope / h[:, i, i], -1.0, 1.0)
-                end = np.where(slope > 0.0, -1.0, np.where(slope < 0.0, 1.0, x[:, i]))
-                best = np.where(h[:, i, i] > 0.0, bent, end)
-                x[:, i] = np.where(np.isfinite(best), best, x[:, i])
-    model = f + np.einsum("ni,ni->n", g, x) + 0.5 * np.einsum("nij,ni,nj->n", h, x, x)
-    return x, model
+    quadratic = _Quadratic(f, g, h)
+    points = quadratic.descent(np.concatenate([start[None], quadratic.lowest_corners()]))
+    found = quadratic(points)
+    best = np.argmin(np.where(np.isnan(found), np.inf, found), axis=0), np.arange(n)
+    return points[best], found[best]
+
+
+class _Quadratic(NamedTuple):
+    """Quadratics ``f + g x + x h x / 2``: (n,), (n, k) and (n, k, k)."""
+
+    f: Array
+    g: Array
+    h: Array
+
+    def __call__(self, x: Array) -> Array:
+        """Values (s, n) at points (s, n, k)."""
+        bent = np.einsum("nij,sni,snj->sn", self.h, x, x)
+        return np.asarray(self.f + np.einsum("ni,sni->sn", self.g, x) + 0.5 * bent)
+
+    def lowest_corners(self) -> Array:
+        """The corners of [-1, 1]^k with the smallest values, (s, n, k); none if there are too many."""
+        n, k = self.g.shape
+        if not 1 < k <= ALL_CORNERS:
+            return np.zeros((0, n, k))
+        corners = 2.0 * _all_corners(k) - 1.0
+        pairs = (corners[:, :, None] * corners[:, None]).reshape(-1, k * k)
+        values = self.g @ corners.T + 0.5 * (self.h.reshape(n, k * k) @ pairs.T)
+        order = np.argsort(np.where(np.isnan(values), np.inf, values), axis=1, kind="stable")[:, :MODEL_CORNERS]
+        return np.swapaxes(corners[order], 0, 1)
+
+    def descent(self, start: Array) -> Array:
+        """Points (s, n, k) of [-1, 1]^k to which coordinate descent leads."""
+        x, g, h = start.copy(), self.g, self.h
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for _ in range(SWEEPS):
+                for i in range(x.shape[-1]):
+                    slope = g[:, i] + np.einsum("nj,snj->sn", h[:, i], x) - h[:, i, i] * x[..., i]
+                    bent = np.clip(-slope / h[:, i, i], -1.0, 1.0)
+                    end = np.where(slope > 0.0, -1.0, np.where(slope < 0.0, 1.0, x[..., i]))
+                    best = np.where(h[:, i, i] > 0.0, bent, end)
+                    x[..., i] = np.where(np.isfinite(best), best, x[..., i])
+        return x

@@ -139,7 +139,10 @@ def _rows(file: Path) -> dict[int, list[str]]:
         why = "it is not UTF-8 text"
     except (ValueError, csv.Error):
         why = "it is no text of rows and cells"
-    raise FrameError(f"{file} cannot be read: {why}; give a table of measured positions, saved as CSV in UTF-8")
+    raise FrameError(
+        f"{file} cannot be read: {why}; give a table of measured positions, saved as CSV in UTF-8 (a spreadsheet's "
+        "'CSV UTF-8')"
+    )
 
 
 def _columns(name: str, rows: Mapping[int, list[str]]) -> dict[str, Array]:

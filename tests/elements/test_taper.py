@@ -198,3 +198,20 @@ def test_a_rectangle_of_one_growing_side(ratio: float) -> None:
             )
 
         assert_allclose([F[2, 2], F[1, 1]], [tip(1), tip(3)], rtol=1e-11)
+
+
+@pytest.mark.parametrize("ratio", [1e3, 1e5, 1e6])
+def test_a_hinge_at_the_thin_end_of_a_steep_cone(ratio: float) -> None:
+    """A hinge at the start, where the cone all but ends: ``1 / k`` is the integral of ``x^2 / E I`` from there on."""
+    beam = Beam(Circle(diameter=1.0), ALLOY, end=Circle(diameter=ratio), release=("start rz",))
+    with mp.workdps(40):
+        grown = mp.mpf(ratio) - 1
+
+        def flexibility(y: mp.mpf) -> mp.mpf:
+            """Over the logarithm of the diameter."""
+            d = mp.exp(y)
+            return ((d - 1) / grown) ** 2 * 64 / (mp.pi * E * d**4) * d / grown
+
+        marks = [mp.log(ratio) * k / 8 for k in range(9)]
+        wanted = float(1 / (mp.mpf(L) ** 3 * mp.quad(flexibility, marks, method="gauss-legendre")))
+    assert_allclose(beam.stiffness_matrix(L)[1, 1], wanted, rtol=1e-14)

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 from linkframe import Linkage
+from linkframe.framework import FrameError
+from linkframe.models.linkage.poses.configuration import Configurations
+from linkframe.models.linkage.poses.motion_path import MotionPath
 from numpy.testing import assert_allclose
 
 TURN = 2.0 * np.pi
@@ -60,9 +63,12 @@ def test_an_actuator_that_tilts(pitch):
     assert_allclose(lengths, (0.5, 2.5), rtol=1e-9)
 
 
-def test_a_crank_on_a_screw_does_not_return_after_a_turn():
-    """Its end climbs by the pitch at each turn, until the rod no longer reaches the block's line."""
-    pitch, radius, high, ahead = 0.03, 0.3, 0.55, 0.66
+RADIUS, HIGH, AHEAD = 0.3, 0.55, 0.66
+
+
+def climbing(pitch: float) -> Linkage:
+    """A crank on a screw, whose end moves a block by a rod."""
+    radius, high, ahead = RADIUS, HIGH, AHEAD
     linkage = Linkage(A=(0, 0), B=(radius, 0), C=(radius + ahead, high))
     for link, points in {"crank": "AB", "rod": "BC", "block": "C"}.items():
         linkage.link(link, *points)
@@ -70,9 +76,61 @@ def test_a_crank_on_a_screw_does_not_return_after_a_turn():
     linkage.spherical("B", "crank", "rod")
     linkage.spherical("C", "rod", "block")
     linkage.prismatic("C", "ground", "block", axis=(1, 0), name="slide")
+    return linkage
+
+
+def test_a_crank_on_a_screw_does_not_return_after_a_turn():
+    """Its end climbs by the pitch at each turn, until the rod no longer reaches the block's line."""
+    pitch, radius, high, ahead = 0.03, RADIUS, HIGH, AHEAD
     angle = np.linspace(0.0, 20.0 * TURN, 2_000_001)
     left = ahead**2 + high**2 - (high - radius * np.sin(angle)) ** 2 - (pitch * angle / TURN) ** 2
-    assert_allclose(linkage.drive_range("A").upper, angle[np.argmax(left < 0.0)], rtol=1e-5)
+    assert_allclose(climbing(pitch).drive_range("A").upper, angle[np.argmax(left < 0.0)], rtol=1e-5)
+
+
+def test_a_crank_that_climbs_too_slowly_is_not_told_to_go_on_for_ever(monkeypatch):
+    """The rod stops it after thousands of turns, more than are followed."""
+    monkeypatch.setattr("linkframe.models.linkage.poses.motion_path.LONGEST_WAY", 600)
+    linkage = climbing(1e-4)
+    for ask in (linkage.drive_range, linkage.dead_points):
+        with pytest.raises(FrameError, match=r"'A' neither stops nor comes back in \+3\.\d+ turns, the 600 steps"):
+            ask("A")
+
+
+@pytest.mark.parametrize("reference", [0.0, 0.3])
+def test_a_straight_way_is_not_followed_to_its_end(reference):
+    linkage = Linkage(A=(0, 0), P=(1, 0))
+    linkage.link("slider", "A", "P")
+    linkage.prismatic("A", "ground", "slider", axis=(1, 0), reference=reference, drive=True)
+    reach = linkage.drive_range("A")
+    assert (reach.lower, reach.upper) == (-np.inf, np.inf)
+    assert linkage.dead_points("A") == ()
+    curve = MotionPath(Configurations(linkage, by_travel=True), ("A", linkage.joint("A").kind.coordinates[0]))
+    assert len(curve.trace(curve.start).places) < 300
+
+
+@pytest.mark.parametrize("pitch", [0.1, 1e-3, 1e-6, np.array([1e-2, 1e-6, -1e-4])])
+def test_a_spindle_that_is_turned_by_its_nut_is_near_no_dead_point(pitch):
+    """However fine its screw is: at bars of equal length, only where they lie on each other does C stand on A."""
+    angles = np.array([-0.9, -0.3, 0.3, 0.25 * np.pi])[: 4 if np.ndim(pitch) == 0 else 3]
+
+    def states(spindle: bool) -> list[str]:
+        linkage = Linkage(A=(0, 0), B=(1, 1), C=(2, 0))
+        for link, points in {"ab": "AB", "bc": "BC", "nut": "C"}.items():
+            linkage.link(link, *points)
+        linkage.revolute("A", "ground", "ab", drive=True)
+        linkage.revolute("B", "ab", "bc")
+        linkage.revolute("C", "bc", "nut")
+        linkage.prismatic("C", "ground", "nut", axis=(1, 0), name="slide")
+        if spindle:
+            linkage.link("spindle", "C")
+            linkage.screw("C", "ground", "spindle", axis=(1, 0, 0), pitch=pitch, name="screw")
+            linkage.revolute("C", "spindle", "nut", axis=(1, 0, 0), name="bearing")
+        found = linkage.move(A=angles.reshape(-1, *(1,) * len(linkage.shape))).status
+        return np.array([text.partition(";")[0] for text in found.ravel()]).reshape(found.shape).T.tolist()
+
+    alone = states(spindle=False)
+    assert alone == ["regular", "regular", "regular", "singular (direct-kinematic, type II"][: len(angles)]
+    assert states(spindle=True) == (alone if np.ndim(pitch) == 0 else [alone] * 3)
 
 
 @pytest.mark.parametrize("spline", [False, True])

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -87,6 +91,55 @@ def test_not_monotone() -> None:
     assert_allclose(found.lower, -most, rtol=1e-12, atol=1e-12)
     square = propagate_fuzzy(lambda x: x**2, {"x": (-1.0, 2.0)}, levels=2)
     assert (square.lower.tolist(), square.upper.tolist()) == ([0.0, 0.0], [4.0, 4.0])
+
+
+def of_quadratic(h: Array, g: Array) -> tuple[float, float]:
+    """Smallest and largest value of ``x h x / 2 + g x`` in [-1, 1]^k: each face has its stationary point, if within."""
+    values = []
+    for face in itertools.product((-1.0, 0.0, 1.0), repeat=len(g)):
+        x = np.array(face)
+        free = x == 0.0
+        x[free] = np.linalg.solve(h[np.ix_(free, free)], -(g[free] + h[np.ix_(free, ~free)] @ x[~free]))
+        if np.abs(x).max() <= 1.0:
+            values.append(float(0.5 * x @ h @ x + g @ x))
+    return min(values), max(values)
+
+
+def quadratic(rng: np.random.Generator) -> tuple[int, Callable[[Array], Array], tuple[float, float]]:
+    """A quadratic that bends up in some directions and down in others, and its extremes."""
+    k = int(rng.integers(2, 7))
+    h = rng.normal(size=(k, k))
+    h, g = h + h.T, rng.normal(size=k) * rng.uniform(0.0, 2.0)
+    return k, lambda x: 0.5 * np.einsum("ni,ij,nj->n", x, h, x) + x @ g, of_quadratic(h, g)
+
+
+def waves(rng: np.random.Generator) -> tuple[int, Callable[[Array], Array], tuple[float, float]]:
+    """A sum of functions of one input each, with several hills, and its extremes: from 200 001 values of each."""
+    k = int(rng.integers(1, 6))
+    size, pitch, phase, slope = (
+        rng.normal(size=k), rng.uniform(0.5, 4.0, size=k), rng.uniform(0.0, 6.28, size=k), rng.normal(size=k)
+    )  # fmt: skip
+
+    def each(x: Array) -> Array:
+        return size * np.sin(pitch * x + phase) + slope * x
+
+    grid = each(np.linspace(-1.0, 1.0, 200_001)[:, None])
+    return k, lambda x: each(x).sum(axis=1), (grid.min(axis=0).sum(), grid.max(axis=0).sum())
+
+
+@pytest.mark.parametrize(("case", "seed"), [(quadratic, 1), (quadratic, 2), (waves, 2), (waves, 3)])
+def test_the_highest_of_several_hills(case: Callable[[np.random.Generator], Any], seed: int) -> None:
+    """From one corner and one point within, three in a hundred of these end on a lower one."""
+    rng = np.random.default_rng(seed)
+    for _ in range(60):
+        k, function, (least, greatest) = case(rng)
+        found = propagate_fuzzy(
+            lambda call=function, **x: call(np.stack(list(x.values()), axis=-1)),
+            {f"x{i}": (-1.0, 1.0) for i in range(k)},
+            levels=2,
+        )
+        near = 1e-8 * (greatest - least)
+        assert_allclose([found.lower[0], found.upper[0]], [least, greatest], rtol=0.0, atol=near)
 
 
 def test_many_inputs() -> None:

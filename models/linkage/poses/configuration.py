@@ -15,7 +15,7 @@ from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, widest
 from ..kinematics.terms import Value
-from .spindles import spindles
+from .spindles import spindles, turning_units
 
 # Ratio to the largest singular value below which one counts as zero. Closed positions are accurate to some 1e-15, and
 # to 1e-8 near a singular one.
@@ -49,7 +49,7 @@ class Configurations:
     Attributes
     ----------
     spindles
-        Spindles whose angles count so, by the names of their links.
+        Names of the links whose angles count so.
     dependent
         Ratio to the largest singular value below which one counts as zero.
     row_units, units
@@ -71,10 +71,12 @@ class Configurations:
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
             for names in (self.mechanism.rows, self.mechanism.columns)
         )
-        self.spindles = spindles(linkage, self.entry, extent(linkage)) if by_travel else {}
-        for spindle in self.spindles.values():
-            turning = [name in spindle.joints and component == "rz" for name, component in self.mechanism.columns]
-            self.units[turning] = np.minimum(self.units[turning], spindle.lead / extent(linkage))
+        self.spindles = tuple(
+            link for link, each in spindles(linkage, extent(linkage)).items() if by_travel and each.lead[self.entry]
+        )
+        for place, unit in turning_units(linkage, self.mechanism.columns, extent(linkage)).items():
+            if by_travel:
+                self.units[place] = unit[self.entry]
 
     def of_entry(self, number: Value) -> Value:
         """Value of a number of the description at the entry."""

@@ -12,14 +12,12 @@ from ....framework.errors import FrameError
 from ..continuation.interpolation import at_zero
 from ..description.linkage_description import LinkageDescription
 from .configuration import Configurations, Entry
-from .motion_path import STEP, MotionPath, PathPoint, TracedPath
+from .motion_path import AWAY, STEP, MotionPath, PathPoint, TracedPath
 from .moving_joints import moving_joints
 
 # Share of the drive in the motion below which the drive counts as at rest.
 AT_REST = 1e-6
-# Distance, in extents of the linkage, beyond which it runs away to infinity, and the share of its travel that the drive
-# may still move from half of that way on.
-AWAY = 10.0
+# Share of its travel that the drive may still move from half of the way on where the linkage runs away to infinity.
 SLOW = 0.1
 
 

@@ -19,6 +19,9 @@ STEP = 0.05
 SHORTEST = 1e-6
 LONGEST_WAY = 6000
 NEWTON = 30
+# Distance, in extents of the linkage, from which on it is far away, and change of the tangent below which a path that
+# has led there is a straight line, on which nothing changes any more.
+AWAY, STRAIGHT = 10.0, 1e-9
 # Spacing of the states on both sides of a change point from which it is interpolated.
 BESIDE = 0.005
 # Factor of that spacing if the place is known from one Newton step only, and largest distance of the place.
@@ -176,6 +179,8 @@ class MotionPath:
         arrived = follow(trace.attempt, trace.accept, STEP, SHORTEST)
         if not arrived:
             self._refuse_few_digits(trace.places[-1])
+        if trace.unfinished:
+            self._refuse_unfinished(trace.places[-1])
         return TracedPath(trace.places, trace.closes, stalled=not arrived)
 
     def _refuse_few_digits(self, place: PathPoint) -> None:
@@ -184,6 +189,16 @@ class MotionPath:
         if self.space.closed(aim, self.locked, ALIKE) is not None:
             at = self.coordinate(place.state)
             raise FrameError(f"joint {self.name[0]!r} cannot move beyond {at:.6g}: {FEW_DIGITS}")
+
+    def _refuse_unfinished(self, place: PathPoint) -> None:
+        """Raise an error if a path is too long to follow, as that of a crank that climbs on a fine screw."""
+        at = self.coordinate(place.state) - self.coordinate(self.start.state)
+        far = f"{at / (2.0 * np.pi):+.4g} turns" if self.name[1][0] == "r" else f"{at:+.4g} of its way"
+        raise FrameError(
+            f"joint {self.name[0]!r} neither stops nor comes back in {far}, the {LONGEST_WAY} steps that are followed: "
+            "its range and dead points are not known; move the linkage by values of the drive, whose status tells "
+            "where it cannot go"
+        )
 
     def link_places(self, place: PathPoint) -> Array:
         """Reference points and axes of the links, without the axes of spindles and of links that turn idly."""
@@ -304,11 +319,14 @@ class _Trace:
         Points of the path, from the first on.
     closes
         Whether the path has returned to the first point.
+    unfinished
+        Whether the path is too long to follow, and has not left for infinity.
     """
 
     def __init__(self, path: MotionPath, place: PathPoint, until: Callable[[PathPoint], bool] | None) -> None:
         self.path, self.until = path, until
-        self.places, self.closes = [place], False
+        self.places, self.closes, self.unfinished = [place], False, False
+        self._straight = True
         self._start = self._here = path.link_places(place)
         self._last, self._away = 0.0, False
 
@@ -327,7 +345,11 @@ class _Trace:
         self.places.append(found)
         near = self._away and distance < max(moved, self._last)
         self.closes = bool(near and self.path.meets(found, self._start))
-        if self.closes or (self.until is not None and self.until(found)) or len(self.places) >= LONGEST_WAY:
+        if self.closes or (self.until is not None and self.until(found)):
+            return None
+        self._straight = self._straight and bool(np.abs(found.tangent - self.places[0].tangent).max() < STRAIGHT)
+        if len(self.places) >= LONGEST_WAY or (self._straight and distance > AWAY):
+            self.unfinished = bool(distance < AWAY)
             return None
         self._away = self._away or bool(distance > 4.0 * STEP)
         self._here, self._last = there, moved

@@ -16,6 +16,7 @@ from ..kinematics.linear import matrices
 from .configuration import extent
 from .kinematics import Kinematics
 from .moving_joints import MOVES, moving_joints
+from .spindles import turning_units
 from .states import PoseState, closure_states, singular_states
 
 Bools = NDArray[np.bool_]
@@ -49,15 +50,32 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
     matrix = matrices([list(entries[i * n : i * n + n]) for i in range(loops.rows)])
     share = mechanism.size / extent(mechanism.linkage)
     rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
-    columns = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in mechanism.unknown]
+    columns = _column_units(motion, share)
     there = motion.assembly.closed[..., None, None]
-    matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / np.array(columns)
+    matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / columns[..., None, :]
     ratio = np.where(motion.assembly.closed, _constraint_stiffness(motion, matrix), np.nan)
     bad = np.broadcast_to(ratio < SINGULAR, shape)
     free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
     least = np.zeros((*shape, n, free.shape[-1]))
     least[bad] = free
-    return np.broadcast_to(ratio, shape), least / np.array(columns)[:, None]
+    return np.broadcast_to(ratio, shape), least / columns[..., :, None]
+
+
+def _column_units(motion: Kinematics, share: float) -> Array:
+    """Units of the unknown coordinates, (..., n): extents of the linkage and radians.
+
+    Angles of spindles count as the travel of their screws: with a fine screw they turn fast, near no dead point.
+    """
+    mechanism, linkage = motion.mechanism, motion.linkage
+    names = [mechanism.columns[k] for k in mechanism.unknown]
+    units = np.array([share if component[0] == "u" else 1.0 for _, component in names])
+    turning = turning_units(linkage, names, extent(linkage))
+    if not turning:
+        return units
+    units = np.broadcast_to(units, (*linkage.shape, len(names))).copy()
+    for place, unit in turning.items():
+        units[..., place] = unit
+    return units
 
 
 def _free(matrix: Array, rank: int) -> Array:

@@ -6,6 +6,7 @@ told by the travel of its screw, not by its angle.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,7 @@ KINDS = ("screw", "revolute", "cylindrical")
 COAXIAL = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Spindle:
     """A link that turns about one axis.
 
@@ -28,49 +29,57 @@ class Spindle:
     joints
         Names of its joints.
     lead
-        Largest advance of its screws per radian, length.
+        Largest advance of its screws per radian, length, of the linkage's batch shape; 0 where it has several axes.
     """
 
     joints: frozenset[str]
-    lead: float
+    lead: Array
 
 
-def spindles(linkage: LinkageDescription, entry: tuple[int, ...], size: float) -> dict[str, Spindle]:
+def spindles(linkage: LinkageDescription, size: float) -> dict[str, Spindle]:
     """Spindles of a linkage by the names of their links.
 
     Parameters
     ----------
     linkage
         The description.
-    entry
-        Entry of its batch.
     size
         Extent of the linkage, length.
     """
     pairs = linkage.joints.values()
     if not any(pair.kind.name == "screw" for pair in pairs):
         return {}
-
-    def own(numbers: Array, trailing: int) -> Array:
-        return np.asarray(np.broadcast_to(numbers, (*linkage.shape, *numbers.shape[numbers.ndim - trailing :]))[entry])
-
-    def line(pair: Pair) -> tuple[Array, Array]:
-        return own(linkage.points[pair.point], 1), own(pair.axes, 2)[:, 2]
-
-    def lead(pair: Pair) -> float:
-        return 0.0 if pair.pitch is None else abs(float(own(pair.pitch, 0))) / (2.0 * np.pi)
-
     out = {}
     for link in linkage.links:
         those = [pair for pair in pairs if link in (pair.first, pair.second)]
-        advance = max(map(lead, those), default=0.0)
-        if advance and all(pair.kind.name in KINDS for pair in those) and _coaxial([*map(line, those)], size):
-            out[link] = Spindle(frozenset(pair.name for pair in those), advance)
+        pitches = [pair.pitch for pair in those if pair.pitch is not None]
+        if pitches and all(pair.kind.name in KINDS for pair in those):
+            advance = np.max(np.broadcast_arrays(*map(np.abs, pitches)), axis=0) / (2.0 * np.pi)
+            lead = np.where(_coaxial(linkage, those, size), advance, 0.0)
+            if lead.any():
+                out[link] = Spindle(frozenset(pair.name for pair in those), np.broadcast_to(lead, linkage.shape))
     return out
 
 
-def _coaxial(lines: list[tuple[Array, Array]], size: float) -> bool:
-    """Whether lines, each given by a point and a unit vector, are one."""
+def turning_units(linkage: LinkageDescription, columns: Sequence[tuple[str, str]], size: float) -> dict[int, Array]:
+    """Units of the angles of spindles, by the place of the coordinate among `columns`.
+
+    Each is the travel of the screw per radian in extents of the linkage, 1 at most, of the linkage's batch shape.
+    """
+    out: dict[int, Array] = {}
+    for spindle in spindles(linkage, size).values():
+        unit = np.where(spindle.lead > 0.0, np.minimum(spindle.lead / size, 1.0), 1.0)
+        for place, (name, component) in enumerate(columns):
+            if name in spindle.joints and component == "rz":
+                out[place] = np.minimum(unit, out.get(place, 1.0))
+    return out
+
+
+def _coaxial(linkage: LinkageDescription, pairs: list[Pair], size: float) -> Array:
+    """Whether the axes of joints are one, (...)."""
+    lines = [(linkage.points[pair.point], pair.axes[..., 2]) for pair in pairs]
     (origin, axis), *others = lines
     apart = [np.cross(along, axis) for _, along in others] + [np.cross(at - origin, axis) / size for at, _ in others]
-    return bool(np.abs(apart).max(initial=0.0) < COAXIAL)
+    return np.asarray(
+        np.all([np.abs(each).max(axis=-1) < COAXIAL for each in np.broadcast_arrays(0.0, *apart)], axis=0)
+    )
