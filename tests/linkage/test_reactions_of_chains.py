@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from linkframe.framework.results.force_numbers import ForceNumbers
 from linkframe.models import Linkage, Motion
 from linkframe.models.linkage.statics import coefficients
 from linkframe.models.linkage.statics.equilibrium import Equilibrium
@@ -161,3 +162,33 @@ def test_work_grows_with_the_links(monkeypatch: pytest.MonkeyPatch) -> None:
         assert max(shape[-1] for shape in sizes) <= 6
         work.append(sum(int(np.prod(shape)) for shape in sizes))
     assert work[1] == 2 * work[0]
+
+
+@pytest.mark.parametrize("poses", [1, 5])
+def test_joints_of_a_rigid_chain_do_not_each_begin_at_its_tip(poses: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In its frame: each joint carries the loads beyond it, and each node is looked at once."""
+    count, residual = 0, ForceNumbers._residual
+
+    def counted(numbers: ForceNumbers, node: int, *, closed: bool) -> object:
+        nonlocal count
+        count += 1
+        return residual(numbers, node, closed=closed)
+
+    monkeypatch.setattr(ForceNumbers, "_residual", counted)
+    links = 16
+    linkage = Linkage({f"A{k}": (0.1 * k, 0.03 * (k % 3), 0.02 * (k % 2)) for k in range(links + 1)})
+    for k in range(links):
+        linkage.link(f"L{k}", f"A{k}", f"A{k + 1}")
+        springs = (1e9,) * 5 + (1e6,) if k % 2 else None
+        linkage.revolute(f"A{k}", f"L{k - 1}" if k else "ground", f"L{k}", drive=True, stiffness=springs)
+        linkage.load(f"A{k + 1}", fx=1.0 + k, fy=-2.0, fz=0.1 * k)
+    motion = linkage.move(drives(links, poses))
+    solution = motion.frame().solve()
+    found = {k: solution.joint_global(f"A{k}", solution.joint_force(f"A{k}")) for k in range(links)}
+    assert 0 < count <= 2 * links + 1
+    loads = np.array([[1.0 + k, -2.0, 0.1 * k] for k in range(links)])
+    for k, wrench in found.items():
+        arms = np.stack([motion.position(f"A{j + 1}", f"L{j}") - motion.position(f"A{k}") for j in range(k, links)])
+        moment = np.cross(arms, loads[k:, None]).sum(axis=0)
+        expected = np.concatenate([np.broadcast_to(loads[k:].sum(axis=0), (poses, 3)), moment], axis=-1)
+        assert_allclose(wrench, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())

@@ -266,7 +266,7 @@ def _square(matrix: Array, side: Array) -> tuple[Array, Bools]:
 
 def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
     """Solution of square equations, and whether they are regular."""
-    found: Array = np.linalg.solve(matrix, _beside_probe(side))
+    found = np.asarray(np.linalg.solve(matrix, _beside_probe(side)), dtype=np.float64)
     return found[..., 0], _is_regular(found[..., 1], np.max(np.abs(matrix), axis=(-2, -1)))
 
 
