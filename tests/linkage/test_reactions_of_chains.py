@@ -10,6 +10,7 @@ from linkframe.models.linkage.statics import coefficients
 from linkframe.models.linkage.statics.equilibrium import Equilibrium
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
+from reference.linkages import rockers
 
 from .test_long_chains import arm
 
@@ -80,22 +81,6 @@ def test_poses_of_a_tree_do_not_depend_on_their_neighbours_nor_on_the_order_of_d
     for k in range(links):
         size = np.abs(whole.force(f"A{k}")).max()
         assert_allclose(other.force(f"A{k}"), whole.force(f"A{k}"), rtol=0.0, atol=1e-12 * size)
-
-
-def rockers(loops: int) -> Linkage:
-    """Rockers on the ground in a row, each pulled by the one before it, all about as far."""
-    linkage = Linkage({f"D{k}": (3.0 * k, 0.0) for k in range(loops + 1)})
-    for k in range(loops + 1):
-        linkage.point(f"C{k}", (3.0 * k + 0.01 * (k % 3), 1.0 + 0.3 * (k % 2)))
-        linkage.point(f"B{k}", (3.0 * k, 1.3 - 0.3 * (k % 2)))
-        linkage.link(f"l{k}", f"D{k}", f"C{k}", f"B{k}", mass=1.0 + 0.1 * k)
-        linkage.revolute(f"D{k}", "ground", f"l{k}", drive=k == 0)
-    for k in range(loops):
-        linkage.link(f"b{k}", f"B{k}", f"C{k + 1}", mass=0.5)
-        linkage.revolute(f"B{k}", f"l{k}", f"b{k}")
-        linkage.revolute(f"C{k + 1}", f"b{k}", f"l{k + 1}")
-    linkage.gravity((0.0, -9.81))
-    return linkage
 
 
 def test_links_of_many_loops_are_in_equilibrium() -> None:
