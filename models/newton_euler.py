@@ -95,13 +95,28 @@ class NewtonEuler:
             matrix[..., rows, columns] = part
         return matrix
 
-    def matrices(self, shape: Shape, entries: NDArray[np.int64]) -> Array:
-        """Coefficients at k entries of the flattened batch of shape `shape`, (k, c bodies, unknowns)."""
-        matrix, whole = self._zeros((len(entries),)), shape or (1,)
+    @cached_property
+    def places(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of all coefficients that a joint can have in the equations of its bodies, (e,) each."""
+        every = np.arange(max(self.units.shape[-1] * len(self.centres), self.unknowns))
+        spans = [(every[rows], every[columns]) for rows, columns, _ in self.parts]
+        none = every[:0]
+        return (
+            np.concatenate([none, *(np.repeat(rows, len(columns)) for rows, columns in spans)]),
+            np.concatenate([none, *(np.concatenate([columns] * len(rows)) for rows, columns in spans)]),
+        )
+
+    def numbers(self, shape: Shape, entries: NDArray[np.int64]) -> Array:
+        """Coefficients at those places, at k entries of the flattened batch of shape `shape`, (k, e)."""
+        whole = shape or (1,)
         where = np.unravel_index(entries, whole)
-        for rows, columns, part in self.parts:
-            matrix[:, rows, columns] = np.broadcast_to(part, (*whole, *part.shape[-2:]))[where]
-        return matrix
+        out, at = np.empty((len(entries), len(self.places[0]))), 0
+        for _, _, part in self.parts:
+            size = part.shape[-2] * part.shape[-1]
+            chosen = part if part.ndim == 2 else np.broadcast_to(part, (*whole, *part.shape[-2:]))[where]
+            out[:, at : at + size] = chosen.reshape(-1, size)
+            at += size
+        return out
 
     def balanced(self, actions: Iterable[Action]) -> Array:
         """Right-hand side of the equations, (..., c bodies): the negative sum of the loads on each body."""

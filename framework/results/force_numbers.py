@@ -55,6 +55,7 @@ class ForceNumbers:
         self.values, self._place, self._take, self._arrays, self._written = values, place, take, ends, written
         self._nodes: dict[int, Sequence[Value]] = {}
         self._ends: dict[int, Sequence[Value]] = {}
+        self._sums: dict[bool, dict[int, list[Value]]] = {False: {}, True: {}}
 
     def displacement(self, node: int) -> Sequence[Value]:
         """The six displacements of a node in global axes."""
@@ -184,11 +185,21 @@ class ForceNumbers:
         return vector if edge.axes is None else _rotated(_transposed(self._matrix(edge.axes)), vector)
 
     def _carried(self, node: int, *, closed: bool) -> list[Value]:
-        """Internal minus external forces on a node and all nodes that it carries in the tree, six global components."""
-        total = self._residual(node, closed=closed)
-        for branch in self._children.get(node, []):
-            total = _sum(total, self._moved(self._carried(branch.child, closed=closed), branch.edge, branch.sign))
-        return total
+        """Internal minus external forces on a node and all nodes that it carries in the tree, six global components.
+
+        Found from the tips inwards and kept, so that the joints of a chain do not each begin at its tip.
+        """
+        sums, carried = self._sums[closed], [node]
+        for at in carried:
+            if at not in sums:
+                carried += [branch.child for branch in self._children.get(at, [])]
+        for at in reversed(carried):
+            if at not in sums:
+                total = self._residual(at, closed=closed)
+                for branch in self._children.get(at, []):
+                    total = _sum(total, self._moved(sums[branch.child], branch.edge, branch.sign))
+                sums[at] = total
+        return sums[node]
 
     def _moved(self, force: list[Value], edge: Edge, sign: float) -> list[Value]:
         """A force at the child of an edge transferred to its parent, with its moment along a rigid link."""

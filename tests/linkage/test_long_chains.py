@@ -7,8 +7,10 @@ import pytest
 from linkframe.models import Linkage, Motion, PoseState
 from linkframe.models.linkage import KINDS
 from linkframe.models.linkage.continuation import assemble, one_pose
+from linkframe.models.linkage.poses import singular
+from linkframe.models.linkage.poses.kinematics import Kinematics
 from numpy.typing import NDArray
-from reference.linkages import scissor
+from reference.linkages import rockers, scissor
 from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
@@ -106,3 +108,50 @@ def test_an_open_chain_is_where_its_drives_say(count: int, monkeypatch: pytest.M
     np.testing.assert_allclose(
         motion.position(f"P{len(kinds)}"), along_chain(kinds, axes, places, values), rtol=0.0, atol=1e-10
     )
+
+
+def test_states_of_many_loops_take_numbers_in_proportion_to_the_loops(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No matrix of all equations stands for any pose, and links are evaluated together: poses and their motions, here
+    and around the reference configuration."""
+    stood, count, made, run = [], 0, singular.matrices, Motion._run
+
+    def matrices(entries: list[list[object]]) -> Array:
+        found = made(entries)  # type: ignore[arg-type]
+        stood.append(found.size)
+        return found
+
+    def counted(motion: Motion, *given: object) -> object:
+        nonlocal count
+        count += 1
+        return run(motion, *given)  # type: ignore[arg-type]
+
+    numbers = []
+    for loops in (8, 16):
+        motion = rockers(loops).move(D0=np.linspace(-0.1, 0.1, 7))
+        monkeypatch.setattr(singular, "matrices", matrices)
+        monkeypatch.setattr(Kinematics, "_run", counted)
+        assert (motion.state == PoseState.REGULAR).all()
+        monkeypatch.undo()
+        numbers.append(sum(stood))
+        assert count == 4
+        stood.clear()
+        count = 0
+    assert numbers[1] == 2 * numbers[0] > 0
+
+
+def test_a_row_of_loops_is_in_the_state_of_the_worst() -> None:
+    """At the dead point of the last rocker its pin moves with the drive locked, and none before it."""
+    linkage = rockers(5)
+    linkage.point("E", (16.0, 1.2))
+    linkage.point("F", (16.2, 0.0))
+    linkage.link("short", "B5", "E")
+    linkage.link("last", "E", "F")
+    linkage.revolute("B5", "l5", "short")
+    linkage.revolute("E", "short", "last")
+    linkage.revolute("F", "last", "ground")
+    end = linkage.drive_range("D0").upper
+    motion = linkage.move(D0=np.array([0.0, end]))
+    assert motion.state.tolist() == [PoseState.REGULAR, PoseState.SINGULAR_DIRECT]
+    assert "dead point of E" in str(motion.status[1])
+    assert np.abs(motion.free_velocity("E")[1]).max() > 0.1
+    np.testing.assert_allclose(motion.free_velocity("C3")[1], 0.0, atol=1e-7)

@@ -10,6 +10,7 @@ import pytest
 from benchmarks.kinematics import delta, stewart
 from linkframe.models import Linkage
 from linkframe.models.linkage.continuation.assemble import FEW
+from linkframe.models.linkage.continuation.follow import Guide
 from linkframe.models.linkage.kinematics.loop_coordinates import LAST_STEP
 from linkframe.models.linkage.kinematics.loops import Loops
 from reference.any_linkage import KINDS
@@ -144,3 +145,21 @@ def test_what_one_step_has_closed_is_not_closed_again(robot: Callable[[int], Any
         assert not steps or min(steps[:-1], default=1.0) > LAST_STEP >= steps[-1]
         ended += bool(steps) and steps[-1] > 1e-13
     assert ended > 6
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_few_poses_follow_the_path_once(order: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In whatever order they are given, and with the bits of each alone."""
+    count, of = 0, Guide.of
+
+    def counted(*paths: object) -> Guide:
+        nonlocal count
+        count += 1
+        return of(*paths)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(Guide, "of", counted)
+    angles = np.linspace(-2.0, 3.0, 10)[::order]
+    found = CASES["turns"]().move(A=angles).position("D")
+    assert 0 < count <= 3
+    alone = [CASES["turns"]().move(A=float(angle)).position("D") for angle in angles]
+    np.testing.assert_array_equal(found, alone)

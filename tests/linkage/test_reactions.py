@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import FrameError
 from linkframe.models import FourBar, Link, Linkage, Motion
-from linkframe.models.linkage.statics import determinacy
-from linkframe.models.linkage.statics.determinacy import blocks
+from linkframe.models.linkage.statics import coefficients
+from linkframe.models.linkage.statics.coefficients import blocks
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 from reference.linkages import four_bar
@@ -494,7 +494,9 @@ def test_blocks_of_equations_are_those_that_do_not_meet(seed: int) -> None:
     rng = np.random.default_rng(seed)
     used = rng.random((rng.integers(1, 9), rng.integers(1, 9))) < 0.25
     shared = np.linalg.matrix_power((used @ used.T | np.eye(len(used), dtype=bool)).astype(int), len(used)) > 0
-    found = {tuple(rows): set(columns.tolist()) for rows, columns in blocks(used)}
+    places = np.indices(used.shape).reshape(2, -1)
+    parts = blocks(*places, used.shape, used.reshape(-1))
+    found = {tuple(part.rows): set(part.columns.tolist()) for part in parts}
     for row, others in enumerate(shared):
         own = tuple(np.flatnonzero(others).tolist())
         assert found[own] == set(np.flatnonzero(used[list(own)].any(axis=0)).tolist()), row
@@ -503,5 +505,5 @@ def test_blocks_of_equations_are_those_that_do_not_meet(seed: int) -> None:
 def test_blocks_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Poses of one pattern of coefficients, one by one, and linkages of it: the first alone is looked at."""
     heavy_four_bar().move(A=0.3).reactions()
-    monkeypatch.setattr(determinacy, "_blocks", None)
+    monkeypatch.setattr(coefficients, "_blocks", None)
     assert np.isfinite(heavy_four_bar().move(A=0.4).reactions().drive("A")).all()

@@ -51,7 +51,9 @@ def test_the_plane_is_that_of_space() -> None:
     assert_allclose(flat.matrix, full.matrix[..., rows, :], atol=1e-15)
     assert_allclose(flat_side, full_side[..., rows], atol=1e-15)
     assert not np.delete(full.matrix, rows, axis=-2).any()
-    assert_allclose(flat.matrices((4, 5), np.array([0, 7, 19])), flat.matrix[[0, 1, 3], 0], atol=0.0)
+    some = np.zeros((3, *flat.matrix.shape[-2:]))
+    some[:, *flat.places] = flat.numbers((4, 5), np.array([0, 7, 19]))
+    assert_allclose(some, flat.matrix[[0, 1, 3], 0], atol=0.0)
 
 
 @pytest.mark.parametrize("branch", ["open", "crossed"])

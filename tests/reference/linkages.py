@@ -152,3 +152,19 @@ def scissor(stages: int) -> Linkage:
             linkage.revolute(f"L{k}", f"b{k - 1}", f"a{k}")
             linkage.revolute(f"R{k}", f"a{k - 1}", f"b{k}")
     return linkage
+
+
+def rockers(loops: int) -> Linkage:
+    """Rockers on the ground in a row, each pulled by the one before it, all about as far."""
+    linkage = Linkage({f"D{k}": (3.0 * k, 0.0) for k in range(loops + 1)})
+    for k in range(loops + 1):
+        linkage.point(f"C{k}", (3.0 * k + 0.01 * (k % 3), 1.0 + 0.3 * (k % 2)))
+        linkage.point(f"B{k}", (3.0 * k, 1.3 - 0.3 * (k % 2)))
+        linkage.link(f"l{k}", f"D{k}", f"C{k}", f"B{k}", mass=1.0 + 0.1 * k)
+        linkage.revolute(f"D{k}", "ground", f"l{k}", drive=k == 0)
+    for k in range(loops):
+        linkage.link(f"b{k}", f"B{k}", f"C{k + 1}", mass=0.5)
+        linkage.revolute(f"B{k}", f"l{k}", f"b{k}")
+        linkage.revolute(f"C{k + 1}", f"b{k}", f"l{k + 1}")
+    linkage.gravity((0.0, -9.81))
+    return linkage

@@ -179,12 +179,16 @@ def _one_by_one(
         return Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
     if not 0 < math.prod(shape) <= FEW:
         return None
-    poses: list[OnePose] = []
-    for values in zip(*(np.broadcast_to(x, shape).ravel().tolist() for x in driven), strict=True):
-        one = one_pose(loops, parameters, start, values, limit)
+    every = list(zip(*(np.broadcast_to(x, shape).ravel().tolist() for x in driven), strict=True))
+    begin = start.state[loops.driven_states[0]] if driven else 0.0
+    found: dict[int, OnePose] = {}
+    # the farthest first, so that the path of a drive is followed once and not on from each pose to the next
+    for k in sorted(range(len(every)), key=lambda k: -abs(every[k][0] - begin)):
+        one = one_pose(loops, parameters, start, every[k], limit)
         if one is None:
             return None
-        poses.append(one)
+        found[k] = one
+    poses = [found[k] for k in range(len(every))]
     state: list[Value] = [np.array(entry).reshape(shape) for entry in zip(*(one.state for one in poses), strict=True)]
     error = np.array([one.error for one in poses]).reshape(shape)
     return Assembly(loops, parameters, shape, state, np.ones(shape, dtype=bool), error, [])

@@ -26,6 +26,8 @@ SINGULAR = 1e-7
 NEAR = 1e-2
 # Number of poses around the reference configuration from which typical speeds are taken, and their distance from it.
 PROBES, BESIDE = 5, 0.1
+# Number of links beyond which their motions are found together: one by one they take a time that grows with its square.
+MANY = 12
 # Ratio to the typical speed below which a speed counts as zero.
 STILL = 1e-9
 
@@ -41,24 +43,55 @@ def conditioning(motion: Kinematics) -> tuple[Array, Array]:
 
     Poses with fewer than k free motions have zeros for the others; regular poses have zeros only.
     """
-    mechanism, loops = motion.mechanism, motion.assembly.loops
+    loops = motion.assembly.loops
     shape, n, rank = motion.assembly.shape, loops.columns, loops.linear.rank
     if not rank:
         return np.ones(shape), np.zeros((*shape, n, 1))
-    with np.errstate(all="ignore"):
-        entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
-    matrix = matrices([list(entries[i * n : i * n + n]) for i in range(loops.rows)])
-    share = mechanism.size / extent(mechanism.linkage)
-    rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
-    columns = _column_units(motion, share)
-    there = motion.assembly.closed[..., None, None]
-    matrix = np.where(there, matrix, 1.0) * np.array(rows)[:, None] / columns[..., None, :]
-    ratio = np.where(motion.assembly.closed, _constraint_stiffness(motion, matrix), np.nan)
+    equations = _Equations(motion)
+    ratio = np.where(motion.assembly.closed, _constraint_stiffness(motion, equations), np.nan)
     bad = np.broadcast_to(ratio < SINGULAR, shape)
-    free = _free(np.broadcast_to(matrix, (*shape, *matrix.shape[-2:]))[bad], rank)
+    free = _free(equations.at(bad), rank) if bad.any() else np.zeros((0, n, 1))
     least = np.zeros((*shape, n, free.shape[-1]))
     least[bad] = free
-    return np.broadcast_to(ratio, shape), least / columns[..., :, None]
+    return np.broadcast_to(ratio, shape), least / equations.units[1][..., :, None]
+
+
+class _Equations:
+    """Closing equations by the unknown coordinates, with lengths in units of the linkage's extent.
+
+    They stand block by block, as few of those of many loops differ from zero.
+
+    Attributes
+    ----------
+    units
+        Factor of each row (m,), divisor of each column (..., n).
+    """
+
+    def __init__(self, motion: Kinematics) -> None:
+        self.motion, mechanism, loops = motion, motion.mechanism, motion.assembly.loops
+        with np.errstate(all="ignore"):
+            self.entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
+        share = mechanism.size / extent(mechanism.linkage)
+        rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
+        self.units = np.array(rows), _column_units(motion, share)
+        self.shape = len(rows), loops.columns
+
+    def of(self, rows: Sequence[int], columns: Sequence[int]) -> Array:
+        """Coefficients of some rows and columns, (..., m, n); 1 at poses that are not closed."""
+        n, there = self.shape[1], self.motion.assembly.closed[..., None, None]
+        own = matrices([[self.entries[i * n + j] for j in columns] for i in rows])
+        return np.asarray(np.where(there, own, 1.0) * self.units[0][rows, None] / self.units[1][..., None, columns])
+
+    def at(self, poses: Bools) -> Array:
+        """All coefficients of k chosen poses, (k, m, n)."""
+        out = np.zeros((int(poses.sum()), *self.shape))
+        for place, entry in enumerate(self.entries):
+            if isinstance(entry, np.ndarray):
+                out[:, *divmod(place, self.shape[1])] = np.broadcast_to(entry, poses.shape)[poses]
+            elif entry:
+                out[:, *divmod(place, self.shape[1])] = entry
+        columns = np.broadcast_to(self.units[1], (*poses.shape, self.shape[1]))[poses]
+        return np.asarray(out * self.units[0][:, None] / columns[:, None, :])
 
 
 def _column_units(motion: Kinematics, share: float) -> Array:
@@ -88,12 +121,12 @@ def _free(matrix: Array, rank: int) -> Array:
     return np.asarray(np.swapaxes(chosen, 1, 2))
 
 
-def _constraint_stiffness(motion: Kinematics, matrix: Array) -> Array:
-    """Least over greatest singular value of the closing equations (..., m, n), the least of those of sets of loops that
-    close one after the other, (...)."""
+def _constraint_stiffness(motion: Kinematics, equations: _Equations) -> Array:
+    """Least over greatest singular value of the closing equations, the least of those of sets of loops that close one
+    after the other, (...)."""
     mechanism, linear = motion.mechanism, motion.assembly.loops.linear
     if not linear.square or len(linear.blocks) < 2:
-        values = np.linalg.svd(matrix, compute_uv=False)
+        values = np.linalg.svd(equations.of(*map(range, equations.shape)), compute_uv=False)
         return np.asarray(values[..., linear.rank - 1] / values[..., 0])
     whole = extent(motion.linkage)
     found = []
@@ -103,7 +136,7 @@ def _constraint_stiffness(motion: Kinematics, matrix: Array) -> Array:
         share = whole / (_span(motion, joints) or whole)
         turns = [share if mechanism.rows[mechanism.active[i]][1][0] == "u" else 1.0 for i in rows]
         lengths = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in names]
-        own = matrix[..., rows, :][..., columns] * np.array(turns)[:, None] / np.array(lengths)
+        own = equations.of(rows, columns) * np.array(turns)[:, None] / np.array(lengths)
         values = np.linalg.svd(own, compute_uv=False)
         # a single equation counts by its size: it is a cosine, or an arm in units of the extent
         found.append(values[..., -1] / (values[..., 0] if len(rows) > 1 else 1.0))
@@ -191,12 +224,12 @@ class Speeds:
 
     def __init__(self, motion: Kinematics) -> None:
         self.motion, self.size, self.count = motion, extent(motion.linkage), len(motion.drives.rates)
-        self.motions = list(unit_motions(motion))
+        self.motions = _evaluated(unit_motions(motion))
 
     @cached_property
     def around(self) -> list[Kinematics]:
         """Poses around the reference configuration, moved by each drive in turn."""
-        return list(unit_motions(_around(self.motion)))
+        return _evaluated(unit_motions(_around(self.motion)))
 
     def lost(self, point: str | None, link: str) -> tuple[bool, Bools | None]:
         """Whether all motions of the drives move a point or link in general; poses where one does not, (...)."""
@@ -219,6 +252,15 @@ class Speeds:
 
     def _least(self, motions: Sequence[Kinematics], point: str | None, link: str) -> Array:
         return singular_speeds(motions, point, link, self.size)[..., self.count - 1]
+
+
+def _evaluated(motions: Iterable[Kinematics]) -> list[Kinematics]:
+    """The motions; those of many links with all links evaluated together."""
+    out = list(motions)
+    for motion in out:
+        if len(motion.linkage.links) > MANY:
+            motion.evaluate_links(rates=True)
+    return out
 
 
 def _around(motion: Kinematics) -> Kinematics:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from ....framework.cache import PATTERNS
+from .coefficients import Block, Coefficients, blocks, substituted
 
 Bools = NDArray[np.bool_]
-Block = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 # Coefficients below this, which are dimensionless and of the order of one, count as zero, as do loads below this share
 # of the largest.
@@ -23,8 +22,8 @@ DEPENDENT = 1e11
 MISSED = 1e-8
 # Rounding error of a sum, as a share of the largest unknown.
 ROUNDING = 1e-13
-# Numbers in one stack of matrices, few enough for the processor's cache.
-CHUNK = 1 << 18
+# Coefficients of as many poses as are solved together, few enough for the processor's cache, and their least number.
+CHUNK, FEWEST = 1 << 18, 64
 
 
 @dataclass(frozen=True)
@@ -72,151 +71,149 @@ class IdleMotions:
         return IdleMotions(self.count, own if rows is None else own[:, rows[:, None], rows])
 
 
-def solved(matrices: Callable[[slice], Array], columns: int, side: Array, idle: IdleMotions) -> PoseSolutions:
-    """Solve ``matrix x = side`` at every pose; among several solutions, take the one with the least sum of squares.
+def solved(coefficients: Callable[[slice], Coefficients], side: Array, idle: IdleMotions) -> PoseSolutions:
+    """Solve the equations at every pose; among several solutions, take the one with the least sum of squares.
 
     Uncoupled blocks of equations are solved separately, and unloaded blocks not at all, so that only the planar
-    equations of a planar linkage are solved. Unbalanced loads accelerate the idle degrees of freedom.
+    equations of a planar linkage are solved. Large blocks are solved part by part, where they come apart: the forces of
+    an open chain from its tip to the ground. Unbalanced loads accelerate the idle degrees of freedom.
 
     Parameters
     ----------
-    matrices
-        Function that returns the matrices (..., m, k) of a slice of the n poses, so that they are never all in memory.
-    columns
-        Number of unknowns, k.
+    coefficients
+        Function that returns the coefficients of a slice of the n poses, so that they are never all in memory.
     side
         Right-hand sides, (n, m).
     idle
         The linkage's idle degrees of freedom.
     """
-    count, rows = side.shape
-    step = max(1, CHUNK // max(rows * columns, 1))
-    cuts = [slice(at, at + step) for at in range(0, max(count, 1), step)]
-    parts = [_solved(matrices(cut), side[cut], idle.cut(cut)) for cut in cuts]
+    parts = [_solved(own, side[cut], idle.cut(cut)) for cut, own in _chunks(coefficients, len(side))]
     return PoseSolutions(
         *(np.concatenate([getattr(p, name) for p in parts]) for name in ("values", "unique", "lost", "moving"))
     )
 
 
-def without_self_stress(matrices: Callable[[slice], Array], side: Array, elastic: Bools) -> Bools:
+def _chunks(coefficients: Callable[[slice], Coefficients], count: int) -> Iterator[tuple[slice, Coefficients]]:
+    """Slices of `count` poses with their coefficients."""
+    at, step = 0, FEWEST
+    while at < max(count, 1):
+        own = coefficients(slice(at, at + step))
+        yield slice(at, at + step), own
+        at, step = at + step, max(FEWEST, CHUNK // max(own.values.shape[-1], 1))
+
+
+def without_self_stress(coefficients: Callable[[slice], Coefficients], side: Array, elastic: Bools) -> Bools:
     """Poses without self-stress in the rigid parts alone, (n,): there compliance determines how loads are shared.
 
     The columns of the rigid unknowns must be linearly independent in each loaded block.
 
     Parameters
     ----------
-    matrices, side
+    coefficients, side
         As for `solved`.
     elastic
         Unknowns whose forces strain something, (k,).
     """
-    count, rows = side.shape
-    step = max(1, CHUNK // max(rows * len(elastic), 1))
-    out = np.ones(count, dtype=bool)
-    for at in range(0, count, step):
-        cut = slice(at, at + step)
-        matrix, given = matrices(cut), np.abs(side[cut])
-        for poses, used in _patterns(np.asarray(np.abs(matrix) > ZERO)):
-            out[cut][poses] = _independent(matrix[poses], given[poses], elastic, used)
+    out = np.ones(len(side), dtype=bool)
+    for cut, given in _chunks(coefficients, len(side)):
+        loads = np.abs(side[cut])
+        for poses, used in _patterns(np.asarray(np.abs(given.values) > ZERO)):
+            out[cut][poses] = _independent(given, poses, loads[poses], elastic, used)
     return out
 
 
-def _independent(matrix: Array, given: Array, elastic: Bools, used: Bools) -> Bools:
-    """The same for poses with one pattern of nonzero coefficients, `used` (m, k)."""
-    out = np.ones(len(matrix), dtype=bool)
+def _independent(coefficients: Coefficients, poses: Bools, given: Array, elastic: Bools, used: Bools) -> Bools:
+    """The same for those poses, of one pattern of nonzero coefficients, `used` (e,)."""
+    out = np.ones(len(given), dtype=bool)
     least = ZERO * given.max(axis=-1, initial=0.0)
-    for rows, unknowns in blocks(used):
-        rigid = unknowns[~elastic[unknowns]]
-        if len(rigid):
-            size = np.linalg.svd(matrix[:, rows[:, None], rigid], compute_uv=False)
-            independent = (size * DEPENDENT > size[:, :1]).sum(axis=-1) == len(rigid)
-            out &= independent | (given[:, rows].max(axis=-1) <= least)
+    for block in _blocks_of(coefficients, used):
+        rigid = ~elastic[block.columns]
+        if rigid.any():
+            size = np.linalg.svd(coefficients.of(block, poses).matrix(rigid), compute_uv=False)
+            independent = (size * DEPENDENT > size[:, :1]).sum(axis=-1) == rigid.sum()
+            out &= independent | (given[:, block.rows].max(axis=-1) <= least)
     return out
 
 
-def _solved(matrix: Array, side: Array, idle: IdleMotions) -> PoseSolutions:
+def _solved(coefficients: Coefficients, side: Array, idle: IdleMotions) -> PoseSolutions:
     """Solutions by groups of poses with the same nonzero coefficients, as the uncoupled blocks follow from these."""
-    parts = _patterns(np.asarray(np.abs(matrix) > ZERO))
+    parts = _patterns(np.asarray(np.abs(coefficients.values) > ZERO))
     if len(parts) == 1:
-        return _alike(matrix, side, idle, parts[0][1])
-    out = PoseSolutions(np.empty((len(matrix), matrix.shape[-1])), *np.empty((3, len(matrix)), dtype=bool))
+        return _alike(coefficients, side, idle, parts[0][1])
+    out = PoseSolutions(np.empty((len(side), coefficients.shape[1])), *np.empty((3, len(side)), dtype=bool))
     for at, used in parts:
-        part = _alike(matrix[at], side[at], idle.cut(at), used)
+        part = _alike(coefficients.at(at), side[at], idle.cut(at), used)
         for name in ("values", "unique", "lost", "moving"):
             getattr(out, name)[at] = getattr(part, name)
     return out
 
 
 def _patterns(used: Bools) -> list[tuple[Bools, Bools]]:
-    """Groups of poses, (n,), with the same pattern in `used` (n, m, k), and that pattern, (m, k)."""
+    """Groups of poses, (n,), with the same pattern in `used` (n, e), and that pattern, (e,)."""
     whole = np.asarray(used.any(axis=0))
-    if not (used.sum(axis=(-2, -1)) < whole.sum()).any():
+    if not (used.sum(axis=-1) < whole.sum()).any():
         return [(np.ones(len(used), dtype=bool), whole)]
-    patterns = np.packbits(used.reshape(len(used), -1), axis=-1)
+    patterns = np.packbits(used, axis=-1)
     _, first, which = np.unique(patterns, axis=0, return_index=True, return_inverse=True)
     return [(which.reshape(-1) == number, used[pose]) for number, pose in enumerate(first.tolist())]
 
 
-def _alike(matrix: Array, side: Array, idle: IdleMotions, used: Bools) -> PoseSolutions:
-    """Solutions at poses with one pattern of nonzero coefficients, `used` (m, k)."""
-    values = np.zeros((len(matrix), matrix.shape[-1]))
-    unique = np.ones(len(matrix), dtype=bool)
-    lost, moving = np.zeros((2, len(matrix)), dtype=bool)
+def _alike(coefficients: Coefficients, side: Array, idle: IdleMotions, used: Bools) -> PoseSolutions:
+    """Solutions at poses with one pattern of nonzero coefficients, `used` (e,)."""
+    values = np.zeros((len(side), coefficients.shape[1]))
+    unique = np.ones(len(side), dtype=bool)
+    lost, moving = np.zeros((2, len(side)), dtype=bool)
     loads = np.max(np.abs(side), axis=-1, initial=0.0)
-    for rows, columns in blocks(used):
-        own = side[:, rows]
+    for block in _blocks_of(coefficients, used):
+        own = side[:, block.rows]
         loaded = np.max(np.abs(own), axis=-1, initial=0.0) > ZERO * loads
         if loaded.any():
-            block = matrix[loaded][:, rows[:, None], columns]
-            part = _least(block, own[loaded], loads[loaded], idle.cut(loaded, rows))
-            values[np.ix_(loaded, columns)] = part.values
+            given = coefficients.of(block, loaded)
+            part = _least(given, block, own[loaded], loads[loaded], idle.cut(loaded, block.rows))
+            values[np.ix_(loaded, block.columns)] = part.values
             unique[loaded] &= part.unique
             moving[loaded] |= part.moving
             lost[loaded] |= part.lost
     if moving.any():
         # with more free motions than elsewhere the pose is singular, and what moves there is not idle
-        lost[moving] |= _freedom(matrix[moving]) > idle.count
+        lost[moving] |= _freedom(coefficients.at(moving).matrix()) > idle.count
     values[lost] = np.nan
     return PoseSolutions(values, unique, lost, moving)
 
 
-def blocks(used: Bools) -> list[Block]:
-    """Rows and columns of the uncoupled blocks of matrices with the nonzero coefficients `used`, (m, k)."""
-    return PATTERNS.found(("blocks", used.shape, used.tobytes()), lambda: _blocks(used), used.size)  # type: ignore[no-any-return]
+def _blocks_of(coefficients: Coefficients, used: Bools) -> list[Block]:
+    return blocks(coefficients.rows, coefficients.columns, coefficients.shape, used)
 
 
-def _blocks(used: Bools) -> list[Block]:
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
-    rows, columns = used.shape
-    i, j = np.nonzero(used)
-    graph = coo_array((np.ones(len(i)), (i, rows + j)), shape=(rows + columns,) * 2)
-    _, label = connected_components(graph, directed=False)
-    return [
-        (np.flatnonzero(label[:rows] == name), np.flatnonzero(label[rows:] == name)) for name in np.unique(label[:rows])
-    ]
-
-
-def _least(matrix: Array, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
+def _least(given: Coefficients, block: Block, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
     """Solution of least norm of one block at every pose."""
-    _, rows, columns = matrix.shape
-    values, unique = np.zeros((len(matrix), columns)), np.ones(len(matrix), dtype=bool)
+    rows, columns = given.shape
+    whole = np.zeros((0, 0, 0)) if block.stages else given.matrix()
+    values, unique = np.zeros((len(side), columns)), np.ones(len(side), dtype=bool)
     if columns:
-        values, regular = _full_rank(matrix, side)
+        values, regular = _by_stages(given, block, side) if block.stages else _full_rank(whole, side)
         unique = regular & (rows >= columns)
         if not regular.all():
-            values[~regular], unique[~regular] = _by_singular_values(matrix[~regular], side[~regular])
-    lost, moving = _misses(matrix, values, side, loads), np.zeros(len(matrix), dtype=bool)
+            singular = given.at(~regular).matrix()
+            values[~regular], unique[~regular] = _by_singular_values(singular, side[~regular])
+    left = given.times(values) if block.stages else (whole @ values[..., None])[..., 0]
+    lost, moving = _misses(left, values, side, loads), np.zeros(len(side), dtype=bool)
     if lost.any() and idle.inertia is not None:
         own = idle.inertia[lost], idle.count
-        values[lost], moving[lost] = _moving(matrix[lost], side[lost], loads[lost], *own)
+        values[lost], moving[lost] = _moving(given.at(lost).matrix(), side[lost], loads[lost], *own)
     return PoseSolutions(values, unique, lost & ~moving, moving)
 
 
-def _misses(matrix: Array, values: Array, side: Array, loads: Array) -> Bools:
-    """Poses whose residual is more than rounding, (n,)."""
-    missed = np.max(np.abs((matrix @ values[..., None])[..., 0] - side), axis=-1, initial=0.0)
+def _by_stages(given: Coefficients, block: Block, side: Array) -> tuple[Array, Bools]:
+    """Solution of square equations part by part, and whether they are regular."""
+    with np.errstate(over="ignore", invalid="ignore"):  # next to singular poses
+        found, regular = substituted(given, block.stages, _beside_probe(side))
+    return found[..., 0], regular & _is_regular(found[..., 1], np.max(np.abs(given.values), axis=-1))
+
+
+def _misses(left: Array, values: Array, side: Array, loads: Array) -> Bools:
+    """Poses where the residual of the left-hand sides (n, m) is more than rounding, (n,)."""
+    missed = np.max(np.abs(left - side), axis=-1, initial=0.0)
     rounding = ROUNDING * np.max(np.abs(values), axis=-1, initial=0.0)
     return np.asarray(~(missed <= MISSED * loads + rounding))
 
@@ -233,7 +230,7 @@ def _moving(matrix: Array, side: Array, loads: Array, inertia: Array, count: int
     motions = (left * null[:, None, :])[..., rows - min(rows, count) :]
     whole = np.concatenate([matrix, -inertia @ motions], axis=-1)
     values, _ = _by_singular_values(whole, side)
-    return values[:, :columns], ~_misses(whole, values, side, loads)
+    return values[:, :columns], ~_misses((whole @ values[..., None])[..., 0], values, side, loads)
 
 
 def _freedom(matrix: Array) -> NDArray[np.int64]:
@@ -268,11 +265,20 @@ def _square(matrix: Array, side: Array) -> tuple[Array, Bools]:
 
 
 def _probed(matrix: Array, side: Array) -> tuple[Array, Bools]:
-    """Solution of square equations, and whether they are regular: else the solution of a random right side is huge."""
-    probe = np.broadcast_to(np.random.default_rng(0).normal(size=matrix.shape[-1]), side.shape)
-    found = np.linalg.solve(matrix, np.stack([side, probe], axis=-1))
-    size = np.max(np.abs(matrix), axis=(-2, -1))
-    return found[..., 0], np.max(np.abs(found[..., 1]), axis=-1) * size < DEPENDENT
+    """Solution of square equations, and whether they are regular."""
+    found = np.asarray(np.linalg.solve(matrix, _beside_probe(side)), dtype=np.float64)
+    return found[..., 0], _is_regular(found[..., 1], np.max(np.abs(matrix), axis=(-2, -1)))
+
+
+def _beside_probe(side: Array) -> Array:
+    """Right sides (n, m, 2) with a random one beside each."""
+    probe = np.broadcast_to(np.random.default_rng(0).normal(size=side.shape[-1]), side.shape)
+    return np.stack([side, probe], axis=-1)
+
+
+def _is_regular(probed: Array, size: Array) -> Bools:
+    """Whether equations with coefficients up to `size` are regular: else the solution of a random side is huge."""
+    return np.asarray(np.max(np.abs(probed), axis=-1) * size < DEPENDENT)
 
 
 def _by_singular_values(matrix: Array, side: Array) -> tuple[Array, Bools]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ....framework.batch import Array
+from ....framework.batch import Array, Shape
 from ....framework.errors import FrameError
 from ...newton_euler import NewtonEuler, Transmitted
 from ..continuation.driven import free_motions
@@ -15,6 +16,7 @@ from ..description.linkage_description import LinkageDescription
 from ..description.parts import Pair
 from ..poses.kinematics import Kinematics
 from .actions import applied, centre_of, inertia_force, rotated_tensor, weight, whole_shape
+from .coefficients import Coefficients
 from .inertia import inertia
 
 
@@ -52,6 +54,11 @@ class Equilibrium(NewtonEuler):
         motion.evaluate_links(rates=True)
         centres = {link: centre_of(motion, link) for link in linkage.links}
         super().__init__(centres, [self._transmitted(joint) for joint in linkage.joints.values()], self.size)
+
+    def coefficients(self, shape: Shape, entries: NDArray[np.int64]) -> Coefficients:
+        """Coefficients of the unknowns at n entries of the flattened batch of shape `shape`."""
+        count = 6 * len(self.centres), self.unknowns
+        return Coefficients(*self.places, self.numbers(shape, entries), count)
 
     @cached_property
     def side(self) -> Array:

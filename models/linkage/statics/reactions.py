@@ -186,7 +186,7 @@ def reactions(motion: FramedPoses) -> Reactions:
     if there.any():
         idle = IdleMotions(equations.idle, _flat(equations.inertia, shape)[there]) if equations.idle else IdleMotions()
         entries = np.flatnonzero(there)
-        found = solved(lambda cut: equations.matrices(shape, entries[cut]), columns, loads[there], idle)
+        found = solved(lambda cut: equations.coefficients(shape, entries[cut]), loads[there], idle)
         rows_of_values[there], is_unique[there] = found.values, found.unique
     values, unique = rows_of_values.reshape(*shape, columns), is_unique.reshape(shape)
     values[_boundless(motion, values, side)] = np.nan
@@ -196,7 +196,7 @@ def reactions(motion: FramedPoses) -> Reactions:
     told: NDArray[np.bool_] = np.asarray(shared & _compliant(motion))
     if shared.any() and not told.any() and (elastic := _elastic(equations)).any():
         entries = np.flatnonzero(shared)
-        known = without_self_stress(lambda cut: equations.matrices(shape, entries[cut]), loads[entries], elastic)
+        known = without_self_stress(lambda cut: equations.coefficients(shape, entries[cut]), loads[entries], elastic)
         told = np.isin(np.arange(shared.size), entries[known]).reshape(shape)
     if told.any():
         for own, other in zip((wrenches, drives), _by_compliance(motion), strict=True):
