@@ -144,6 +144,22 @@ def test_a_released_end_buckles_as_an_ideal_joint(released: str, end: int, segme
         assert np.isfinite(nonlinearity(loaded.solve())) == stable
 
 
+@pytest.mark.parametrize("end", [0, 1])
+@pytest.mark.parametrize("released", ["rx", "ry", "rz", "ry rz", "rx ry rz", "ux", "uy", "ux rz", "uy rz"])
+def test_matrices_of_a_released_member_are_those_of_an_ideal_joint_condensed(released: str, end: int) -> None:
+    """What is free in the joint moves as statics without loads says, by multipliers for the nodes that remain."""
+    given, joined = (portal(released, end, 1, hinge).matrices() for hinge in (False, True))
+    change = joined.T.toarray()
+    stiffness, geometric = (change.T @ each.toarray() @ change for each in (joined.K, joined.Kg))
+    kept = slice(6, 18)  # of B and C, between the supports
+    count, nodes = change.shape[1], change[kept]
+    whole = np.block([[stiffness, nodes.T], [nodes, np.zeros((12, 12))]])
+    moved = np.linalg.solve(whole, np.eye(count + 12)[:, count:])[:count]
+    for own, other in ((given.K, stiffness), (given.Kg, geometric)):
+        expected = moved.T @ other @ moved
+        assert_allclose(own.toarray()[kept, kept], expected, rtol=0.0, atol=1e-10 * np.abs(expected).max())
+
+
 # The buckling length over that of the column: Timoshenko & Gere, Theory of Elastic Stability, 1961, pp. 48-54.
 @pytest.mark.parametrize(("released", "length"), [("end uy", 1.0), ("end rz", np.pi / 4.493409457909064)])
 def test_a_clamped_column_with_a_released_top(released: str, length: float) -> None:
