@@ -49,7 +49,7 @@ LAYERS = {
     "broadcasting solution": "batched/broadcast",
     "what can move": (
         "error_bounds/resolved results/reached results/constrained results/constrained_batch "
-        "results/constrained_by_springs results/consistent_mechanisms results/singular"
+        "results/constrained_by_springs results/motions_across results/consistent_mechanisms results/singular"
     ),
     "linear solution, as others see it": "results/linear",
     "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",

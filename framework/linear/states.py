@@ -35,7 +35,7 @@ class FrameStates(SolvedFrame):
         order of rounding, 1e-15. Results are NaN.
         ``statically consistent mechanism``: the load does no work on the free motion. Forces hold, and displacements
         except those along the free motion, which are NaN (a `MechanismWarning` says so); parts that no load reaches
-        have zero displacement.
+        have zero displacement, and so has a free motion that at every node goes, and turns, across the others.
         ``free``: a joint can move within its clearance without any force; the results are one choice of many.
         ``unresolved``: rounding hides a contact, or no position of the journals fits between rigid links, as links in
         one line; results are NaN.

@@ -1,6 +1,9 @@
 """Statically consistent mechanisms: frames with free motions on which the loads do no work.
 
-A free motion costs no energy, so that all forces are unique, and so are the displacements that are not part of it.
+A free motion costs no energy, so that all forces are unique, and so are the displacements that are not part of it. How
+far the frame goes along it, nothing says. Where the loads do not act in its directions, that is zero: on unknowns that
+they do not reach, and of a motion that at every node goes, and turns, across what the loads do there. That is the same
+in all directions in which a frame may stand.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from numpy.typing import NDArray
 from ..batch import Array, aligned
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
+from ..elementwise import contracted
 from ..entries import Entries, Selected
 from ..error_bounds.equilibrium import Statics
 from ..error_bounds.kinematic_edge import Real, extended
@@ -23,10 +27,13 @@ from ..structure.parts import Row
 from .constrained import ConstrainedSolution, large
 from .constrained_batch import small
 from .constrained_by_springs import carries, constrained_by_springs
+from .motions_across import FreeMotions
 from .reached import reached
 
 # A displacement below this share of the largest one in a free motion counts as zero.
 _STILL = 1e-10
+# How often what lies along free motions is taken off: it may be much larger than what is left.
+_PASSES = 2
 
 
 def consistent_mechanisms(
@@ -57,6 +64,8 @@ def consistent_mechanisms(
         if found.mask.any():
             own = Statics(plan, entries=entries) if carries(statics) else statics
             found.rest_where_not(reached(plan, own, entries, found.mask, unknowns))
+    if found.moving.any():
+        found.rest_across()
     return found if found.mask.any() else None
 
 
@@ -143,6 +152,22 @@ class ConsistentMechanisms:
         self.moving[self.mask] = (np.abs(self._motions) * weights > _STILL).any(axis=(0, -1))
         self._reached = reached[~self.moving[self.mask]]
 
+    def rest_across(self) -> None:
+        """Set to zero what is moved along free motions that are across the other displacements at every node."""
+        rows = [row for node in range(len(self.plan.topology.number)) for row in self.plan.tree.global_rows(node)]
+        weights = np.where(np.arange(len(rows))[:, None] % 6 < 3, extended(1.0), self.length_scale)
+        moved, values = np.swapaxes(self._moved(rows), 1, 2) * weights, self._values
+        free = FreeMotions(moved)
+        for _ in range(_PASSES):
+            along = free.along(combined(self.plan, self.unknowns, values, rows, self.mask).T * weights)
+            values = values - np.sum(along[..., None] * self._motions, axis=0)
+        others, which = free.others(combined(self.plan, self.unknowns, values, rows, self.mask).T * weights)
+        largest = np.abs(contracted("rsm,rkm->skm", others, moved)).max(axis=1)
+        factors = others / np.where(largest > 0.0, largest, 1.0)
+        motions = np.sum(factors[..., None] * self._motions[:, None], axis=0)
+        self._values = np.where(which[:, None], values, self._values)
+        self._motions = np.where(which[:, None], motions, self._motions)
+
     def apart(self, where: NDArray[np.bool_]) -> Iterator[tuple[At, list[int]]]:
         """Indices of entries whose loaded parts have no free motion, with the unknowns that loads reach there."""
         still = self.mask & ~self.moving
@@ -156,9 +181,12 @@ class ConsistentMechanisms:
 
     def motions(self, rows: Sequence[Row]) -> Array:
         """Values of rows in each free motion at the m entries in `mask`, (motions, m, rows)."""
+        return self._moved(rows).astype(np.float64)
+
+    def _moved(self, rows: Sequence[Row]) -> Real:
         at = {k: number for number, k in enumerate(self.unknowns)}
         motions, change = self._motions, Entries(np.nonzero(self.mask) if self.mask.ndim else ())
-        out = np.zeros((*motions.shape[:-1], len(rows)))
+        out = extended(np.zeros((*motions.shape[:-1], len(rows))))
         for number, row in enumerate(rows):
             for k, factor in row.items():
                 if k in at:

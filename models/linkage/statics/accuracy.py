@@ -275,7 +275,9 @@ def compliance_matrix(motion: FramedPoses, point: str, link: str | None) -> Arra
     cases = frame(motion, loads=False)
     units = np.eye(6).reshape(6, *(1,) * len(cases.shape), 6)
     cases.load(node, **{name: units[..., k] for k, name in enumerate(FORCES)})
-    return np.moveaxis(motion.bare.solve(cases, clearance=False).displacement(node), 0, -1)
+    found = np.moveaxis(motion.bare.solve(cases, clearance=False).displacement(node), 0, -1)
+    # what has no bound under a moment is one of many under a force
+    return np.where(np.isnan(np.swapaxes(found, -1, -2)), np.nan, found)
 
 
 def stiffness(motion: FramedPoses, point: str, link: str | None) -> Array:
