@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -25,19 +26,42 @@ _ROUNDING = float(np.finfo(np.float64).eps) / 2.0
 class AppliedLoads:
     """Loads of a frame.
 
+    Of a whole batch only what acts is kept; `forces` and `error_bound` of all nodes are for a part of it.
+
     Attributes
     ----------
-    forces
-        Forces and moments on the nodes, global, (..., nodes, 6), in extended precision.
-    error_bound
-        Bound on their error by rounding in loads on members and masses, (..., nodes, 6).
+    count
+        Number of nodes.
+    nodes
+        Nodes on which loads act, (l,), and those of them whose loads are rounded, (e,).
+    acting
+        Forces and moments on the first, global, (..., l, 6), in extended precision.
+    rounded
+        Bound on the error of the second by rounding in loads on members and masses, (..., e, 6).
     by_piece
         By number of a piece: equivalent forces on its ends in local axes, and their error bound, (..., 12) each.
     """
 
-    forces: Real
-    error_bound: Array
+    count: int
+    nodes: tuple[list[int], list[int]]
+    acting: Real
+    rounded: Array
     by_piece: dict[int, tuple[Real, Array]]
+
+    @cached_property
+    def forces(self) -> Real:
+        """Forces and moments on all nodes, global, (..., nodes, 6), in extended precision."""
+        return self._of_all(self.acting, self.nodes[0])
+
+    @cached_property
+    def error_bound(self) -> Array:
+        """Bound on their error, (..., nodes, 6)."""
+        return self._of_all(self.rounded, self.nodes[1])
+
+    def _of_all(self, some: Array, nodes: list[int]) -> Array:
+        out = np.zeros((*some.shape[:-2], self.count, 6), dtype=some.dtype)
+        out[..., nodes, :] = some
+        return out
 
     @classmethod
     def of(cls, plan: Plan, springs: list[Springs]) -> AppliedLoads:
@@ -50,11 +74,22 @@ class AppliedLoads:
         shapes += [local.shape[1:-1] for _, _, local in on_members]
         shapes += [each.local_axes.shape[:-3] for each in springs] if on_members else []
         shape = np.broadcast_shapes((1,) * ndim, *shapes)
-        forces, error_bound = extended(np.zeros((*shape, count, 6))), np.zeros((*shape, count, 6))
+        ends = {
+            int(node)
+            for group, positions, _ in on_members
+            for piece in group.pieces[positions].tolist()
+            for node in plan.topology.pieces[piece].nodes
+        }
+        loaded = sorted(ends | {int(node) for node, _ in given})
+        uncertain = sorted(ends | {int(node) for node, _ in given[nodes:]})
+        place, places = ({node: k for k, node in enumerate(each)} for each in (loaded, uncertain))
+        forces, error_bound = extended(np.zeros((*shape, len(loaded), 6))), np.zeros((*shape, len(uncertain), 6))
+        if not uncertain:
+            error_bound = np.zeros((*(1,) * ndim, 0, 6))
         for index, (node, vector) in enumerate(given):
-            forces[..., node, :] += vector
+            forces[..., place[int(node)], :] += vector
             if index >= nodes:  # the weight of a mass
-                error_bound[..., node, :] += _WEIGHT * _ROUNDING * _greatest(vector)
+                error_bound[..., places[int(node)], :] += _WEIGHT * _ROUNDING * _greatest(vector)
         by_piece: dict[int, tuple[Real, Array]] = {}
         numbers = {group: k for k, group in enumerate(plan.topology.groups)}
         for group, positions, local in on_members:
@@ -65,16 +100,16 @@ class AppliedLoads:
                 nodal = _out(axes, force)
                 spread = _out(np.abs(axes).astype(np.float64), size)
                 for side, node in enumerate(plan.topology.pieces[piece].nodes):
-                    forces[..., node, :] += nodal[..., 6 * side : 6 * side + 6]
-                    error_bound[..., node, :] += spread[..., 6 * side : 6 * side + 6]
+                    forces[..., place[int(node)], :] += nodal[..., 6 * side : 6 * side + 6]
+                    error_bound[..., places[int(node)], :] += spread[..., 6 * side : 6 * side + 6]
                 before = by_piece.get(piece, (extended(0.0), np.zeros(())))
                 by_piece[piece] = (before[0] + extended(force), before[1] + size)
-        return cls(forces, error_bound, by_piece)
+        return cls(count, (loaded, uncertain), forces, error_bound, by_piece)
 
     def mapped(self, change: Change) -> AppliedLoads:
         """A copy with `change`, given the number of trailing axes, applied to every array."""
         by_piece = {k: (change(force, 1), change(size, 1)) for k, (force, size) in self.by_piece.items()}
-        return replace(self, forces=change(self.forces, 2), error_bound=change(self.error_bound, 2), by_piece=by_piece)
+        return replace(self, acting=change(self.acting, 2), rounded=change(self.rounded, 2), by_piece=by_piece)
 
     def ends(self, piece: int) -> tuple[Real, Array]:
         """Equivalent forces on the ends of a piece and their error bound, (..., 12), local."""

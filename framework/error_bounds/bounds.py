@@ -31,12 +31,13 @@ from ..solvers.evaluation import Picked
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..solvers.stacked_bands import Bands
+from ..structure.parts import Extended
 from .adjoint import Adjoint
 from .bands import BandedCompliance
 from .compliance import Compliance, DenseCompliance
 from .energy import EnergyBound, energy_of_error, greatest_change
 from .equilibrium import EquilibriumResidual, Statics
-from .kinematic_edge import Real, extended
+from .kinematic_edge import Real
 from .requested import requested
 from .resolved import MOST, excited, groups, ill_conditioned, rest
 from .sparse_compliance import Roughly, SparseCompliance
@@ -107,16 +108,24 @@ class Bounds:
         kind
             Kind of result, see `linkframe.framework.error_bounds.requested`.
         """
-        value, error_bound = self._together(self.adjoints(name, kind))
-        with np.errstate(all="ignore"):
-            rounded = value.astype(np.float64)
-            return rounded, _upwards(np.abs(rounded - value) + error_bound)
+        rounded = error_bound = np.zeros(0)
+        for where, estimate in self.adjoints(name, kind):
+            value = estimate.refined
+            if not rounded.size:
+                rounded, error_bound = (np.empty((*self.solution.shape, value.shape[-1])) for _ in range(2))
+            with np.errstate(all="ignore"):
+                own = value.astype(np.float64)
+                rounded[where], error_bound[where] = own, _upwards(np.abs(own - value) + estimate.error_bound())
+        return rounded, error_bound
 
     def bound(self, name: str, kind: str, computed: Array, components: Sequence[int] | None = None) -> Array:
         """Bound on the error of `computed` results or some `components` of them, (..., m); inf where none is known."""
-        value, error_bound = self._together(self._estimates(name, kind, components))
-        with np.errstate(all="ignore"):
-            return _upwards(np.abs(computed - value) + error_bound)
+        shape = (*self.solution.shape, computed.shape[-1])
+        given, out = np.broadcast_to(computed, shape), np.empty(shape)
+        for where, estimate in self._estimates(name, kind, components):
+            with np.errstate(all="ignore"):
+                out[where] = _upwards(np.abs(given[where] - estimate.refined) + estimate.error_bound())
+        return out
 
     def distance(self) -> Array:
         """Least singular value of scaled deformations by the unknowns that loads reach, by all if there are none."""
@@ -157,16 +166,6 @@ class Bounds:
                         yield part.where, found
                         continue
                 yield part.where, Adjoint(part.state, part.compliance, result)
-
-    def _together(self, estimates: Iterable[tuple[Any, Adjoint | EnergyBound]]) -> tuple[Real, Real]:
-        """Results refined in extended precision, and bounds on their error, (..., m)."""
-        with np.errstate(all="ignore"):
-            found = [(where, estimate.refined, estimate.error_bound()) for where, estimate in estimates]
-        shape = (*self.solution.shape, found[0][1].shape[-1])
-        value, error_bound = (np.empty(shape, dtype=found[0][1].dtype) for _ in range(2))
-        for where, refined, left in found:
-            value[where], error_bound[where] = refined, left
-        return value, error_bound
 
     def whole(self) -> EquilibriumResidual:
         """The solution of the whole batch in its equations of equilibrium."""
@@ -278,16 +277,19 @@ class Bounds:
         solver = self.solution.solver
         own = solver.unknown[solver.excited].tolist() if isinstance(solver, SparseSolver) else None
         unknowns = excited(self.plan) if own is None else own
-        values = extended(np.zeros((*self.solution.shape, len(unknowns))))
+        resolved, mechanisms = self.solution.resolved, self.solution.consistent_mechanisms
+        found: list[Array] = []
+        if not isinstance(solver, SparseSolver):
+            found = [np.asarray(each) for each in solver.values([{key: 1.0} for key in unknowns])]
+        # long batches are solved in double precision, and take half of the memory so
+        precise = resolved is not None or mechanisms is not None or any(each.dtype == Extended for each in found)
+        values = np.zeros((*self.solution.shape, len(unknowns)), dtype=Extended if precise else np.float64)
         if isinstance(solver, SparseSolver):
             values[...] = solver.unknowns[solver.excited].T.reshape(values.shape)
-        else:
-            for k, value in enumerate(solver.values([{key: 1.0} for key in unknowns])):
-                values[..., k] = value
-        resolved = self.solution.resolved
+        for k, value in enumerate(found):
+            values[..., k] = value
         if resolved is not None:
             values[resolved.mask] = resolved.values([{key: 1.0} for key in unknowns])
-        mechanisms = self.solution.consistent_mechanisms
         if mechanisms is not None:
             values[mechanisms.mask] = mechanisms.values([{key: 1.0} for key in unknowns])
         return unknowns, values

@@ -244,9 +244,7 @@ class _Loading:
         """Batch shape over which loads and imposed displacements vary, with all batch axes."""
         imposed = [each.shape[:-1] for each in statics.imposed if each is not None]
         loads = statics.loads
-        return np.broadcast_shapes(
-            geometry_shape(statics), loads.forces.shape[:-2], loads.error_bound.shape[:-2], *imposed
-        )
+        return np.broadcast_shapes(geometry_shape(statics), loads.acting.shape[:-2], loads.rounded.shape[:-2], *imposed)
 
 
 def _solved(

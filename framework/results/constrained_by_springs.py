@@ -155,9 +155,10 @@ class _SharedMotions:
 
     def _loads(self, index: tuple[Index, ...]) -> tuple[Real, Array]:
         """Forces on the nodes at m entries, and their error bounds, (m, nodes, 6) each."""
-        both = self.statics.loads.forces, self.statics.loads.error_bound
-        first, like = distinct(index, np.broadcast_shapes(*(each.shape[:-2] for each in both)))
-        forces, uncertain = (Entries(first)(each, 2) for each in both)
+        loads = self.statics.loads
+        first, like = distinct(index, np.broadcast_shapes(loads.acting.shape[:-2], loads.rounded.shape[:-2]))
+        own = loads.mapped(Entries(first))
+        forces, uncertain = own.forces, own.error_bound
         return forces if len(forces) == 1 else forces[like], uncertain if len(uncertain) == 1 else uncertain[like]
 
     def _within(self, index: tuple[Index, ...], own: Index, values: Array) -> tuple[Array, Array]:

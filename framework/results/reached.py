@@ -93,7 +93,7 @@ def _resisted(statics: Statics, index: At) -> NDArray[np.bool_]:
 
 def _loaded(statics: Statics, index: At, unknowns: Sequence[int]) -> NDArray[np.bool_]:
     """Mask of the unknowns on which loads act at m entries, (m or 1, n)."""
-    shape = np.broadcast_shapes(geometry_shape(statics), statics.loads.forces.shape[:-2])
+    shape = np.broadcast_shapes(geometry_shape(statics), statics.loads.acting.shape[:-2])
     first, like = distinct(index or (), shape)
     change = Entries(first or None)
     kinematics, loads = statics.kinematics.mapped(change), statics.loads.mapped(change)

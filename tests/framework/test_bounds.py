@@ -448,3 +448,29 @@ def test_a_product_without_its_zeros_is_the_whole_one() -> None:
     found = compliance._product(weighted, rows)
     assert found.dtype == np.longdouble
     np.testing.assert_array_equal(found, weighted @ rows)
+
+
+def test_bounds_of_a_long_batch_take_a_few_numbers_an_entry() -> None:
+    """Of loads and bounds what acts and what is asked for, and not all of six numbers at each node."""
+    count = 50_000
+    rod = Beam(Circle(diameter=0.02), Material(E=210e9, nu=0.3))
+    frame = Frame()
+    for name, place in {"A": (0, 0, 0), "B": (0.4, 0, 0), "C": (0.4, 0, 0), "D": (0.4, 0.3, 0)}.items():
+        frame.node(name, place)
+    frame.add("AB", rod, "A", "B")
+    frame.add("CD", rod, "C", "D")
+    springs = np.multiply.outer(np.linspace(1.0, 2.0, count), (1e8, 1e8, 1e8, 1e6, 1e6, 50.0))
+    frame.add("hinge", Joint(stiffness=springs), "B", "C")
+    frame.fix("A")
+    frame.load("D", fx=np.linspace(1.0, 10.0, count))
+    solution = frame.solve()
+    solution.displacement("D")
+    tracemalloc.start()
+    try:
+        solution.error_bound("D")
+        kept, most = (each / count for each in tracemalloc.get_traced_memory())
+    finally:
+        tracemalloc.stop()
+    # six bounds, nine unknowns, six springs and a factor in 8 bytes each, the load in 16, and the parts at hand
+    assert kept < 450.0
+    assert most < 1100.0
