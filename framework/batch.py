@@ -24,6 +24,8 @@ _MANY = 2**12
 _IN_CACHE = 2**13
 # Product of the numbers of matrices and vectors above which these are multiplied three components after three.
 _LONG = 150_000
+# What arrays of floats are most often of: one object, though others may be equal to it.
+_FLOATS = np.dtype(np.float64)
 # The number zero as an array: one object, which is known by itself and nobody may change.
 ZERO: Array = np.zeros(())
 ZERO.setflags(write=False)
@@ -58,11 +60,17 @@ def _short(value: object) -> str:
 
 def finite(value: ArrayLike, what: str) -> Array:
     """`numbers`, with an error if one is not finite."""
-    if type(value) is float and math.isfinite(value):  # as most often; there is no more to look at
+    kind = type(value)
+    # as most often; there is no more to look at
+    if (kind is float or kind is np.float64) and math.isfinite(value):  # type: ignore[arg-type]
         array = np.array(value)
         array.setflags(write=False)
         return array
-    array = numbers(value, what)
+    if kind is np.ndarray and value.dtype is _FLOATS:  # type: ignore[union-attr]
+        array = np.array(value)
+        array.setflags(write=False)
+    else:
+        array = numbers(value, what)
     # of a few numbers Python knows in a third of the time
     if not (all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()):
         bad = array[~np.isfinite(array)].flat[0]

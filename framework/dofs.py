@@ -29,4 +29,9 @@ def values(what: str, given: Mapping[str, ArrayLike], names: tuple[str, ...]) ->
     """Checked component values by index, such as ``{1: array(100.0)}`` for ``fy=100.0``."""
     if not given:
         raise FrameError(f"{what} names no component: give at least one of {', '.join(names)}")
-    return {component(name, names): finite(value, f"{what}, {name},") for name, value in given.items()}
+    out = {}
+    for name, value in given.items():
+        if name not in names:
+            component(name, names)
+        out[names.index(name)] = finite(value, f"{what}, {name},")
+    return out

@@ -20,15 +20,16 @@ def plain(what: str, given: str) -> str:
 
 def new(what: str, given: str, *known: Collection[str]) -> str:
     """The name of a new object, checked."""
-    name = plain(what, given)
-    if any(name in names for names in known):
-        raise FrameError(f"{what} {name!r} exists already: choose another name")
+    name = given if type(given) is str and given else plain(what, given)
+    for names in known:
+        if name in names:
+            raise FrameError(f"{what} {name!r} exists already: choose another name")
     return name
 
 
 def found(what: str, given: str, known: Collection[str], aliases: Mapping[str, str] = MappingProxyType({})) -> str:
     """The name of an existing object, which may be given by an alias."""
-    name = plain(what, given)
+    name = given if type(given) is str and given else plain(what, given)
     name = aliases.get(name, name)
     if name not in known:
         listed = [repr(name) for name in known]

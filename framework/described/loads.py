@@ -49,7 +49,8 @@ class DescribedLoads(DescribedSupports):
         """
         node = self._node(node, "load")
         given = values(f"load at {node!r}", force, FORCES)
-        self._join({f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items()})
+        if any(value.ndim for value in given.values()):
+            self._join({f"{FORCES[k]} at {node!r}": value.shape for k, value in given.items()})
         self.loads.setdefault(node, []).extend(given.items())
 
     def line_load(

@@ -169,7 +169,8 @@ class DescribedNodes:
         if body is not None and not (type(body) is str and body in self.bodies):
             body = found(f"node {name!r}: body", body, self.bodies)
         place = vector(coordinates, f"coordinates of node {name!r}")
-        self._join({f"node {name!r}": place.shape[:-1]})
+        if place.ndim > 1:
+            self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
         if body is None and place.ndim == 1:
             self.size = max(self.size, *map(abs, place.tolist()))
@@ -285,7 +286,7 @@ class DescribedNodes:
         return found(f"{of} node".strip(), name, self.nodes, self.aliases)
 
     def _nodes(self, names: Iterable[str], of: str) -> tuple[str, ...]:
-        return tuple(self._node(name, of) for name in names)
+        return tuple([self._node(name, of) for name in names])
 
     def _member(self, name: str, of: str = "") -> str:
         if type(name) is str and name in self.members:

@@ -177,7 +177,8 @@ class DescribedSupports(DescribedMembers):
         """
         joint = found("offset joint", joint, self.joints)
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
-        self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
+        if any(value.ndim for value in given.values()):
+            self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
         self.offsets[joint] = {**self.offsets.get(joint, {}), **given}
 
     def _tie(self, master: str, slaves: tuple[str, ...], components: tuple[int, ...], *, rigid: bool) -> None:
