@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame
+from linkframe.elements import Beam, Joint, Material, Rectangle, Section
+from linkframe.framework import Frame, MechanismWarning
 from linkframe.framework.dofs import DISPLACEMENTS, FORCES
 from numpy.testing import assert_allclose
 
@@ -87,3 +87,33 @@ def test_nothing_loaded_rests_anywhere(held: tuple[str, ...]) -> None:
     assert solution.contact("pin").status == "free"
     assert solution.status == "free"
     assert not solution.contact("pin").force
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e-3, 1e3, 1e6])
+def test_a_moment_that_is_rounding_closes_no_clearance_in_rotations_in_any_unit_of_length(unit: float) -> None:
+    """A rod pulled along itself, in which a joint has clearance in all rotations; lengths in units of 1 / `unit`."""
+    found = []
+    for size in (1.0, unit):
+        rng = np.random.default_rng(1)
+        along = rng.normal(size=3)
+        along /= np.linalg.norm(along)
+        axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        axes *= np.sign(np.linalg.det(axes))
+        frame = Frame()
+        for name, distance in {"A": 0.0, "B": 0.7, "T": 0.7, "C": 1.2}.items():
+            frame.node(name, size * (np.array([0.1, 0.2, 0.3]) + distance * along))
+        section = Section(A=1e-4 * size**2, Iy=1e-9 * size**4, Iz=2e-9 * size**4, J=1e-9 * size**4)
+        frame.add("AB", Beam(section, Material(E=2e11 / size**2, nu=0.3)), "A", "B")
+        frame.add("TC", Beam(section, Material(E=2e11 / size**2, nu=0.3)), "T", "C")
+        springs = (1e8 / size,) * 3 + (1e4 * size,) * 3
+        joint = Joint(springs, axes=axes, clearance=1e-3, clearance_directions=("rx", "ry", "rz"))
+        frame.add("joint", joint, "B", "T")
+        frame.fix("A")
+        frame.load("C", **dict(zip(("fx", "fy", "fz"), along[:, None] * [1.0, 10.0, 100.0, 1e3], strict=True)))
+        solution = frame.solve()
+        with pytest.warns(MechanismWarning):
+            moved = solution.displacement("C")
+        found.append(moved[:, :3] / size)
+        assert solution.contact("joint").status.tolist() == ["free"] * 4
+        assert solution.status.tolist() == ["free"] * 4
+    assert_allclose(found[1], found[0], rtol=1e-9)

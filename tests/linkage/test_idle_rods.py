@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -28,13 +29,14 @@ def rssr(
     ball: tuple[float, ...] | None = None,
     rod: Beam | None = BAR,
     gravity: float = 0.0,
+    body: dict[str, Any] | None = None,
     **load: float,
 ) -> Linkage:
     """A crank and a rocker coupled by a rod between two balls, its joints described forth or back, turned in space."""
     turn = np.eye(3) if turn is None else turn
     linkage = Linkage({name: turn @ place for name, place in PLACES.items()})
     linkage.link("crank", "A", "B", beam=BAR)
-    linkage.link("rod", "B", "C", beam=rod) if rod else linkage.link("rod", "B", "C", mass=2.0, inertia=0.0)
+    linkage.link("rod", "B", "C", **({"beam": rod} if rod else {"mass": 2.0, "inertia": 0.0}) | (body or {}))
     linkage.link("rocker", "D", "C", beam=BAR)
     described = [
         lambda: linkage.revolute("A", "ground", "crank", axis=turn @ [1.0, 0.1, 0.0], drive=True),
@@ -156,6 +158,25 @@ def test_inertia_spins_a_rod_that_balls_cannot_hold(back: bool) -> None:
         assert_allclose(found[:, 3:], 0.0, atol=1e-11)
     assert set(motion.frame().solve().status) == {MECHANISM}
     assert np.isnan(motion.frequencies(1)).all()
+
+
+def test_weight_beside_the_axis_of_a_rod_swings_it() -> None:
+    """From rest about its axis u by ``m u.(e x g) / (u.I u + m e^2)``; the balls bear what is left of its weight."""
+    mass, own = 2.0, np.diag([0.02, 0.03, 0.04])
+    beside = 0.05 * np.cross(ALONG, [0.0, 0.0, 1.0])
+    centre = 0.3 * np.array(PLACES["B"]) + 0.7 * np.array(PLACES["C"]) + beside
+    motion = rssr(gravity=9.81, body={"mass": mass, "centre": centre, "inertia": own}).move(A=0.0)
+    weight = mass * np.array([0.0, 0.0, -9.81])
+    gain = ALONG @ np.cross(beside, weight) / (ALONG @ own @ ALONG + mass * beside @ beside)
+    assert abs(gain) > 1.0
+    rigid, solution = motion.reactions(), motion.frame(inertia=True).solve()
+    whole = rigid.force("B", "rod") + rigid.force("C", "rod")
+    assert_allclose(whole[:3], mass * gain * np.cross(ALONG, beside) - weight, rtol=1e-9)
+    assert solution.status == "regular"
+    for ball in "BC":
+        found, expected = solution.joint_force(ball), rigid.force(ball)
+        assert_allclose(np.linalg.norm(found[:3]), np.linalg.norm(expected[:3]), rtol=1e-9)
+        assert_allclose(found[3:], 0.0, atol=1e-11)
 
 
 @pytest.mark.parametrize("back", [False, True])
