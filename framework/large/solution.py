@@ -326,7 +326,11 @@ class LargeSolution(RecoveredResults, SavedResults):
     @cached_property
     def trust(self) -> ErrorBounds:
         """Bounds on the numerical error of displacements."""
-        inside = self._found.neutral & self.converged.reshape(-1) & (not self.model.has_clearance)
+        found = self._found
+        # with clearances convergence itself is judged by these bounds
+        inside = (
+            np.zeros_like(found.neutral) if self.model.has_clearance else found.neutral & self.converged.reshape(-1)
+        )
         return ErrorBounds(self.equations, self.displaced, inside)
 
     @cached_property

@@ -43,7 +43,7 @@ class Coefficients:
         """Those of some of the poses."""
         return Coefficients(self.rows, self.columns, self.values[poses], self.shape)
 
-    def of(self, block: Block, poses: Bools) -> Coefficients:
+    def of(self, block: EquationBlock, poses: Bools) -> Coefficients:
         """Those of a block of the equations at some of the poses."""
         values = self.values[np.ix_(poses, block.entries)]
         return Coefficients(block.places[0], block.places[1], values, (len(block.rows), len(block.columns)))
@@ -65,7 +65,7 @@ class Coefficients:
         return out
 
 
-class Stage(NamedTuple):
+class SubstitutionStage(NamedTuple):
     """Equations of a block that are solved together, after those from which they take unknowns.
 
     Attributes
@@ -86,7 +86,7 @@ class Stage(NamedTuple):
 
 
 @dataclass(eq=False)
-class Block:
+class EquationBlock:
     """Equations that share unknowns with no others.
 
     Attributes
@@ -105,7 +105,7 @@ class Block:
     places: tuple[Places, Places]
 
     @cached_property
-    def stages(self) -> list[Stage]:
+    def stages(self) -> list[SubstitutionStage]:
         """What is solved after what (Dulmage and Mendelsohn 1958), in an open chain from the tip to the ground.
 
         None if the block is small, not square, or does not come apart. They follow from where coefficients can be, not
@@ -117,14 +117,14 @@ class Block:
         return [] if labels is None else _stages(self, *labels)
 
 
-def blocks(rows: Places, columns: Places, shape: tuple[int, int], used: Bools) -> list[Block]:
+def blocks(rows: Places, columns: Places, shape: tuple[int, int], used: Bools) -> list[EquationBlock]:
     """Uncoupled blocks of equations, of which the coefficients `used` (e,) at `rows` and `columns` are not zero."""
     key = "blocks", shape, rows.tobytes(), columns.tobytes(), used.tobytes()
-    found: list[Block] = PATTERNS.found(key, lambda: _blocks(rows, columns, shape, used), 4 * used.size)
+    found: list[EquationBlock] = PATTERNS.found(key, lambda: _blocks(rows, columns, shape, used), 4 * used.size)
     return found
 
 
-def _blocks(rows: Places, columns: Places, shape: tuple[int, int], used: Bools) -> list[Block]:
+def _blocks(rows: Places, columns: Places, shape: tuple[int, int], used: Bools) -> list[EquationBlock]:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -144,7 +144,7 @@ def _blocks(rows: Places, columns: Places, shape: tuple[int, int], used: Bools) 
         if len(own_rows):
             here[own_rows], here[shape[0] + own_columns] = np.arange(len(own_rows)), np.arange(len(own_columns))
             places = here[rows[entries]], here[shape[0] + columns[entries]]
-            out.append(Block(own_rows, own_columns, entries, places))
+            out.append(EquationBlock(own_rows, own_columns, entries, places))
     return out
 
 
@@ -186,7 +186,7 @@ def _order(later: Places, sooner: Places, count: int) -> list[int]:
     return list(TopologicalSorter(waits).static_order())
 
 
-def _stages(block: Block, of_rows: Places, of_columns: Places, order: list[int]) -> list[Stage]:
+def _stages(block: EquationBlock, of_rows: Places, of_columns: Places, order: list[int]) -> list[SubstitutionStage]:
     rows, columns = block.places
     count, out = len(order), []
     rows_of, columns_of = _members(of_rows, count), _members(of_columns, count)
@@ -199,11 +199,13 @@ def _stages(block: Block, of_rows: Places, of_columns: Places, order: list[int])
         own, before = entries[inside], entries[~inside]
         known, place = np.unique(columns[before], return_inverse=True)
         coefficients = here[0, rows[own]], here[1, columns[own]], own
-        out.append(Stage(own_rows, own_columns, known, coefficients, (here[0, rows[before]], place, before)))
+        out.append(
+            SubstitutionStage(own_rows, own_columns, known, coefficients, (here[0, rows[before]], place, before))
+        )
     return out
 
 
-def substituted(given: Coefficients, stages: list[Stage], sides: Array) -> tuple[Array, Bools]:
+def substituted(given: Coefficients, stages: list[SubstitutionStage], sides: Array) -> tuple[Array, Bools]:
     """Unknowns (n, k, s) of equations with right-hand sides (n, m, s), stage by stage, and where all have one, (n,)."""
     out, regular = np.zeros_like(sides), np.ones(len(sides), dtype=bool)
     for stage in stages:

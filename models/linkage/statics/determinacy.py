@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from .coefficients import Block, Coefficients, blocks, substituted
+from .coefficients import EquationBlock, Coefficients, blocks, substituted
 
 Bools = NDArray[np.bool_]
 
@@ -181,11 +181,11 @@ def _alike(coefficients: Coefficients, side: Array, idle: IdleMotions, used: Boo
     return PoseSolutions(values, unique, lost, moving)
 
 
-def _blocks_of(coefficients: Coefficients, used: Bools) -> list[Block]:
+def _blocks_of(coefficients: Coefficients, used: Bools) -> list[EquationBlock]:
     return blocks(coefficients.rows, coefficients.columns, coefficients.shape, used)
 
 
-def _least(given: Coefficients, block: Block, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
+def _least(given: Coefficients, block: EquationBlock, side: Array, loads: Array, idle: IdleMotions) -> PoseSolutions:
     """Solution of least norm of one block at every pose."""
     rows, columns = given.shape
     whole = np.zeros((0, 0, 0)) if block.stages else given.matrix()
@@ -204,7 +204,7 @@ def _least(given: Coefficients, block: Block, side: Array, loads: Array, idle: I
     return PoseSolutions(values, unique, lost & ~moving, moving)
 
 
-def _by_stages(given: Coefficients, block: Block, side: Array) -> tuple[Array, Bools]:
+def _by_stages(given: Coefficients, block: EquationBlock, side: Array) -> tuple[Array, Bools]:
     """Solution of square equations part by part, and whether they are regular."""
     with np.errstate(over="ignore", invalid="ignore"):  # next to singular poses
         found, regular = substituted(given, block.stages, _beside_probe(side))
