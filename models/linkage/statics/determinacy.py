@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....framework.batch import Array
-from .coefficients import EquationBlock, Coefficients, blocks, substituted
+from .coefficients import Coefficients, EquationBlock, blocks, substituted
 
 Bools = NDArray[np.bool_]
 
