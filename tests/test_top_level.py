@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pydoc
+import runpy
 import subprocess
 import sys
 from importlib import import_module
@@ -71,11 +72,13 @@ def test_command() -> None:
 
 
 def test_interrupt_while_the_command_is_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
-    from linkframe.__main__ import main
+    from linkframe import __main__, models
 
     class Interrupted:
         def __getattr__(self, name: str) -> object:
             raise KeyboardInterrupt
 
+    # as in a process that has not loaded it yet
+    monkeypatch.delitem(vars(models), "command_line", raising=False)
     monkeypatch.setitem(sys.modules, "linkframe.models.command_line", Interrupted())
-    assert main() == 130
+    assert runpy.run_path(__main__.__file__)["main"]() == 130

@@ -60,11 +60,12 @@ def test_pictures_in_space_have_the_same_arrows_and_name_places() -> None:
 
 
 def test_no_picture_is_torn_where_no_load_works_on_the_free_motion() -> None:
-    """A rod on a hinge, pulled along itself: how far it turns, nothing tells, and it is drawn as it is."""
+    """A bent rod pulled through its hinge: how far it turns, nothing tells, and it is drawn as it is."""
     frame = Frame()
-    for name, x in {"A": 0.0, "B": 3.0}.items():
-        frame.node(name, (x, 4.0 / 3.0 * x, 0.0))
-    frame.add("AB", ROD, "A", "B")
+    for name, place in {"A": (0.0, 0.0, 0.0), "K": (3.0, 0.0, 0.0), "B": (3.0, 4.0, 0.0)}.items():
+        frame.node(name, place)
+    frame.add("AK", ROD, "A", "K")
+    frame.add("KB", ROD, "K", "B")
     frame.fix("A", "ux", "uy", "uz", "rx", "ry")
     frame.load("B", fx=3.0, fy=4.0)
     solution = frame.solve()
