@@ -7,9 +7,10 @@ bit.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,76 @@ from .entry_program import EntrySolution, Way
 from .entry_steps import Step
 from .numpy_calls import NumpyCalls, carry_out
 from .stage import SUSPECT
+
+
+class BatchProgramFacts(Protocol):
+    """What a program for batches knows of the frame."""
+
+    @property
+    def parameters(self) -> tuple[tuple[bool, int], ...]:
+        """For each right-hand-side parameter but the first: whether it is a load, and its index."""
+        ...
+
+    @property
+    def unknowns(self) -> Mapping[int, object]:
+        """The unknowns by number."""
+        ...
+
+    @property
+    def component(self) -> dict[int, int]:
+        """As of an `EntrySolution`."""
+        ...
+
+    @property
+    def excited(self) -> frozenset[int]:
+        """As of an `EntrySolution`."""
+        ...
+
+    @property
+    def method(self) -> Method:
+        """As of an `EntrySolution`."""
+        ...
+
+
+class BatchResults(Protocol):
+    """Results of a program for a batch."""
+
+    def node(self, number: int) -> Array:
+        """Displacements of a node, (..., 6)."""
+        ...
+
+    def known(self) -> list[Value]:
+        """The unknowns."""
+        ...
+
+
+def batch_solution(
+    program: BatchProgramFacts,
+    results: BatchResults,
+    numbers: BatchNumbers,
+    loads: BatchLoads,
+    way: Way,
+    size: int,
+    *,
+    again: bool,
+) -> EntrySolution:
+    """The solution of a batch by the results of a program of so many steps, run in the given way."""
+    parameters = [(loads if load else numbers).values([k])[0] for load, k in program.parameters]
+    return EntrySolution(
+        displacements=None,
+        numbers=program.unknowns,
+        known=results.known,
+        component=program.component,
+        excited=program.excited,
+        ratios=[],
+        method=program.method,
+        again=again,
+        way=way,
+        size=size,
+        node=results.node,
+        parameters=[1.0, *parameters],
+        shape=numbers.grid.shape,
+    )
 
 
 @dataclass(frozen=True)
@@ -76,22 +147,8 @@ class BatchProgram:
         if found is None:
             return None
         results, again = found
-        parameters = [(loads if load else numbers).values([k])[0] for load, k in self.parameters]
-        return EntrySolution(
-            displacements=None,
-            numbers=self.unknowns,
-            known=results.known,
-            component=self.component,
-            excited=self.excited,
-            ratios=[],
-            method=self.method,
-            again=again,
-            way=way,
-            size=len(self.shared) + len(self.loaded),
-            node=results.node,
-            parameters=[1.0, *parameters],
-            shape=numbers.grid.shape,
-        )
+        size = len(self.shared) + len(self.loaded)
+        return batch_solution(self, results, numbers, loads, way, size, again=again)
 
     def _by_machine(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InTables, bool] | None:
         nodes, others = self.machine.run(numbers.table(self.given), loads.table(self.loads))

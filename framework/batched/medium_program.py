@@ -13,6 +13,7 @@ from ..program.recording import Recording, Term
 from ..solvers.method import Method
 from ..structure.parts import Value
 from .batch_numbers import BatchLoads, BatchNumbers
+from .batch_program import batch_solution
 from .entry_program import EntrySolution, Way
 from .stage import SUSPECT
 
@@ -63,22 +64,8 @@ class MediumProgram:
         if not all(np.all(ratio > SUSPECT) for ratio in found[second:]):
             return None
         results = InArrays(shape, found[:first], found[first:second])
-        parameters = [(loads if load else numbers).values([k])[0] for load, k in self.parameters]
-        return EntrySolution(
-            displacements=None,
-            numbers=self.unknowns,
-            known=results.known,
-            component=self.component,
-            excited=self.excited,
-            ratios=[],
-            method=self.method,
-            again=False,
-            way=way,
-            size=len(calculation.program.steps),
-            node=results.node,
-            parameters=[1.0, *parameters],
-            shape=shape,
-        )
+        size = len(calculation.program.steps)
+        return batch_solution(self, results, numbers, loads, way, size, again=False)
 
 
 def _given(calculation: Calculation, numbers: BatchNumbers, loads: BatchLoads) -> list[Value]:
