@@ -199,6 +199,23 @@ def test_where_one_is_not_found_the_others_of_its_step_are_not_told(monkeypatch:
         assert_array_equal(path.limits[0], [np.nan, np.nan])
 
 
+def test_a_limit_beside_which_the_path_is_left_is_nan(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points found short of the limit, from where on they lie on another path, which falls, do not enclose a limit."""
+    path = truss().path("B", "uy", -0.08)
+    at, exact = limit_points._Points.at, largest(HEIGHT, 1e4)
+
+    def beyond_on_another(points: limit_points._Points, place: Array, which: NDArray[np.bool_]) -> Array:
+        found = at(points, place, which)
+        other = found[1] > 0.999 * exact
+        return np.where(other, np.stack([found[0], found[1] + 0.01 * exact, -np.abs(found[2])]), found)
+
+    assert_allclose(path.limits[0], [exact], rtol=1e-11)
+    again = truss().path("B", "uy", -0.08)
+    monkeypatch.setattr(limit_points._Points, "at", beyond_on_another)
+    with pytest.warns(PathWarning, match=r"\(1 such\)"):
+        assert_array_equal(again.limits[0], [np.nan])
+
+
 def test_a_path_without_limits_has_none() -> None:
     frame = Frame()
     frame.node("A", (0.0, 0.0, 0.0))
