@@ -25,6 +25,7 @@ from benchmarks import (
     segments,
     size,
     start_up,
+    straight_c,
     work_precision,
 )
 from benchmarks.fifty_digits import displacements
@@ -198,6 +199,24 @@ def test_one_frame_is_right_however_it_comes_about() -> None:
     rows = one_frame.measure(1, many=5)
     assert {row["what"] for row in rows} >= {*one_frame.LIMITS, one_frame.MOVED}
     assert all(row["error"] < one_frame.ERROR for row in rows if row["what"] not in one_frame.RATIOS)
+
+
+@pytest.mark.skipif(not straight_c.available(), reason="there is no C compiler")
+def test_the_loop_in_c_does_what_the_machine_code_does() -> None:
+    """To the rounding of fused operations; what was there before is overwritten."""
+    pytest.importorskip("llvmlite")
+    make, node, _ = programs.cases()["modulus varying"]
+    (first, *_) = straight_c.runs(partial(programs.solved, make(500), node, programs.COMPILED))
+    written = first.held[1 + first.kernel.read :]  # type: ignore[index]
+    own = [array.copy() for array in written]
+    for array in written:
+        array[...] = np.nan
+    first.in_c()
+    assert len(own) > 6
+    for array, before in zip(written, own, strict=True):
+        assert np.any(before)
+        assert_allclose(array, before, rtol=1e-6)
+    assert any(np.any(array != before) for array, before in zip(written, own, strict=True))
 
 
 def test_summary_and_figures(tmp_path: Path) -> None:
