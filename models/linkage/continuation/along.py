@@ -80,10 +80,13 @@ class Along:
         guess = single.guess(s)
         self._drive(guess.state, driven)
         if self.starts is None:
-            found = self._nominal(single, guess)
+            found, apart = self._nominal(single, guess), np.zeros(shape, dtype=bool)
         else:
-            found = self._members(single, guess, self.starts, parameters, shape)
-        found.patches, found.nearly = patched(self.loops, guess, parameters, found.state, found.reached)
+            found, apart = self._members(single, guess, self.starts, parameters, shape)
+        patches, nearly = patched(self.loops, guess, parameters, found.state, found.reached, ~apart)
+        found.patches += patches
+        if nearly is not None:
+            found.nearly = nearly if found.nearly is None else found.nearly | nearly
         return found
 
     def _drive(self, state: list[Value], driven: Sequence[Array]) -> None:
@@ -132,8 +135,11 @@ class Along:
 
     def _members(
         self, single: SingleDrive, guess: Guess, starts: Starts, parameters: Sequence[Value], shape: Shape
-    ) -> Found:
-        """Close all members from the poses of the leading member, or along their own paths where that is not safe."""
+    ) -> tuple[Found, Mask]:
+        """Close all members from the poses of the leading member, or along their own paths where that is not safe.
+
+        The second result marks the poses of members that were found as without the others.
+        """
         assert guess.s is not None
         assert guess.guide is not None
         found = self._nominal(single, guess)
@@ -151,16 +157,20 @@ class Along:
             good[block] = closed.trusted & same & (np.asarray(reached) > 0.0) & (s > back) & (s < ahead)
             for place in self.loops.unknown_states:
                 np.asarray(state[place])[block] = closed.state[place]
-        self._alone(guess, starts, parameters, state, good)
-        return Found(state, good)
+        found = Found(state, good)
+        return found, self._alone(guess, starts, parameters, found)
 
-    def _alone(self, guess: Guess, starts: Starts, parameters: Sequence[Value], state: list[Value], good: Mask) -> None:
-        """Find the poses of members that are not yet `good`, each along its own path."""
+    def _alone(self, guess: Guess, starts: Starts, parameters: Sequence[Value], found: Found) -> Mask:
+        """Find the poses of members that are not yet reached, each along its own path.
+
+        Returns the poses of members with change points of their own, which are found as without the others.
+        """
         assert guess.s is not None
-        shape = good.shape
-        left = np.flatnonzero(np.broadcast_to(~good & starts.closed, shape))
+        shape = found.reached.shape
+        apart = np.zeros(shape, dtype=bool)
+        left = np.flatnonzero(np.broadcast_to(~found.reached & starts.closed, shape))
         if not left.size:
-            return
+            return apart
         member = np.broadcast_to(np.arange(starts.closed.size).reshape(starts.closed.shape), shape).ravel()[left]
         s = np.broadcast_to(guess.s, shape).ravel()[left]
         names, who = np.unique(member, return_inverse=True)
@@ -168,7 +178,7 @@ class Along:
         begin = np.stack([_members(x, starts.closed.shape, names) for x in starts.state])
         own_paths = Paths(self, own, begin)
         states, reached = own_paths.at(who, s)
-        given = np.stack([np.broadcast_to(state[k], shape).ravel()[left] for k in self.loops.driven_states])
+        given = np.stack([np.broadcast_to(found.state[k], shape).ravel()[left] for k in self.loops.driven_states])
         states[self.loops.driven_states] = given
         dims = taken(own, who)
         closed = self.loops.close_all(self.loops.unit(list(states)), dims)
@@ -180,11 +190,32 @@ class Along:
             if at is not None:
                 states[:, k], sure[k] = at, True
         at_dead_points(self.loops, dims, states, sure, np.where(reached, 0.0, own_paths.beyond), given)
+        self._store(found, left, states, sure)
+        for name in np.flatnonzero(own_paths.alone):
+            chosen = np.flatnonzero(who == name)
+            apart.ravel()[left[chosen]] = True
+            self._as_single(own_paths.single(int(name)), found, left[chosen], given[:, chosen])
+        return apart
+
+    def _as_single(self, single: SingleDrive, found: Found, places: NDArray[np.intp], given: Array) -> None:
+        """Find the poses of one member at some places of the batch as without the others."""
+        along = Along(single.loops, single.parameters, single.start, None, self.drive, self.switch)
+        own = along.poses(list(given), single.parameters, places.shape)
+        self._store(found, places, np.stack(np.broadcast_arrays(*own.state)), own.reached)
+        chosen = np.zeros(found.reached.shape, dtype=bool)
+        chosen.ravel()[places] = True
+        found.patches += [patch.of(chosen) for patch in own.patches]
+        if own.nearly is not None:
+            found.nearly = np.zeros_like(chosen) if found.nearly is None else found.nearly
+            found.nearly.ravel()[places] = own.nearly
+
+    def _store(self, found: Found, places: NDArray[np.intp], states: Array, reached: Mask) -> None:
+        """Put states (n, k) and whether they are reached at some places (k,) of the batch."""
         for place in self.loops.unknown_states:
-            whole = np.asarray(state[place])
-            whole.ravel()[left] = states[place]
-            state[place] = whole
-        good.ravel()[left] = sure
+            whole = np.asarray(found.state[place])
+            whole.ravel()[places] = states[place]
+            found.state[place] = whole
+        found.reached.ravel()[places] = reached
 
 
 class Paths:
@@ -195,46 +226,42 @@ class Paths:
     signs, beyond
         Of the poses of the last call of `at`: signs of the determinants, (blocks, asked), and distance by which each
         pose lies beyond the end of its path, (asked,).
+    alone
+        Members that pass a change point or make many turns, whose poses `at` does not find, (members,).
     """
 
     def __init__(self, along: Along, parameters: Sequence[Value], begin: Array) -> None:
         self.along, self.loops, self.parameters, self.begin = along, along.loops, parameters, begin
         self.singles: dict[int, SingleDrive] = {}
+        self.alone = np.zeros(begin.shape[1], dtype=bool)
 
     def at(self, who: NDArray[np.intp], s: Array) -> tuple[Array, Mask]:
-        """States (n, asked) interpolated at lengths s of the paths of members, and whether each path is that long."""
+        """States (n, asked) at lengths s of members' paths, or at their ends, and whether each path is that long."""
         states = self.begin[:, who].copy()
         reached, self.beyond = np.zeros(s.shape, dtype=bool), np.full(s.shape, np.inf)
         own = [np.sign(x)[who] for x in self._determinants()]
         self.signs = np.stack(own) if own else np.zeros((0, len(s)))
         many = np.abs(s) > 6.0 * TURN
-        alone = np.zeros(self.begin.shape[1], dtype=bool)
-        alone[who[many]] = True
+        self.alone[who[many]] = True
         within = s.copy()
         ends = np.zeros((2, self.begin.shape[1]))
         for _ in range(2):
             for sign, end in zip((1.0, -1.0), ends, strict=True):
-                chosen = np.flatnonzero(~reached & ~alone[who] & (sign * within >= 0.0))
+                chosen = np.flatnonzero(~reached & ~self.alone[who] & (sign * within >= 0.0))
                 if chosen.size:
-                    self._one_way(sign, chosen, who, within, states, reached, end, alone)
+                    self._one_way(sign, chosen, who, within, states, reached, end)
             if not self.loops.is_rotation(self.along.drive):
                 break
             ended = np.where(within >= 0.0, ends[0][who], ends[1][who])
             turns = np.sign(within) * np.ceil((np.abs(within) - ended - SHORT) / TURN)
             within = np.where(reached, within, within - TURN * turns)
-        for k in np.unique(who[alone[who]]):
-            chosen = np.flatnonzero(who == k)
-            guess = self._single(int(k)).guess(s[chosen])
-            states[:, chosen], reached[chosen] = np.stack(guess.state), guess.reached
-            self.signs[:, chosen] = np.stack(guess.signs) if guess.signs else 0.0
-            assert guess.guide is not None
-            assert guess.s is not None
-            self.beyond[chosen] = np.maximum(guess.s - guess.guide.high, guess.guide.low - guess.s)
+        reached &= ~self.alone[who]
+        self.beyond[self.alone[who]] = np.inf
         return states, reached
 
     def exactly(self, who: int, s: float, given: Array) -> list[float] | None:
         """The state of a member at one value of the drive, followed in short steps, with the driven states `given`."""
-        single = self._single(who)
+        single = self.single(who)
         at = single.exactly(s)
         if at is None:
             return None
@@ -252,7 +279,6 @@ class Paths:
         states: Array,
         reached: Mask,
         end: Array,
-        alone: Mask,
     ) -> None:
         members, path = np.unique(who[chosen], return_inverse=True)
         direction = np.zeros((len(self.loops.driven_states), len(members)))
@@ -260,8 +286,8 @@ class Paths:
         own = taken(self.parameters, members)
         read = read_off(self.loops, own, self.begin[:, members], direction, path, np.abs(s[chosen]))
         end[members] = read.end
-        alone[members[read.crossing]] = True
-        states[:, chosen[read.reached]] = read.states[:, read.reached]
+        self.alone[members[read.crossing]] = True
+        states[:, chosen] = read.states
         reached[chosen] = read.reached
         self.beyond[chosen] = np.abs(s[chosen]) - read.end[path]
 
@@ -269,7 +295,8 @@ class Paths:
         found = self.loops.close_all(list(self.begin.copy()), self.parameters)
         return [np.broadcast_to(x, self.begin.shape[1:]) for x in found.determinants]
 
-    def _single(self, who: int) -> SingleDrive:
+    def single(self, who: int) -> SingleDrive:
+        """The path of one member, followed by itself."""
         if who not in self.singles:
             own = [float(x) for x in taken(self.parameters, np.array(who))]
             loops = self.loops.anew()

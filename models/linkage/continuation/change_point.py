@@ -61,9 +61,9 @@ class Patch:
 
 
 def patched(
-    loops: Loops, guess: Guess, parameters: Sequence[Value], state: list[Value], reached: Mask
+    loops: Loops, guess: Guess, parameters: Sequence[Value], state: list[Value], reached: Mask, sought: Mask
 ) -> tuple[list[Patch], Mask | None]:
-    """Interpolate the poses that lie in change points of the only moving drive.
+    """Interpolate those of the poses `sought` that lie in change points of the only moving drive.
 
     Puts them into `state` and `reached`, and returns them. Where the branches cross only approximately, as those of a
     parallelogram with bars that are equal to eight digits, no pose may close exactly: the second result marks poses
@@ -74,7 +74,7 @@ def patched(
     s, nearly = np.broadcast_to(guess.s, reached.shape), np.zeros(reached.shape, dtype=bool)
     out = []
     for where, guide in guess.around.items():
-        chosen = np.asarray(np.abs(s - where) <= WITHIN)
+        chosen = np.asarray((np.abs(s - where) <= WITHIN) & sought)
         if guess.switched:
             # beyond the change point the path continues on the other branch
             chosen = np.asarray(chosen & (np.sign(where) * (s - where) <= EXACTLY))

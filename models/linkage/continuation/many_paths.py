@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,17 +11,20 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ....framework.continuation import PathBatch
 from ..kinematics.blocks import taken
-from ..kinematics.closed_poses import Pose, Poses
+from ..kinematics.closed_poses import Poses
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
+from .derivatives import Derivatives
 from .interpolation import cubic
-from .predictor_corrector import EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
+from .predictor_corrector import BEYOND, DOUBLE_ZERO, EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
 
 Mask = NDArray[np.bool_]
 # First step of a path that is followed to a given end: longer than `FIRST`, as the second derivative is known there.
 FAR = 0.7
 # Number of poses that are followed together, so that their arrays fit the cache.
 TOGETHER = 2048
+# Factor by which the rates have grown in a dead point, beside those after steps of the usual length.
+GROWN, USUAL = 50.0, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +40,7 @@ class Ends:
     left
         Distance from its end to its target, (poses,).
     crossing
-        Whether a determinant changes its sign where the path was stuck, as it does at a change point, (poses,).
+        Whether the path has met what may be a change point, (poses,).
     """
 
     states: Array
@@ -63,7 +65,7 @@ def followed(
         paths = ManyPaths(loops, own, states[:, part], change[:, part], common=common)
         paths.run()
         ends.states[:, part], ends.reached[part] = paths.state, paths.reached
-        ends.left[part], ends.crossing[part] = paths.length - paths.s, paths.crossing & paths.stalled
+        ends.left[part], ends.crossing[part] = paths.length - paths.s, paths.meets_crossing
     return ends
 
 
@@ -73,87 +75,13 @@ def lengths(change: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class Derivatives:
-    """Derivatives of a pose by the drives.
-
-    Attributes
-    ----------
-    follow, determinants
-        As in `Pose`.
-    rate, bend
-        First and second derivatives of the state by the driven states, (n, f) and (n, f, f).
-    pairs
-        Places of those that something in the state follows together, the second at most the first.
-    """
-
-    follow: Array
-    determinants: Array
-    rate: Array
-    bend: Array
-    pairs: list[tuple[int, int]]
-
-    def along(self, change: Array) -> tuple[Array, Array]:
-        """First and second derivatives of the state (n, poses) along changes of the driven states (f, poses).
-
-        Summed term by term, so that the result of a pose has the same bits for any number of poses; a matrix product
-        sums in another order at the edges of its blocks.
-        """
-        first, second = (np.zeros((len(self.rate), change.shape[1])) for _ in range(2))
-        part = np.empty_like(first)
-        for factor, x in zip(self.rate.T, change, strict=True):
-            first += np.multiply(factor[:, None], x, out=part)
-        for (i, j), factor in zip(self.pairs, self._second, strict=True):
-            if factor.any():
-                second += np.multiply(factor[:, None], change[i] * change[j], out=part)
-        return first, second
-
-    def along_one(self, change: Array) -> tuple[Array, Array]:
-        """`along` for one change (f,), by the same sums."""
-        i, j = np.array(self.pairs).T
-        first = np.add.accumulate(self.rate.T * change[:, None])[-1]
-        second = np.add.accumulate(self._second * (change[i] * change[j])[:, None])[-1]
-        return first, second
-
-    @cached_property
-    def _second(self) -> Array:
-        """What each of the `pairs` adds to the second derivative of the state, (pairs, n)."""
-        i, j = np.array(self.pairs, dtype=np.intp).reshape(-1, 2).T
-        factors: Array = np.where(i == j, 1.0, 2.0)[:, None] * self.bend[:, i, j].T
-        return factors
-
-    @classmethod
-    def of(cls, loops: Loops, parameters: Sequence[float], pose: Pose) -> Derivatives:
-        """Derivatives at a pose; spherical joints must not be driven."""
-        f, state, pairs = len(loops.driven_states), [np.array(x) for x in pose.state], loops.equations.driven_together
-        i, j = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
-        # By polarisation: 2 B(u, v) = B(u + v, u + v) - B(u, u) - B(v, v).
-        combinations = np.concatenate([np.eye(f), np.eye(f)[:, i] + np.eye(f)[:, j]], axis=1)
-        spread: list[Value] = [np.broadcast_to(x, combinations.shape[1:]) for x in state]
-        velocities = loops.velocities(spread, parameters, list(combinations))
-        changes = loops.accelerations(spread, parameters, velocities, None)
-        rate, bend = (
-            np.stack([np.broadcast_to(x, combinations.shape[1:]) for x in each])
-            for each in (
-                loops.state_rate(spread, [velocities[k] for k in loops.mechanism.unknown]),
-                loops.state_bend(spread, velocities, changes),
-            )
-        )
-        rate[loops.driven_states] = combinations
-        mixed = np.zeros((len(bend), f, f))
-        mixed[:, i, j] = mixed[:, j, i] = 0.5 * (bend[:, f:] - bend[:, i] - bend[:, j])
-        determinants = np.array(pose.determinants, dtype=np.float64)
-        mixed = np.nan_to_num(mixed, copy=False, posinf=0.0, neginf=0.0)
-        return cls(np.array(pose.follow), determinants, rate[:, :f], mixed, pairs)
-
-
-@dataclass(frozen=True, eq=False)
 class Read:
     """States read off long paths between their nodes.
 
     Attributes
     ----------
     states
-        Interpolated states at the lengths asked for, (n, asked).
+        Interpolated states at the lengths asked for, that of its end where the path is not that long, (n, asked).
     reached
         Whether the path is that long, (asked,).
     end
@@ -178,11 +106,14 @@ def read_off(
     """
     count = states.shape[1]
     need = np.zeros(count)
-    np.maximum.at(need, path, s)
+    # beyond the last length, as a change point may lie just beyond it
+    np.maximum.at(need, path, s + BEYOND)
     asked = Asked(path, s, states[:, path].copy(), s <= 0.0)
     paths = ManyPaths(loops, parameters, states, direction, need=need, asked=asked)
     paths.run()
-    return Read(asked.states, asked.reached, paths.s, paths.crossing & paths.stalled)
+    short = ~asked.reached
+    asked.states[:, short] = paths.state[:, path[short]]
+    return Read(asked.states, asked.reached, paths.s, paths.meets_crossing)
 
 
 @dataclass(eq=False)
@@ -249,9 +180,22 @@ class ManyPaths(PathBatch[PosesAhead]):
         self.state, self.s = state.copy(), np.zeros(count)
         super().__init__(np.minimum(FAR if need is None else FIRST, self.length), SHORTEST)
         self.width = np.zeros(count)
+        self.touched = np.zeros(count, dtype=bool)
         self.reached, self.crossing = self.need == 0.0, np.zeros(count, dtype=bool)
         self.jumped = np.zeros(count, dtype=bool)
         self._begin(common)
+        self.usual = np.abs(self.rate).max(axis=0, initial=0.0)
+        self.last_determinants = np.zeros_like(self.determinants)
+
+    @property
+    def meets_crossing(self) -> Mask:
+        """Whether each path has met what may be a change point, (poses,).
+
+        It has stalled where a determinant changes its sign beyond, or where the rates have stayed as they were, which
+        grow without bound in a dead point; or it has passed a place where a determinant may have a double zero.
+        """
+        bounded = np.abs(self.rate).max(axis=0, initial=0.0) < GROWN * self.usual
+        return np.asarray(self.stalled & (self.crossing | bounded) | self.touched)
 
     def wanted(self) -> NDArray[np.intp]:
         """Indices of the paths that have neither reached their ends nor stalled."""
@@ -277,15 +221,30 @@ class ManyPaths(PathBatch[PosesAhead]):
             self.bend[~np.isfinite(self.bend)] = 0.0
 
     def attempt(self, paths: NDArray[np.intp]) -> tuple[PosesAhead, Mask]:
-        """Poses one step ahead, at most at the ends of the paths, and whether each step may be accepted."""
+        """Poses one step ahead, at most at the ends of the paths, and whether each step may be accepted.
+
+        A step that would end near a change point goes across it instead, to see whether it is one: from nearby,
+        Newton's method may find the other branch, on which no determinant changes its sign.
+        """
         left = self.length[paths] - self.s[paths]
         step = np.minimum(self.step[paths], left)
         self.step[paths] = step = np.where(left < 1.01 * step, left, step)
-        found, near = self._go(paths, step)
-        changes_sign = self._changes_sign(paths, found.determinants)
-        good = near & ~changes_sign
-        self.crossing[paths] = np.where(good, False, self.crossing[paths] | (near & changes_sign))
+        ahead = self._zero_ahead(paths)
+        across = (0.4 * ahead < step) & (step < 1.6 * ahead) & (2.0 * ahead < left)
+        found, near = self._go(paths, np.where(across, 2.0 * ahead, step))
+        changes_sign = near & self._changes_sign(paths, found.determinants)
+        good = near & ~changes_sign & ~across
+        self.crossing[paths] = np.where(good, False, self.crossing[paths] | changes_sign)
+        self.step[paths[across & changes_sign]] = 0.0
         return found, good
+
+    def _zero_ahead(self, paths: NDArray[np.intp]) -> Array:
+        """Distance to the nearest zero of a determinant, by a straight line through the last two nodes, (paths,)."""
+        here, before = self.determinants[:, paths], self.last_determinants[:, paths]
+        with np.errstate(all="ignore"):
+            ahead = self.width[paths] * here / (before - here)
+        falls = (np.abs(here) < np.abs(before)) & (here * before > 0.0)
+        return np.asarray(np.where(falls, ahead, np.inf).min(axis=0, initial=np.inf))
 
     def shortened(self, paths: NDArray[np.intp]) -> None:
         """Where steps have become short, try once to step over what may be a change point."""
@@ -309,9 +268,16 @@ class ManyPaths(PathBatch[PosesAhead]):
         self.before[:, paths], self.before_rate[:, paths] = self.state[:, paths], self.rate[:, paths]
         state = np.stack([np.broadcast_to(x, good.shape)[good] for x in found.state])
         self.state[:, paths], self.width[paths] = state, step
-        self.follow[:, paths], self.determinants[:, paths] = follow, points.determinants[:, good]
+        determinants = points.determinants[:, good]
+        x, y = np.abs(self.last_determinants[:, paths]), np.abs(self.determinants[:, paths])
+        dips = (y <= DOUBLE_ZERO * np.maximum(x, np.abs(determinants))) & (y <= np.minimum(x, np.abs(determinants)))
+        self.touched[paths] |= dips.any(axis=0)
+        self.last_determinants[:, paths] = self.determinants[:, paths]
+        self.follow[:, paths], self.determinants[:, paths] = follow, determinants
         self.rate[:, paths] = self._rates(state, follow, self.direction[:, paths])
         self.bend[:, paths] = 0.0
+        fast = np.where(step > USUAL, np.abs(self.rate[:, paths]).max(axis=0, initial=0.0), 0.0)
+        self.usual[paths] = np.maximum(self.usual[paths], fast)
         ends = self.s[paths] + step
         self.reached[paths] = ends >= self.need[paths] * (1.0 if self.asked else 1.0 - 1e-14)
         if self.asked is not None:

@@ -27,6 +27,8 @@ CLOSED = 1e-12
 # A member accompanies the leading one as far as its determinants are at least this share of the leading member's at all
 # poses where these are least or the path is most curved.
 SHARE = 0.5
+# Distance within which change points of two members are in the same place.
+SAME_PLACE = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +135,11 @@ def _beside(loops: Loops, state: Array, parameters: Sequence[Value], nominal: Se
 
 
 def _crosses(loops: Loops, guide: Guide, where: float, parameters: Sequence[Value], shape: Shape) -> Mask:
-    """Whether each member has a change point at `where`, (...): its smooth branch through it closes there."""
+    """Whether each member has a change point at `where`, (...).
+
+    Its smooth branch closes there, and the determinants vanish there that change their sign on the leading path; some
+    determinant where none does, as at a double zero.
+    """
     spacing = 0.03
     knots = where + spacing * np.array([-4, -3, -2, -1, 1, 2, 3, 4])
     if not guide.reached(knots).all():
@@ -144,4 +150,11 @@ def _crosses(loops: Loops, guide: Guide, where: float, parameters: Sequence[Valu
     middle = weights(knots, np.array([where]))[:, 0]
     state = loops.unit([np.tensordot(middle, np.broadcast_to(x, (len(knots), *shape)), 1) for x in found.state])
     gap = open_by(loops, state, parameters)
-    return np.asarray(found.trusted.all(axis=0) & (gap < max(OPEN, loops.tolerance)))
+    good = np.asarray(found.trusted.all(axis=0) & (gap < max(OPEN, loops.tolerance)))
+    own = np.stack([np.broadcast_to(x, (len(knots), *shape)) for x in found.determinants])
+    there, beside = np.einsum("k,bk...->b...", middle, own), np.abs(own[:, 3:5]).min(axis=1)
+    vanish = np.abs(there) * spacing < SAME_PLACE * beside
+    after = int(np.searchsorted(guide.s, where))
+    change = guide.determinants[after - 1] * guide.determinants[after] < 0.0
+    meets = vanish[change].all(axis=0) if change.any() else vanish.any(axis=0)
+    return np.asarray(good & meets)

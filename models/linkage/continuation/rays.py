@@ -13,10 +13,11 @@ from ..kinematics.closed_poses import Pose
 from ..kinematics.loop_coordinates import LAST_STEP
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
+from .derivatives import Derivatives
 from .ends import at_dead_points
 from .follow import Guide
 from .guess import NEAR
-from .many_paths import FAR, TOGETHER, Derivatives, followed, lengths
+from .many_paths import FAR, TOGETHER, followed, lengths
 from .predictor_corrector import LONGEST, TURN, PredictorCorrector, RayPath, changes_sign, follows
 
 Mask = NDArray[np.bool_]

@@ -62,19 +62,21 @@ class Configurations:
         self.mechanism = compiled(linkage)
         first = (0,) * len(linkage.shape)
         self.entry = one_entry(linkage.shape, first if entry is None else entry, "the linkage")
-        self.tolerance = tolerance / extent(linkage)
+        sizes = extent(linkage)
+        size = float(sizes[self.entry])
+        self.tolerance = tolerance / size
         self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
         self.parameters = [float(self.of_entry(number)) for number in self.mechanism.parameters]
-        self._share = self.mechanism.size / extent(linkage)
+        self._share = self.mechanism.size / size
         self.row_units: Array
         self.row_units, self.units = (
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
             for names in (self.mechanism.rows, self.mechanism.columns)
         )
         self.spindles = tuple(
-            link for link, each in spindles(linkage, extent(linkage)).items() if by_travel and each.lead[self.entry]
+            link for link, each in spindles(linkage, sizes).items() if by_travel and each.lead[self.entry]
         )
-        for place, unit in turning_units(linkage, self.mechanism.columns, extent(linkage)).items():
+        for place, unit in turning_units(linkage, self.mechanism.columns, sizes).items():
             if by_travel:
                 self.units[place] = unit[self.entry]
 
@@ -231,9 +233,11 @@ def null_space(matrix: Array, size: float | None = None, share: float = DEPENDEN
     return np.asarray(right[rank:].T)
 
 
-def extent(linkage: LinkageDescription) -> float:
-    """Diagonal of the linkage's bounding box; 1 if all its points coincide."""
-    corners = np.concatenate([np.zeros((0, 3)), *(point.reshape(-1, 3) for point in linkage.points.values())])
-    if not corners.size:
-        return 1.0
-    return float(np.linalg.norm(np.ptp(corners, axis=0))) or 1.0
+def extent(linkage: LinkageDescription) -> Array:
+    """Diagonal of the bounding box of each member of the linkage's batch, (...); 1 if all its points coincide."""
+    points = list(linkage.points.values())
+    if not points:
+        return np.ones(linkage.shape)
+    corners = np.stack(np.broadcast_arrays(*points) if linkage.shape else points)
+    size: Array = np.linalg.norm(np.ptp(corners, axis=0), axis=-1)
+    return np.broadcast_to(np.where(size > 0.0, size, 1.0), linkage.shape)

@@ -64,23 +64,25 @@ class _Equations:
     Attributes
     ----------
     units
-        Factor of each row (m,), divisor of each column (..., n).
+        Factor of each row (..., m), divisor of each column (..., n), of the linkage's batch shape.
     """
 
     def __init__(self, motion: Kinematics) -> None:
         self.motion, mechanism, loops = motion, motion.mechanism, motion.assembly.loops
         with np.errstate(all="ignore"):
             self.entries = mechanism.newton[1](motion.assembly.state, mechanism.parameters)[loops.rows :]
-        share = mechanism.size / extent(mechanism.linkage)
-        rows = [share if mechanism.rows[i][1][0] == "u" else 1.0 for i in mechanism.active]
-        self.units = np.array(rows), _column_units(motion, share)
-        self.shape = len(rows), loops.columns
+        sizes = extent(mechanism.linkage)
+        rows = _units([mechanism.rows[i][1] for i in mechanism.active], mechanism.size / sizes)
+        self.units = rows, _column_units(motion, sizes)
+        self.shape = rows.shape[-1], loops.columns
 
     def of(self, rows: Sequence[int], columns: Sequence[int]) -> Array:
         """Coefficients of some rows and columns, (..., m, n); 1 at poses that are not closed."""
         n, there = self.shape[1], self.motion.assembly.closed[..., None, None]
         own = matrices([[self.entries[i * n + j] for j in columns] for i in rows])
-        return np.asarray(np.where(there, own, 1.0) * self.units[0][rows, None] / self.units[1][..., None, columns])
+        return np.asarray(
+            np.where(there, own, 1.0) * self.units[0][..., rows, None] / self.units[1][..., None, columns]
+        )
 
     def at(self, poses: Bools) -> Array:
         """All coefficients of k chosen poses, (k, m, n)."""
@@ -90,23 +92,25 @@ class _Equations:
                 out[:, *divmod(place, self.shape[1])] = np.broadcast_to(entry, poses.shape)[poses]
             elif entry:
                 out[:, *divmod(place, self.shape[1])] = entry
-        columns = np.broadcast_to(self.units[1], (*poses.shape, self.shape[1]))[poses]
-        return np.asarray(out * self.units[0][:, None] / columns[:, None, :])
+        rows, columns = (np.broadcast_to(x, (*poses.shape, x.shape[-1]))[poses] for x in self.units)
+        return np.asarray(out * rows[:, :, None] / columns[:, None, :])
 
 
-def _column_units(motion: Kinematics, share: float) -> Array:
+def _units(components: Sequence[str], length: Array) -> Array:
+    """Units of some components, (..., n): a length (...) for displacements and 1 for rotations."""
+    slides = np.array([component[0] == "u" for component in components], dtype=bool)
+    return np.where(slides, length[..., None], 1.0)
+
+
+def _column_units(motion: Kinematics, sizes: Array) -> Array:
     """Units of the unknown coordinates, (..., n): extents of the linkage and radians.
 
     Angles of spindles count as the travel of their screws: with a fine screw they turn fast, near no dead point.
     """
     mechanism, linkage = motion.mechanism, motion.linkage
     names = [mechanism.columns[k] for k in mechanism.unknown]
-    units = np.array([share if component[0] == "u" else 1.0 for _, component in names])
-    turning = turning_units(linkage, names, extent(linkage))
-    if not turning:
-        return units
-    units = np.broadcast_to(units, (*linkage.shape, len(names))).copy()
-    for place, unit in turning.items():
+    units = _units([component for _, component in names], mechanism.size / sizes)
+    for place, unit in turning_units(linkage, names, sizes).items():
         units[..., place] = unit
     return units
 
@@ -133,21 +137,22 @@ def _constraint_stiffness(motion: Kinematics, equations: _Equations) -> Array:
     for rows, columns in linear.blocks:
         names = [mechanism.unknown[k] for k in columns]
         joints = {mechanism.rows[mechanism.active[i]][0] for i in rows} | {mechanism.columns[k][0] for k in names}
-        share = whole / (_span(motion, joints) or whole)
-        turns = [share if mechanism.rows[mechanism.active[i]][1][0] == "u" else 1.0 for i in rows]
-        lengths = [share if mechanism.columns[k][1][0] == "u" else 1.0 for k in names]
-        own = equations.of(rows, columns) * np.array(turns)[:, None] / np.array(lengths)
+        span = _span(motion, joints)
+        share = whole / np.where(span > 0.0, span, whole)
+        turns = _units([mechanism.rows[mechanism.active[i]][1] for i in rows], share)
+        lengths = _units([mechanism.columns[k][1] for k in names], share)
+        own = equations.of(rows, columns) * turns[..., :, None] / lengths[..., None, :]
         values = np.linalg.svd(own, compute_uv=False)
         # a single equation counts by its size: it is a cosine, or an arm in units of the extent
         found.append(values[..., -1] / (values[..., 0] if len(rows) > 1 else 1.0))
     return np.asarray(np.min(found, axis=0))
 
 
-def _span(motion: Kinematics, joints: Iterable[str]) -> float:
-    """Extent of the positions of some joints in the reference configuration."""
+def _span(motion: Kinematics, joints: Iterable[str]) -> Array:
+    """Extent of the positions of some joints in the reference configuration, (...)."""
     linkage = motion.linkage
-    places = np.concatenate([linkage.points[linkage.joints[name].point].reshape(-1, 3) for name in joints])
-    return float(np.ptp(places, axis=0).max())
+    places = np.stack(np.broadcast_arrays(*(linkage.points[linkage.joints[name].point] for name in joints)))
+    return np.asarray(np.ptp(places, axis=0).max(axis=-1))
 
 
 def pose_states(motion: Kinematics, conditioned: tuple[Array, Array]) -> tuple[States, NDArray[np.str_]]:
@@ -289,8 +294,8 @@ def unit_motions(motion: Kinematics) -> Iterator[Kinematics]:
         yield replace(motion, drives=drives)
 
 
-def singular_speeds(motions: Sequence[Kinematics], point: str | None, link: str, size: float) -> Array:
-    """Singular values (..., k) of the velocity, in units of `size`, of a point by the rates of the drives.
+def singular_speeds(motions: Sequence[Kinematics], point: str | None, link: str, size: Array) -> Array:
+    """Singular values (..., k) of the velocity, in units of `size` (...), of a point by the rates of the drives.
 
     Without a point, those of the velocity and angular velocity of the link: a sliding link has no single point to judge
     by.
@@ -301,8 +306,8 @@ def singular_speeds(motions: Sequence[Kinematics], point: str | None, link: str,
     return np.where(there[..., 0], values, np.nan)
 
 
-def _speed(motion: Kinematics, point: str | None, link: str, size: float) -> Array:
+def _speed(motion: Kinematics, point: str | None, link: str, size: Array) -> Array:
     if point is not None:
-        return motion.velocity(point, link) / size
-    first = motion.velocity(motion.linkage.links[link].points[0], link) / size
+        return motion.velocity(point, link) / size[..., None]
+    first = motion.velocity(motion.linkage.links[link].points[0], link) / size[..., None]
     return np.concatenate([first, motion.angular_velocity(link)], axis=-1)

@@ -36,7 +36,7 @@ class Spindle:
     lead: Array
 
 
-def spindles(linkage: LinkageDescription, size: float) -> dict[str, Spindle]:
+def spindles(linkage: LinkageDescription, size: Array) -> dict[str, Spindle]:
     """Spindles of a linkage by the names of their links.
 
     Parameters
@@ -44,7 +44,7 @@ def spindles(linkage: LinkageDescription, size: float) -> dict[str, Spindle]:
     linkage
         The description.
     size
-        Extent of the linkage, length.
+        Extent of the linkage, length, of its batch shape.
     """
     pairs = linkage.joints.values()
     if not any(pair.kind.name == "screw" for pair in pairs):
@@ -61,7 +61,7 @@ def spindles(linkage: LinkageDescription, size: float) -> dict[str, Spindle]:
     return out
 
 
-def turning_units(linkage: LinkageDescription, columns: Sequence[tuple[str, str]], size: float) -> dict[int, Array]:
+def turning_units(linkage: LinkageDescription, columns: Sequence[tuple[str, str]], size: Array) -> dict[int, Array]:
     """Units of the angles of spindles, by the place of the coordinate among `columns`.
 
     Each is the travel of the screw per radian in extents of the linkage, 1 at most, of the linkage's batch shape.
@@ -75,11 +75,12 @@ def turning_units(linkage: LinkageDescription, columns: Sequence[tuple[str, str]
     return out
 
 
-def _coaxial(linkage: LinkageDescription, pairs: list[Pair], size: float) -> Array:
+def _coaxial(linkage: LinkageDescription, pairs: list[Pair], size: Array) -> Array:
     """Whether the axes of joints are one, (...)."""
     lines = [(linkage.points[pair.point], pair.axes[..., 2]) for pair in pairs]
     (origin, axis), *others = lines
-    apart = [np.cross(along, axis) for _, along in others] + [np.cross(at - origin, axis) / size for at, _ in others]
+    apart = [np.cross(along, axis) for _, along in others]
+    apart += [np.cross(at - origin, axis) / size[..., None] for at, _ in others]
     return np.asarray(
         np.all([np.abs(each).max(axis=-1) < COAXIAL for each in np.broadcast_arrays(0.0, *apart)], axis=0)
     )

@@ -68,7 +68,7 @@ class Placed:
     @cached_property
     def size(self) -> float:
         """Diagonal of the linkage's bounding box; 1 if all its points coincide."""
-        return extent(self.linkage)
+        return float(extent(self.linkage))
 
     def place(self, link: str, point: str) -> Array:
         """Position of a point of a link, (3,)."""

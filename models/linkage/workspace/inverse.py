@@ -73,7 +73,7 @@ class InverseKinematics:
     @cached_property
     def size(self) -> float:
         """Size of the linkage, a length."""
-        return extent(self.linkage)
+        return float(extent(self.linkage))
 
     @cached_property
     def start(self) -> Array:
