@@ -23,6 +23,8 @@ from .machine_code import compiled_kernel
 from .machine_text import WIDTH
 
 Array = NDArray[np.float64]
+# Where the row of an array lies, given the array's name and the number of the row.
+Place = Callable[[str, str], str]
 
 
 class DoubleDouble(NamedTuple):
@@ -137,7 +139,7 @@ def _addition() -> Callable[..., None]:
     return compiled_kernel(_Addition().whole())
 
 
-class _EntryLoops(LoopText, ABC):
+class EntryLoops(LoopText, ABC):
     """LLVM code of a function on arrays whose addresses are in a table, for a vector of entries at a time."""
 
     arrays: tuple[str, ...] = ()
@@ -146,7 +148,7 @@ class _EntryLoops(LoopText, ABC):
         """All of it."""
         self._lines = [
             f"declare {_V} @llvm.fma.v{WIDTH}f64({_V}, {_V}, {_V})",
-            f"declare {_V} @llvm.fabs.v{WIDTH}f64({_V})",
+            *(f"declare {_V} @llvm.{name}.v{WIDTH}f64({_V})" for name in ("fabs", "sqrt")),
             "define void @run(ptr %table, i64 %springs, i64 %size, i64 %count, i64 %given) {",
             "entry:",
             f"  %vectors = add i64 %count, {WIDTH - 1}",
@@ -203,7 +205,44 @@ class _EntryLoops(LoopText, ABC):
         return self._int("add", self._int("mul", row, "%count"), first)
 
 
-class _Residual(_EntryLoops):
+class SpringLoops(EntryLoops):
+    """LLVM code of the forces of springs under displacements `u` and `v` in double-double precision.
+
+    Deformations are in the arrays `start`, `column`, `large` and `small`, see `Rows`; forces are added to `out`.
+    """
+
+    def _spring(self, spring: str, place: Place) -> None:
+        """Add the forces of one spring; `place` tells where the row of an array lies."""
+        start, stop = self._whole("start", spring), self._whole("start", self._int("add", spring, "1"))
+
+        def add(k: str, sums: list[str]) -> list[str]:
+            at = place("u", self._whole("column", k))
+            share, rest = self._every("large", k), self._every("small", k)
+            large, small = self._lane("u", at), self._lane("v", at)
+            product = self._two("fmul", share, large)
+            left = self._fused(share, large, self._vector(f"fneg {_V} {product}"))
+            left = self._fused(rest, large, self._fused(share, small, left))
+            whole, lost = self._sum(sums[0], product)
+            return [whole, self._two("fadd", sums[1], self._two("fadd", lost, left))]
+
+        large, small = self._carried(start, stop, self._given(spring, place), add)
+        tension = self._two(
+            "fmul", self._two("fadd", large, small), self._lane("stiffness", place("stiffness", spring))
+        )
+
+        def back(k: str) -> None:
+            at = place("out", self._whole("column", k))
+            taken = self._two("fmul", self._every("large", k), tension)
+            self._store_lane("out", at, self._two("fadd", self._lane("out", at), taken))
+
+        self._loop(start, stop, back)
+
+    def _given(self, spring: str, place: Place) -> list[str]:
+        """Prescribed deformations of a spring, in double-double precision."""
+        return ["zeroinitializer"] * 2
+
+
+class _Residual(SpringLoops):
     """LLVM code of `unbalanced`."""
 
     arrays = ("start", "column", "large", "small", "stiffness", "forces", "u", "v", "g", "h", "root", "out")
@@ -215,38 +254,16 @@ class _Residual(_EntryLoops):
             self._store_lane("out", at, self._two("fmul", left, self._lane("root", at)))
 
         self._loop("0", "%size", lambda row: self._store_lane("out", self._row(row, first), "zeroinitializer"))
-        self._loop("0", "%springs", lambda spring: self._spring(spring, lambda row: self._row(row, first)))
+        self._loop("0", "%springs", lambda spring: self._spring(spring, lambda name, row: self._row(row, first)))
         self._loop("0", "%size", leave)
 
-    def _spring(self, spring: str, place: Callable[[str], str]) -> None:
-        """Add the forces of one spring."""
-        start, stop = self._whole("start", spring), self._whole("start", self._int("add", spring, "1"))
+    def _given(self, spring: str, place: Place) -> list[str]:
         # without prescribed deformations the first row is read, which is zero
-        at = self._int("mul", place(spring), "%given")
-        begin = [self._lane("g", at), self._lane("h", at)]
-
-        def add(k: str, sums: list[str]) -> list[str]:
-            at = place(self._whole("column", k))
-            share, rest = self._every("large", k), self._every("small", k)
-            large, small = self._lane("u", at), self._lane("v", at)
-            product = self._two("fmul", share, large)
-            left = self._fused(share, large, self._vector(f"fneg {_V} {product}"))
-            left = self._fused(rest, large, self._fused(share, small, left))
-            whole, lost = self._sum(sums[0], product)
-            return [whole, self._two("fadd", sums[1], self._two("fadd", lost, left))]
-
-        large, small = self._carried(start, stop, begin, add)
-        tension = self._two("fmul", self._two("fadd", large, small), self._lane("stiffness", place(spring)))
-
-        def back(k: str) -> None:
-            at = place(self._whole("column", k))
-            taken = self._two("fmul", self._every("large", k), tension)
-            self._store_lane("out", at, self._two("fadd", self._lane("out", at), taken))
-
-        self._loop(start, stop, back)
+        at = self._int("mul", place("g", spring), "%given")
+        return [self._lane("g", at), self._lane("h", at)]
 
 
-class _Addition(_EntryLoops):
+class _Addition(EntryLoops):
     """LLVM code of `added`."""
 
     arrays = ("large", "small", "change", "root", "whole", "rest", "greatest")

@@ -161,6 +161,11 @@ class Sums:
         self._varying = [part for part in parts if part.each is not None or part.block.mask]
 
     @property
+    def parts(self) -> list[tuple[EvaluatedBlock, scipy.sparse.csr_matrix | None]]:
+        """Blocks, each with the matrix of its terms (targets, numbers of the block); None where factors vary."""
+        return [(part.block, None if part.each is not None else part.whole) for part in self._fixed + self._varying]
+
+    @property
     def varies(self) -> bool:
         """Whether any of the sums varies over the batch."""
         return bool(self._varying)

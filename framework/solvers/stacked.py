@@ -22,6 +22,7 @@ from ..error_bounds.kinematics import FrameKinematics
 from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
+from . import stacked_pass
 from .band_factors import Room, in_lanes
 from .coupling import Together
 from .deformation_table import Deformations
@@ -29,6 +30,7 @@ from .evaluation import Picked, Sums
 from .rounding import zero_eigenvalue
 from .spring_residual import SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
+from .stacked_pass import SpringBands
 from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
 from .terms import SumPattern
 
@@ -234,14 +236,18 @@ class StackedSolver:
         with timed(self.plan.times, "elimination order"):
             return Bands(self.coupling, where, graph.order(graph.band, where), partial(deformed, self.plan))
 
+    def step(self, bands: Bands) -> int:
+        """How many matrices are factorised at a time."""
+        turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
+        numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
+        step = max(1, _ROOM // (8 * numbers))
+        return in_lanes(step) if bands.side_by_side else step
+
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
         """Numbers of matrices, and their factors, some at a time; nothing if there are no unknowns."""
         if not bands.size:
             return
-        turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
-        numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
-        step = max(1, _ROOM // (8 * numbers))
-        step = in_lanes(step) if bands.side_by_side else step
+        step = self.step(bands)
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
         room: Room | None = None
         for start in range(0, self.count, step):
@@ -270,15 +276,14 @@ class _Solved:
 
     Attributes
     ----------
-    singular
-        Whether a matrix is singular, (matrices,).
     """
 
     def __init__(self, solver: StackedSolver) -> None:
         self.solver = solver
         self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
-        self.singular = np.zeros(solver.count, dtype=bool)
+        self._singular = np.zeros(solver.count, dtype=bool)
+        self._known = False
         # Solutions that are kept, (unknowns kept, matrices, right-hand sides), and the index of each unknown among
         # them, in the order of elimination, or -1.
         self._found = np.zeros((0, solver.count, solver.columns))
@@ -286,9 +291,18 @@ class _Solved:
         self._bytes_in_all = 8 * self.bands.size * solver.count * solver.columns
         if self._bytes_in_all < _HOLD:
             self._run(np.arange(self.bands.size))
-        else:
-            for matrices, factor in solver.factors(self.bands):
-                self._examine(matrices, factor)
+
+    @property
+    def singular(self) -> Mask:
+        """Whether a matrix is singular, (matrices,)."""
+        if not self._known:
+            if self._band_pass is not None:
+                self._run(np.arange(0))
+            else:
+                for matrices, factor in self.solver.factors(self.bands):
+                    self._examine(matrices, factor)
+            self._known = True
+        return self._singular
 
     def of(self, places: Index) -> list[Array]:
         """Solutions of some unknowns, (matrices, right-hand sides) each."""
@@ -302,6 +316,38 @@ class _Solved:
 
     def _run(self, rows: Index) -> None:
         """Solve, and keep the solutions of some of the unknowns."""
+        out = self._in_turn(rows) if self._band_pass is None else self._in_one_pass(rows, self._band_pass)
+        self._known = True
+        if len(rows) or not self.bands.size:
+            self._found, self._at = out, np.full(self.bands.size, -1)
+            self._at[rows] = np.arange(len(rows))
+
+    @cached_property
+    def _band_pass(self) -> SpringBands | None:
+        """The solution in one pass; None where it has to be found step by step."""
+        alone = self.solver.columns == 1 and not self.coupling.imposed
+        return stacked_pass.of(self.bands, self._deformations) if alone else None
+
+    def _in_one_pass(self, rows: Index, solution: SpringBands) -> Array:
+        """Solutions of some of the unknowns; matrices that leave a doubt are factorised and refined by themselves."""
+        count, shape, mask = self.solver.count, self.plan.frame.shape, self.coupling.mask
+        out: Array = np.empty((len(rows), count, 1))
+        sound = np.zeros(count, dtype=bool)
+        with timed(self.plan.times, "solution"):
+            for part in solution.slices(count, len(rows)):
+                picked = Picked.of(shape, mask, np.arange(part.start, part.stop))
+                forces = self._per_case(self._loads, picked)
+                sound[part] = solution.run(picked, forces, rows, out[:, part, 0])
+        doubtful, step = np.flatnonzero(~sound), self.solver.step(self.bands)
+        for start in range(0, len(doubtful), step):
+            some = doubtful[start : start + step]
+            factor = self.bands.factorised(Picked.of(shape, mask, some))
+            self._examine(some, factor)
+            out[:, some] = self._part(some, np.arange(1), factor)[rows]
+        return out
+
+    def _in_turn(self, rows: Index) -> Array:
+        """Solutions of some of the unknowns by factors, which are kept, and refinement."""
         solver = self.solver
         out: Array = np.empty((len(rows), solver.count, solver.columns))
         for matrices, factor in solver.factors(self.bands):
@@ -313,12 +359,11 @@ class _Solved:
                     out = values
                 else:
                     out[:, *part] = values if len(rows) == len(values) else values[rows]
-        self._found, self._at = out, np.full(self.bands.size, -1)
-        self._at[rows] = np.arange(len(rows))
+        return out
 
     def _examine(self, matrices: Index, factor: StackedFactor) -> None:
         with timed(self.plan.times, "solution"):
-            self.singular[matrices] = factor.singular
+            self._singular[matrices] = factor.singular
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
         """Solutions (size, m, right-hand sides) of m matrices for some of their right-hand sides."""
@@ -327,7 +372,7 @@ class _Solved:
             values = right * factor.root[..., None]
             factor.solve(np.arange(len(matrices)), values)
             values *= factor.root[..., None]
-            singular = self.singular[matrices]
+            singular = self._singular[matrices]
             if any_of(singular):
                 values[:, singular] = np.nan
         # pivots show which matrices are singular, but not which have lost digits: refinement does
@@ -348,13 +393,26 @@ class _Solved:
         """Loads (size, m, right-hand sides) in the order of elimination, by `imposed` displacements as well."""
         solver, size = self.solver, self.bands.size
         sums = self._loads if imposed else self._forces
-        found = (sums.at(picked) if sums.varies else sums.constant).reshape(len(solver.sources), size, -1)
         if solver.by_units:
-            units = found[columns].transpose(1, 2, 0)
+            units = self._per_unit(sums, picked)[columns].transpose(1, 2, 0)
             return np.ascontiguousarray(np.broadcast_to(units, (size, len(matrices), len(columns))))
-        acting = picked.of_values(self._acting)
-        whole: Array = found[0] * acting[0] if len(acting) == 1 else np.einsum("snm,sm->nm", found, acting)
+        whole = np.broadcast_to(self._per_case(sums, picked), (size, len(matrices) * len(columns)))
         return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
+
+    def _per_unit(self, sums: Sums, picked: Picked) -> Array:
+        """Loads per unit of each right-hand-side parameter, (parameters, size, m), or (parameters, size, 1)."""
+        found: Array = sums.at(picked) if sums.varies else sums.constant
+        return found.reshape(len(self.solver.sources), self.bands.size, -1)
+
+    def _per_case(self, sums: Sums, picked: Picked) -> Array:
+        """Loads (size, m) on the unknowns, or (size, 1) if they do not vary; units if these are solved for."""
+        found = self._per_unit(sums, picked)
+        if self.solver.by_units:
+            one: Array = found[0]
+            return one
+        acting = picked.of_values(self._acting) if self._acting.plain is None else self._acting.plain[:, None]
+        whole: Array = found[0] * acting[0] if len(acting) == 1 else np.einsum("snm,sm->nm", found, acting)
+        return whole
 
     @cached_property
     def _acting(self) -> Together:
@@ -402,7 +460,7 @@ class _Solved:
             better, loads = (values, right) if every else (values[:, some], right[:, some])
             lost = refine(self._residual(matrices[some], columns, loads, factor, some), factor, some, better)
             better[:, lost.any(axis=1)] = np.nan
-            self.singular[matrices[some]] = lost.any(axis=1)
+            self._singular[matrices[some]] = lost.any(axis=1)
             if not every:
                 values[:, some] = better
 

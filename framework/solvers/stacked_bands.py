@@ -191,17 +191,10 @@ class StackedFactor:
 
     def numbers(self, springs: Index, entries: Index) -> Array:
         """Stiffness of some springs at some entries, (springs, entries)."""
-        blocks, count = [block for block in self.bands.sums.coupling.blocks[:-1] if block.count], self.count
-        if len(blocks) == 1 and len(entries) == count:  # all entries, as they were evaluated
-            found = numbers_of(blocks[0], self.picked)
-            found = found if blocks[0].count == len(springs) else found[springs - blocks[0].first]
-            return found if found.shape[1] == count else np.repeat(found, count, axis=1)
-        out = np.empty((len(springs), len(entries)))
-        for block in blocks:
-            mine = slice(*np.searchsorted(springs, [block.first, block.first + block.count]))
-            numbers = numbers_of(block, self.picked)[springs[mine] - block.first]
-            out[mine] = numbers if numbers.shape[1] < count or len(entries) == count else numbers[:, entries]
-        return out
+        found = stiffness_of(self.bands.sums.coupling, springs, self.picked)
+        if found.shape[1] < self.count:
+            return np.repeat(found, len(entries), axis=1)
+        return found if len(entries) == self.count else found[:, entries]
 
     def probed(self, entries: Index) -> Array:
         """Inverse of the least eigenvalue at some entries, (entries,), by inverse iteration."""
@@ -257,3 +250,17 @@ class StackedFactor:
             if not growth >= enough / zero:
                 break
         return growth
+
+
+def stiffness_of(coupling: Coupling, springs: Index, picked: Picked) -> Array:
+    """Stiffness of some springs at some entries of the batch, (springs, m), or (springs, 1) if it does not vary."""
+    blocks = [block for block in coupling.blocks[:-1] if block.count]
+    each = []
+    for block in blocks:
+        mine = springs[slice(*np.searchsorted(springs, [block.first, block.first + block.count]))] - block.first
+        numbers = numbers_of(block, picked)
+        each.append(numbers if len(mine) == len(numbers) else numbers[mine])
+    if len(each) == 1:
+        return each[0]
+    most = max(numbers.shape[1] for numbers in each)
+    return np.concatenate([np.broadcast_to(numbers, (len(numbers), most)) for numbers in each])

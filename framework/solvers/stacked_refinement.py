@@ -26,11 +26,11 @@ from .stacked_bands import StackedFactor
 
 Mask = NDArray[np.bool_]
 # Relative error to reach; largest number of steps.
-_FINE, _STEPS = 1e-15, 5
+FINE, STEPS = 1e-15, 5
 # If the last step changes the solution by more than this share, the matrix is singular to rounding.
-_LOST = 1e-6
+LOST = 1e-6
 # Safety factor on the estimated error.
-_SAFE = 8.0
+SAFE = 8.0
 # Bytes that a member needs in extended precision.
 _MEMBER = 3000
 
@@ -73,7 +73,7 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
     contraction = factor.rough[entries][:, None]
     error, going = whole, np.ones((count, cases), dtype=bool)
     lacking = np.zeros((count, cases), dtype=bool)
-    for step in range(_STEPS):
+    for step in range(STEPS):
         change = found.left().reshape(size, count, cases)
         _solve(factor, entries, change, going)
         moved = found.add(change.reshape(size, -1)).reshape(count, cases)
@@ -82,12 +82,12 @@ def refine(residual: Residual, factor: StackedFactor, entries: Index, values: Ar
         faster = np.maximum(contraction, moved)  # at first there is no error of the step before
         contraction = np.where(np.isinf(error), faster, moved / error) if step else faster
         error = np.where(going, moved, error) if step else moved
-        going &= ~((_SAFE * moved * contraction <= _FINE) & (moved <= _LOST))
+        going &= ~((SAFE * moved * contraction <= FINE) & (moved <= LOST))
         if not any_of(going):
             break
     rounded = found.rounded.reshape(values.shape)
     values[...] = np.where(lacking, values, rounded) if any_of(lacking) else rounded
-    lost: Mask = ~(error <= _LOST)
+    lost: Mask = ~(error <= LOST)
     return lost
 
 

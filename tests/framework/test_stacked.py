@@ -190,6 +190,7 @@ def test_what_is_kept_lies_together(available: bool, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(stacked, "_ROOM", 2**17)
     solution = portal(3, 4, E * np.linspace(0.9, 1.1, 42)).solve("banded")
     solution.displacement("0.4")
+    list(solution.solver.factors(solution.solver.bands(solution.solver.loaded)))
     factors = list(solution.solver._factors.values())
     kept = [array for each in factors for array in (each.root, each._factors._bands, *each.picked._springs.values())]
     assert len(factors) > 2
