@@ -24,7 +24,7 @@ from .bending import (
 from .direction import BARS, DIRECTIONS, BendingPlane, deformations, stamp_rows
 from .flexibility import Part, UniformPart, tapered_part
 from .parameters import Real, as_real, shape_of
-from .prismatic import bar_mass, plane_geometric, plane_mass, prismatic_rows, prismatic_springs
+from .prismatic import bar_mass, plane_geometric, plane_mass, prismatic_deformations, prismatic_rows, prismatic_springs
 
 _NOTHING: frozenset[int] = frozenset()
 
@@ -151,6 +151,12 @@ class Beam(BeamSectionLaw):
         shape = shape_of(arm.shape, self.sections_shape)
         numbers = self._spring_stiffnesses([plane.springs for plane in planes], length)
         return [np.broadcast_to(number, shape) for number in numbers], deformations(planes, arm)
+
+    def deformation_numbers(self, length: Array | float) -> dict[tuple[int, int], Real]:
+        """The deformations of `spring_numbers` alone."""
+        if self.end is None and not self.releases:
+            return prismatic_deformations(np.asarray(length))
+        return super().deformation_numbers(np.asarray(length))
 
     def spring_stiffness(self, length: Array | float) -> Array:
         if self.end is None and not self.releases:

@@ -244,12 +244,13 @@ def _check_parts(beam: BeamSectionLaw) -> None:
 
 def _check_stiffness(beam: BeamSectionLaw) -> None:
     """Refuse stiffness beyond the range of floats; that of torsion, of which a section may be analysed, follows it."""
+    softest, stiffest = beam.material._range
     for section in (beam.section,) if beam.end is None else (beam.section, beam.end):
         for name in ("A", "Iy", "Iz"):
-            with np.errstate(over="ignore", under="ignore"):
-                stiffness = beam.material.E * getattr(section, name)
-            if type(stiffness) is float and LEAST <= stiffness <= MOST:
+            size = getattr(section, name)
+            if type(size) is float and softest * size >= LEAST and stiffest * size <= MOST:
                 continue
-            found = np.asarray(stiffness)
+            with np.errstate(over="ignore", under="ignore"):
+                found = np.asarray(beam.material.E * size)
             text = f"{LEAST:g} to {MOST:g}, the range in which floats keep their digits; take other units"
             require("Beam", f"E {name}", found, (found >= LEAST) & (found <= MOST), text)

@@ -112,7 +112,9 @@ class Joint(JointElement):
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
         shapes = springs.shape[:-1], () if rotated is None else rotated.shape[:-2], gap.shape, advance.shape
         shape: tuple[int, ...] = ()
-        if any(shapes):
+        if not any(shapes[1:]):
+            shape = shapes[0]
+        else:
             shape = common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added

@@ -71,21 +71,28 @@ class Material:
         young = positive("Material", "E", E)
         if G is None and nu is not None:
             ratio = number("Material", "nu", nu)
-            inside = (np.asarray(ratio) > -1.0) & (np.asarray(ratio) < 0.5)
-            require("Material", "nu", np.asarray(ratio), inside, "between -1 and 0.5, ends excluded")
-            common_shape("Material", {"E": np.shape(young), "nu": np.shape(ratio)})
+            if not (type(ratio) is float and -1.0 < ratio < 0.5):
+                inside = (np.asarray(ratio) > -1.0) & (np.asarray(ratio) < 0.5)
+                require("Material", "nu", np.asarray(ratio), inside, "between -1 and 0.5, ends excluded")
+                common_shape("Material", {"E": np.shape(young), "nu": np.shape(ratio)})
             shear = young / (2.0 * (1.0 + ratio))
         elif nu is None and G is not None:
             shear = positive("Material", "G", G)
             common_shape("Material", {"E": np.shape(young), "G": np.shape(shear)})
-            ratio = young / (2.0 * shear) - 1.0
+            ratio = as_real(numbers(young / (2.0 * shear) - 1.0, "Material: nu"))
         else:
             raise FrameError(f"Material: nu = {nu!r}, G = {G!r}: give one of the two, nu or G")
-        object.__setattr__(self, "E", young)
-        object.__setattr__(self, "nu", as_real(numbers(ratio, "Material: nu")))
-        object.__setattr__(self, "G", derived_numbers("Material", {"G": shear})["G"])
-        object.__setattr__(self, "density", not_negative("Material", "density", density))
-        common_shape("Material", {name: np.shape(getattr(self, name)) for name in ("E", "G", "density")})
+        shear = derived_numbers("Material", {"G": shear})["G"]
+        dense = not_negative("Material", "density", density)
+        shape = common_shape("Material", {"E": np.shape(young), "G": np.shape(shear), "density": np.shape(dense)})
+        vars(self).update(E=young, nu=ratio, G=shear, density=dense, shape=shape)
+
+    @cached_property
+    def _range(self) -> tuple[float, float]:
+        """Least and greatest Young's modulus over the batch."""
+        if isinstance(self.E, float):
+            return self.E, self.E
+        return float(self.E.min(initial=np.inf)), float(self.E.max(initial=0.0))
 
     @cached_property
     def shape(self) -> tuple[int, ...]:

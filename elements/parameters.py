@@ -9,16 +9,18 @@ from math import inf, isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..framework.batch import numbers
+from ..framework.batch import all_of, numbers
 from ..framework.errors import FrameError
 from ..framework.protocol import Array
 
 Real = float | Array
+# Types of what does not vary over the batch; a tuple, which is quicker than a union.
+_SINGLE = (float, type(None))
 
 
 def require(owner: str, name: str, array: Array, ok: NDArray[np.bool_] | np.bool_, remedy: str) -> None:
     """Raise a `FrameError` unless `ok` holds everywhere, naming the first value at which it does not."""
-    if np.all(ok):
+    if np.count_nonzero(ok) == ok.size:
         return
     shape = np.broadcast_shapes(array.shape, np.shape(ok))
     first = np.broadcast_to(array, shape)[~np.broadcast_to(ok, shape)][0]
@@ -34,8 +36,24 @@ def number(owner: str, name: str, value: ArrayLike) -> Real:
     return as_real(array)
 
 
+def _own(value: ArrayLike) -> Array | None:
+    """A read-only copy of an array of floats; None of anything else."""
+    if type(value) is not np.ndarray or value.dtype != np.float64 or not value.ndim:
+        return None
+    array = np.array(value)
+    array.setflags(write=False)
+    return array
+
+
+def _above_zero(array: Array) -> bool:
+    """Whether all numbers are finite and above zero."""
+    return all_of((array > 0.0) & (array < inf))
+
+
 def positive(owner: str, name: str, value: ArrayLike) -> Real:
     """A finite number above zero, or an array of them."""
+    if (array := _own(value)) is not None and _above_zero(array):
+        return array
     checked = number(owner, name, value)
     if type(checked) is float and checked > 0.0:
         return checked
@@ -60,6 +78,9 @@ def derived_numbers(owner: str, given: Mapping[str, Array | float]) -> dict[str,
 def _derived_number(owner: str, name: str, value: Array | float) -> Real:
     if type(value) is float and 0.0 < value < inf:
         return value
+    if type(value) is np.ndarray and value.ndim and _above_zero(value):
+        value.setflags(write=False)
+        return value
     array = numbers(value, f"{owner}: {name}")
     require(owner, name, array, np.isfinite(array) & (array > 0.0), "within the range of floats; take another unit")
     return as_real(array)
@@ -76,7 +97,7 @@ def common_shape(owner: str, shapes: Mapping[str, tuple[int, ...]]) -> tuple[int
 
 def shape_of(*values: Real | tuple[int, ...] | None) -> tuple[int, ...]:
     """Broadcast of the shapes of numbers, and of shapes; fast where all are single numbers, as most are."""
-    shapes = {np.shape(v) if not isinstance(v, tuple) else v for v in values if not isinstance(v, float | None)}
+    shapes = {v if isinstance(v, tuple) else np.shape(v) for v in values if not isinstance(v, _SINGLE)}
     shapes.discard(())
     return np.broadcast_shapes(*shapes) if len(shapes) > 1 else next(iter(shapes), ())
 

@@ -25,6 +25,8 @@ def _rows(length: float) -> Array:
     return rows
 
 
+# Deformations of the springs of a beam of unit length, by spring and end displacement.
+_OF_UNIT = {at: float(k) for at, k in deformations([Plane(0.5, 0.5, 0.5, 0.0, 0.0)] * 2, np.array(1.0)).items()}
 # The deformations are linear in the length: their constant part, and their part per unit of length.
 _BY_ENDS = _rows(0.0)
 _BY_LENGTH = _rows(1.0) - _BY_ENDS
@@ -76,6 +78,15 @@ def prismatic_rows(length: Array) -> Array:
     out: Array = _BY_LENGTH.reshape(6, 12, *missing) * length
     out += _BY_ENDS.reshape(6, 12, *missing)
     return out
+
+
+def prismatic_deformations(length: Array) -> dict[tuple[int, int], Array | float]:
+    """The numbers of `prismatic_rows` that are not zero, by spring and end displacement.
+
+    Equal ones that vary are one object.
+    """
+    arms = {0.5: 0.5 * length, -0.5: -0.5 * length}
+    return {at: arms.get(number, number) for at, number in _OF_UNIT.items()}
 
 
 def bar_mass(per_length: Real, length: Real) -> tuple[Real, Real]:

@@ -122,7 +122,7 @@ class Section(CrossSection):
             object.__setattr__(self, "fibres", _checked(self.fibres))
         common_shape("Section", {name: np.shape(value) for name, value in self.sizes().items()})
 
-    @property
+    @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of the properties."""
         return shape_of(*super().sizes().values()) if self.fibres is None else super().shape

@@ -72,7 +72,7 @@ def finite(value: ArrayLike, what: str) -> Array:
     else:
         array = numbers(value, what)
     # of a few numbers Python knows in a third of the time
-    if not (all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()):
+    if not (all(map(math.isfinite, array.ravel().tolist())) if array.size <= _FEW else all_of(np.isfinite(array))):
         bad = array[~np.isfinite(array)].flat[0]
         raise FrameError(f"{what} contains {bad}: give finite numbers")
     return array

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cache
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,8 +29,8 @@ Element = LineElement | JointElement | PointElement
 class Editable(Description):
     """The part of a description that changes it in place; a base class of `linkframe.framework.Frame`."""
 
-    def change(self, name: str | Sequence[str], new: Element | ArrayLike) -> None:
-        """Replace the element of a member, joint or mass, or move nodes.
+    def change(self, name: str | Sequence[str], new: Element | Sequence[Element] | ArrayLike) -> None:
+        """Replace the elements of members, joints or masses, or move nodes.
 
         Everything else stays: names, connections, supports, loads and forms added to a member. The next solution reuses
         what depends on these alone, such as the order of elimination.
@@ -37,16 +38,18 @@ class Editable(Description):
         Parameters
         ----------
         name
-            The member, joint or mass; or the node, or several nodes that are moved at once, such as the two of a joint.
+            The member, joint or mass, or several of them; or the node, or several nodes that are moved at once, such as
+            the two of a joint.
         new
-            An element of the same sort, such as a beam for a beam; or coordinates, in the axes of the nodes' bodies or
-            global: (..., 3), one place for all of the nodes, or (..., n, 3) with one for each of n nodes.
+            An element of the same sort, such as a beam for a beam, or a sequence with one for each name; or
+            coordinates, in the axes of the nodes' bodies or global: (..., 3), one place for all of the nodes, or
+            (..., n, 3) with one for each of n nodes.
 
         Raises
         ------
         FrameError
-            Where the name is unknown, the element is of another sort, or the change would give a member without length,
-            a joint between distant nodes, or a load beyond the end of its member. The frame is then left unchanged.
+            Where a name is unknown, an element is of another sort, or the change would give a member without length, a
+            joint between distant nodes, or a load beyond the end of its member. The frame is then left unchanged.
 
         Examples
         --------
@@ -62,11 +65,14 @@ class Editable(Description):
         >>> float((frame.solve().displacement("B")[1] / before).round(12))
         8.0
         """
-        # coordinates are mostly arrays, for which isinstance with abstract classes is slow
-        if not isinstance(new, np.ndarray) and isinstance(new, (LineElement, JointElement, PointElement)):
-            self._change_element(plain("element", name) if isinstance(name, str) else _one(name), new)
+        names = [name] if isinstance(name, str) else list(name)
+        kind: Any = type(new)
+        if _sort(kind):
+            self._change_elements(names, [cast(Element, new)])
+        elif kind in (list, tuple) and any(_sort(each) for each in map(type, cast(Sequence[Any], new))):
+            self._change_elements(names, cast(Sequence[Element], new))
         else:
-            self._move([name] if isinstance(name, str) else list(name), new)
+            self._move(names, cast(ArrayLike, new))
 
     def set_load(self, node: str, **force: ArrayLike) -> None:
         """Replace all loads on a node.
@@ -132,39 +138,61 @@ class Editable(Description):
 
     # -- inside -----------------------------------------------------------------------------------------------------
 
-    def _change_element(self, name: str, new: Element) -> None:
-        by_kind: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
-        kind = "member" if isinstance(new, LineElement) else "joint" if isinstance(new, JointElement) else "mass"
-        found = [other for other, parts in by_kind.items() if name in parts]
-        if found != [kind]:
-            text = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
-            raise FrameError(
-                f"{name!r} {text}, and change was given {type(new).__name__}(...), a {kind}: give its like"
-            )
-        parts = by_kind[kind]
+    def _change_elements(self, names: list[str], elements: Sequence[Element]) -> None:
+        names = [plain("element", name) for name in names]
+        if len(elements) != len(names) or len(set(names)) < len(names):
+            count = "one element" if len(elements) == 1 else f"{len(elements)} elements"
+            remedy = "give a list of one for each, each named once, or change them one by one"
+            raise FrameError(f"change was given {count} for {names}: {remedy}")
+        whole, known, before = self.shape, self._shapes, list[tuple[dict[str, Any], str, Any]]()
+        kinds: dict[Hashable, str] = {}
+        try:
+            for name, new in zip(names, elements, strict=True):
+                parts = self._parts_like(name, new)
+                before.append((parts, name, parts[name]))
+                kinds |= self._change_element(parts, name, new)
+        except FrameError:
+            for parts, name, part in before:
+                parts[name] = part
+            self.shape, self._shapes = whole, known
+            raise
+        self._examined |= kinds
+
+    def _parts_like(self, name: str, new: Element) -> dict[str, Any]:
+        """The members, joints or masses, whichever are of the sort of an element; `name` must be one of them."""
+        by_sort: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
+        sort = _sort(type(new))
+        if sort and name in by_sort[sort]:
+            return by_sort[sort]
+        found = [other for other, parts in by_sort.items() if name in parts]
+        text = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
+        given = f"{type(new).__name__}(...), a {sort}" if sort else f"{new!r}"
+        raise FrameError(f"{name!r} {text}, and change was given {given}: give its like")
+
+    def _change_element(self, parts: dict[str, Any], name: str, new: Element) -> dict[Hashable, str]:
+        """Replace one element; the kinds that were checked, for `_examined`."""
         before = parts[name]
         if isinstance(before.element, FormedElement) and isinstance(new, LineElement):
             new = replace(before.element, own=new)
         kinds = self._fitting(name, before, new)
         parts[name] = before._replace(element=new)
-        try:
-            self._rejoin([before.element.shape], {f"{kind} {name!r}": new.shape})
-        except FrameError:
-            parts[name] = before
-            raise
-        self._examined |= kinds
+        if new.shape != before.element.shape:
+            self._rejoin([before.element.shape], {f"{_sort(type(new))} {name!r}": new.shape})
+        return kinds
 
     def _fitting(self, name: str, part: Member | JointLink | MassPoint, new: Element) -> dict[Hashable, str]:
         """Check an element that is to replace another; the kinds that were checked, for `_examined`."""
-        if isinstance(new, LineElement):
-            assert isinstance(part, Member)
+        if isinstance(part, Member):
+            assert isinstance(new, LineElement)
             new.check(self._chord(part.start, part.end))
             return self._examine(name, new, (part.start, part.end))
-        if isinstance(new, JointElement):
+        if isinstance(part, JointLink):
+            assert isinstance(new, JointElement)
             if not is_proven(new):
                 examine_joint(name, new)
             check_ideal(f"joint {name!r}", new.stiffness)
         elif not is_proven(new):
+            assert isinstance(new, PointElement)
             examine_mass(name, new)
         return {}
 
@@ -181,23 +209,32 @@ class Editable(Description):
                 raise FrameError(f"{what} have shape {places.shape}: give {wanted}")
             each = [places[..., k, :] for k in range(len(nodes))]
         before, size = {node: self.nodes[node] for node in nodes}, self.size
-        whole, known, reached = self.shape, self._shapes, self._reach(nodes)
+        whole, known = self.shape, self._shapes
         formed = {name: part for name, part in self.members.items() if type(part.element) is FormedElement}
         try:
             for node, place in zip(nodes, each, strict=True):
                 self.nodes[node] = Node(place, before[node].body)
-            # all nodes are measured anew only where a moved node may have been the farthest
-            self.size = max(size, self._reach(nodes)) if reached < size else self._reach(self.nodes)
+            self.size = self._size_after(before, places)
             self._check_near(set(nodes))
-            self._rejoin(
-                [node.coordinates.shape[:-1] for node in before.values()],
-                {f"node {node!r}": place.shape[:-1] for node, place in zip(nodes, each, strict=True)},
-            )
+            shapes = {node: place.shape[:-1] for node, place in zip(nodes, each, strict=True)}
+            last = {node: at.coordinates.shape[:-1] for node, at in before.items()}
+            if shapes != last:
+                self._rejoin([*last.values()], {f"node {node!r}": shape for node, shape in shapes.items()})
         except FrameError:
             self.nodes.update(before)
             self.members.update(formed)
             self.size, self.shape, self._shapes = size, whole, known
             raise
+
+    def _size_after(self, before: dict[str, Node], places: Array) -> float:
+        """Largest absolute coordinate of all nodes after some of them were moved to these places."""
+        bodies = any(node.body is not None for node in before.values())
+        reached = self._reach(before) if bodies else _largest(places)
+        if reached >= self.size or len(before) == len(self.nodes):
+            return reached
+        # all nodes are measured anew only where a moved node may have been the farthest
+        last = max(_largest(at.coordinates) if at.body is None else np.inf for at in before.values())
+        return self.size if last < self.size else self._reach(self.nodes)
 
     def _reach(self, names: Iterable[str]) -> float:
         """Largest absolute coordinate of some nodes."""
@@ -264,7 +301,8 @@ def _largest(place: Array) -> float:
     return max(map(abs, place.tolist())) if place.ndim == 1 else float(np.abs(place).max(initial=0.0))
 
 
-def _one(names: Sequence[str]) -> str:
-    if len(names) != 1:
-        raise FrameError(f"change was given one element for {list(names)}: change them one by one")
-    return plain("element", names[0])
+@cache
+def _sort(kind: type) -> str:
+    """What an element of a class is: a member, a joint or a mass; empty where the class is of no element."""
+    classes = {"member": LineElement, "joint": JointElement, "mass": PointElement}
+    return next((sort for sort, one in classes.items() if issubclass(kind, one)), "")

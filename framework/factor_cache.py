@@ -75,11 +75,9 @@ def planned(frame: Description, described: Description, method: str | None) -> t
 
 def _known(last: Unloaded, differences: Differences) -> Former | None:
     """The last plan with what changed since, for reuse of its members; None if members connect other nodes."""
-    elements = differences.elements
-    moved = differences.members and not elements
-    if moved and differences.connections:
+    if differences.connections:
         return None
-    return Former(last, moved=moved, elements=elements, linked=not differences.links)
+    return Former(last, moved=differences.moved, elements=differences.elements, linked=not differences.links)
 
 
 def share(frame: Description, other: Description) -> None:

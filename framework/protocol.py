@@ -306,6 +306,21 @@ class LineElement(SectionLaw):
         }
         return [stiffness[..., spring] for spring in range(count)], deformed
 
+    def deformation_numbers(self, length: Array) -> dict[tuple[int, int], Array | float]:
+        """The deformations of `spring_numbers` alone.
+
+        Parameters
+        ----------
+        length
+            Length of the member, (...).
+
+        Returns
+        -------
+        dict
+            Deformations of the springs per unit end displacement, see `spring_numbers`.
+        """
+        return self.spring_numbers(length)[1]
+
     def mass_matrix(self, length: Array) -> Array:
         """Consistent mass in local axes, integrated from `section_inertia`.
 

@@ -65,10 +65,17 @@ def _together(values: list[Any], ndim: int, trailing: int) -> Any:
         return stacked(values, ndim)
     if set(map(type, values)) == {float}:
         return one if len(set(values)) == 1 else np.array(values).reshape(-1, *(1,) * ndim)
+    if type(one) is np.ndarray and one.ndim == ndim + trailing and all(_alike(each, one) for each in values):
+        return np.array(values)  # in a fifth of the time of what follows
     if isinstance(one, (float, np.ndarray)):
         arrays = [aligned(np.asarray(value), ndim, trailing) for value in values]
         return np.stack(np.broadcast_arrays(*arrays))
     return one  # names, switches and counts, which a family has in common or does not look at
+
+
+def _alike(value: Any, one: np.ndarray[Any, Any]) -> bool:
+    """Whether a value is an array of floats of the shape of another one."""
+    return type(value) is np.ndarray and value.shape == one.shape and value.dtype == one.dtype
 
 
 def unstacked(element: Any, count: int) -> list[Any]:

@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import ZERO, Array, aligned
+from ..batch import ZERO, Array, aligned, any_of, distinct
 from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.edge import GROUND, preference
+from ..structure.group import Group, precise
 from ..structure.parts import Grid, Value, is_zero, mask_of_shape
-from ..structure.topology import Group, Topology
+from ..structure.topology import Topology
 from ..structure.varying import spring_values
 from .one_entry import UNITS, Head
 
@@ -27,10 +29,17 @@ SHORT = 2**10
 MEDIUM = 2**14
 # Numbers are gathered after this many solutions of batches that look alike.
 FEW = 3
+# Up to so many numbers are looked at one by one.
+_LOOKS = 4
 # A number that is zero at all entries, or not there.
 ABSENT = -1
 _NONE = [ABSENT] * 6
 _ONE = np.ones(1, dtype=bool)
+
+
+# Of each block of which numbers are wanted: which block, the places of the wanted numbers, and which of its own these
+# are.
+Columns = list[tuple[int, slice, "slice | NDArray[np.int64]"]]
 
 
 class Met:
@@ -82,7 +91,7 @@ class Blocks:
 
     def _put(self, array: NDArray[Any]) -> NDArray[np.bool_]:
         whole = aligned(array, len(self.grid.shape), 1)
-        used: NDArray[np.bool_] = (whole != 0.0).reshape(-1, whole.shape[-1]).any(axis=0)
+        used = _used(whole.reshape(-1, whole.shape[-1]))
         self._add(whole, used)
         return used
 
@@ -116,16 +125,24 @@ class Blocks:
                 found += [columns[k] for k in own]
         return found
 
-    def table(self, wanted: Sequence[int]) -> Array:
-        """Some of the numbers by index, in order of the blocks, at each entry: (entries, n)."""
-        shape = self.grid.shape
-        out = np.empty((math.prod(shape), len(wanted)))
+    def columns(self, wanted: Sequence[int]) -> Columns:
+        """Where some of the numbers are, given by index in order, in all batches of this pattern."""
         ends = np.searchsorted(wanted, [*self.starts, self.count]).tolist()
-        for block, start, a, b in zip(self.blocks, self.starts, ends, ends[1:], strict=False):
-            if b > a:
-                place = out.reshape(*shape, -1)[..., a:b]
-                place[...] = block if b - a == block.shape[-1] else block[..., [k - start for k in wanted[a:b]]]
-        return out
+        found: Columns = []
+        for number, (start, (a, b)) in enumerate(zip(self.starts, pairwise(ends), strict=True)):
+            own = [k - start for k in wanted[a:b]]
+            if own:
+                together = own[-1] - own[0] == len(own) - 1
+                found.append((number, slice(a, b), slice(own[0], own[-1] + 1) if together else np.array(own)))
+        return found
+
+    def table(self, columns: Columns) -> Array:
+        """Some of the numbers, given by `columns`, at each entry: (entries, n)."""
+        shape = self.grid.shape
+        out = np.empty((*shape, columns[-1][1].stop if columns else 0))
+        for number, place, own in columns:
+            out[..., place] = self.blocks[number][..., own]
+        return out.reshape(math.prod(shape), out.shape[-1])
 
 
 class Piecewise(NamedTuple):
@@ -133,8 +150,14 @@ class Piecewise(NamedTuple):
 
     Attributes
     ----------
-    stiffness, deformations
-        Stiffness of the springs (n, s), and their deformations per unit displacement of the ends (n, s, 12).
+    stiffness
+        Stiffness of the springs, (s, n).
+    deformations
+        For each spring and end displacement of its members by which it is deformed: a number that all members have in
+        common, or the index of the first of those of the members, (n,).
+    axes
+        Local axes as rows, at the start and, where they differ, at the end, (9, n) each; none where deformations are
+        per unit displacement in the nodes' axes.
     pieces, springs
         The numbers n and s.
     precise
@@ -142,7 +165,8 @@ class Piecewise(NamedTuple):
     """
 
     stiffness: int
-    deformations: int
+    deformations: tuple[tuple[tuple[int, int], float | int], ...]
+    axes: tuple[int, ...]
     pieces: int
     springs: int
     precise: bool
@@ -251,7 +275,7 @@ class BatchNumbers(Blocks):
         found = [False] * self.count
         for each in self.members:
             if isinstance(each, Piecewise) and each.precise:
-                stop = each.deformations + 12 * each.pieces * each.springs
+                stop = each.stiffness + each.pieces * each.springs
                 found[each.stiffness : stop] = [True] * (stop - each.stiffness)
         return found
 
@@ -259,16 +283,17 @@ class BatchNumbers(Blocks):
         frame, number, heads = self.topology.frame, self.topology.number, list[Head]()
         for name, link in frame.joints.items():
             element, offsets = link.element, frame.offsets.get(name, {})
-            stiffness = element.stiffness
-            infinite = np.isinf(stiffness)
+            stiffness, most = element.stiffness, float(element.stiffness.max())
             ideal: tuple[int, ...] = ()
-            if infinite.any():
+            if most == np.inf:
+                infinite = np.isinf(stiffness)
                 ideal = tuple(np.flatnonzero(infinite.reshape(-1, 6)[0]).tolist())
                 stiffness = np.where(infinite, 0.0, stiffness)
+                most = float(stiffness.max())
             axes = None if element.axes is None else self._turned(element.axes)
             springs, pitch = self.put(stiffness), self.one(element.pitch / (2.0 * np.pi))
             self.links.append(LinkNumbers(springs, pitch, self._six(offsets), axes))
-            strength = len(ideal), float(stiffness.max())
+            strength = len(ideal), most
             heads.append((("joint", ideal, axes is None), (number[link.first], number[link.second]), strength))
         return heads
 
@@ -322,18 +347,64 @@ class BatchNumbers(Blocks):
         return [place] * pieces
 
     def _springs(self, group: Group) -> Piecewise:
-        stiffness, rows, precise = group.turned_springs()
+        count, local, stiffness = len(group.pieces), group.deformation_numbers, group.spring_stiffness
+        if local is None or stiffness is None:
+            return self._turned_springs(group)
+        first = self._members(stiffness, count, 1)
+        scale = self.masks[-1]
+        varying = [number for number in local.values() if type(number) is not float]
+        leaders, which = distinct(varying)
+        known = [self._members(np.asarray(varying[k]), count, 0) for k in leaders]
+        place = iter([known[k] for k in which.tolist()])
+        found = tuple([(at, number if type(number) is float else next(place)) for at, number in local.items()])
+        axes = tuple([self._axes(each, count, scale) for each in group.distinct_axes])
+        return Piecewise(first, found, axes, count, stiffness.shape[-1], precise(stiffness))
+
+    def _turned_springs(self, group: Group) -> Piecewise:
+        """`_springs` of members whose deformations are sums of several products in the nodes' axes."""
+        stiffness, rows, fine = group.turned_springs()
         count, springs = len(group.pieces), stiffness.shape[-1]
-        starts = []
-        for array, trailing in ((stiffness, 1), (rows, 2)):
-            starts.append(self.count)
-            last = np.moveaxis(np.broadcast_to(array, (count, *array.shape[1:])), 0, -1 - trailing)
-            self.put(last.reshape(*last.shape[: -1 - trailing], -1))
-        # a factor that varies must not be left out of a product that varies over fewer axes without it
-        if not self.masks[-1] & ~self.masks[-2]:
+        first = self._members(stiffness, count, 1)
+        place = self._axes(rows, count, self.masks[-1])
+        found = [((k, a), place + (12 * k + a) * count) for k in range(springs) for a in range(12)]
+        return Piecewise(first, tuple(found), (), count, springs, fine)
+
+    def _members(self, numbers: Array, count: int, trailing: int) -> int:
+        """Add numbers (n, ...) of n members, with so many axes behind the batch; the index of the first.
+
+        Those of all members that belong to one another come together, as they often do in memory.
+        """
+        place = self.count
+        if len(numbers) != count:
+            numbers = np.broadcast_to(numbers, (count, *numbers.shape[1:]))
+        batch = numbers.shape[1 : numbers.ndim - trailing]
+        self._put(numbers.transpose(*range(1, numbers.ndim), 0).reshape(*batch, -1))
+        return place
+
+    def _axes(self, array: Array, count: int, scale: int) -> int:
+        """Add numbers (n, ..., i, j) of n members; the index of the first.
+
+        Those that are 1 or -1 at all entries are part of the program. A factor that varies must not be left out of a
+        product that varies over fewer axes without it, such as one that varies over the axes `scale`.
+        """
+        place = self._members(array, count, 2)
+        if not self.masks[-1] & ~scale:
             units = _units(self.blocks[-1])
-            self.units.update({starts[1] + k: float(units[k]) for k in np.flatnonzero(units).tolist()})
-        return Piecewise(starts[0], starts[1], count, springs, precise)
+            self.units.update({place + k: float(units[k]) for k in np.flatnonzero(units).tolist()})
+        return place
+
+
+def _used(rows: NDArray[Any]) -> NDArray[np.bool_]:
+    """Which numbers (entries, m) are not zero at all entries, (m,)."""
+    used: NDArray[np.bool_] = rows[0] != 0.0
+    # most are not zero at the first entry, and need no second look
+    missing = [k for k, some in enumerate(used.tolist()) if not some]
+    if len(missing) <= _LOOKS:
+        for k in missing:
+            used[k] = any_of(rows[:, k])
+        return used
+    found: NDArray[np.bool_] = (rows != 0.0).any(axis=0)
+    return found
 
 
 def _units(block: Array) -> Array:

@@ -19,7 +19,7 @@ from ..batch import Array, Shape
 from ..solvers.method import Method
 from ..structure.parts import Extended, Value
 from .batch_machine import BatchMachineCode
-from .batch_numbers import BatchLoads, BatchNumbers
+from .batch_numbers import BatchLoads, BatchNumbers, Columns
 from .entry_program import EntrySolution, Way
 from .entry_steps import Step
 from .numpy_calls import NumpyCalls, carry_out
@@ -105,14 +105,15 @@ class BatchProgram:
 
     Attributes
     ----------
-    given, wide
-        Which of the frame's numbers are given to the program, and whether each is converted to extended precision.
+    given, given_columns, wide
+        Which of the frame's numbers are given to the program, where these are, and whether each is converted to
+        extended precision.
     constants
         Constants of the program.
     shared
         Steps that do not depend on the loads.
-    loads
-        Which of the loads are given to the program.
+    loads, load_columns
+        Which of the loads are given to the program, and where these are.
     loaded
         Steps that depend on the loads.
     nodes
@@ -126,10 +127,12 @@ class BatchProgram:
     """
 
     given: tuple[int, ...]
+    given_columns: Columns
     wide: tuple[bool, ...]
     constants: tuple[Value, ...]
     shared: tuple[Step, ...]
     loads: tuple[int, ...]
+    load_columns: Columns
     loaded: tuple[Step, ...]
     nodes: tuple[int, ...]
     unknowns: dict[int, int]
@@ -151,7 +154,7 @@ class BatchProgram:
         return batch_solution(self, results, numbers, loads, way, size, again=again)
 
     def _by_machine(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InTables, bool] | None:
-        nodes, others = self.machine.run(numbers.table(self.given), loads.table(self.loads))
+        nodes, others = self.machine.run(numbers.table(self.given_columns), loads.table(self.load_columns))
         count = len(self.least)
         if not (others[:, :count] > SUSPECT).all():
             return None

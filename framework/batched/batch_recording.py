@@ -117,7 +117,7 @@ class _BatchWriter:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         grid = numbers.grid
         self.later = len(grid.sizes) if numbers.short else 0
-        self.recording = Recording(axes=len(grid.sizes) - 1)
+        self.recording = Recording(axes=len(grid.sizes) - 1, signless=True)
         self._given = self._terms(numbers, 0)
         self._pushes = self._terms(loads, self.later)
         self.rhs_parameters = RightHandSideParameters(grid, plan.rhs_parameters.geometry)
@@ -216,9 +216,8 @@ class _BatchWriter:
 
     def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
         """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
-        springs = range(piece * numbers.springs, (piece + 1) * numbers.springs)
-        stiffness = [self._member(numbers.stiffness + k) for k in springs]
-        rows = [[self._member(numbers.deformations + 12 * k + a) for a in range(12)] for k in springs]
+        stiffness = [self._member(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
+        rows = self._deformations(numbers, piece)
         weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
         found: dict[tuple[int, int], Value] = {}
         for a in range(12):
@@ -228,6 +227,22 @@ class _BatchWriter:
                         term = row[a] * other[b]
                         found[a, b] = found[a, b] + term if (a, b) in found else term
         return found
+
+    def _deformations(self, numbers: Piecewise, piece: int) -> list[list[Value]]:
+        """For each spring of a member, its deformation per unit of the twelve displacements in the nodes' axes."""
+        rows: list[list[Value]] = [[0.0] * 12 for _ in range(numbers.springs)]
+        for (spring, a), given in numbers.deformations:
+            number = given if isinstance(given, float) else self._member(given + piece)
+            if not numbers.axes:
+                rows[spring][a] = number
+                continue
+            # those of the local axis along which the end moves
+            start = numbers.axes[a // 6 % len(numbers.axes)] + 3 * (a % 3) * numbers.pieces + piece
+            block = a - a % 3
+            rows[spring][block : block + 3] = [
+                product(number, self._member(start + c * numbers.pieces)) for c in range(3)
+            ]
+        return rows
 
     def _member(self, k: int) -> Value:
         return self.numbers.units.get(k, self._given[k]) if self._used[k] else 0.0
@@ -305,10 +320,12 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
         given=program.given,
+        given_columns=numbers.columns(program.given),
         wide=tuple(numbers.wide[k] for k in program.given),
         constants=program.constants,
         shared=program.shared,
         loads=program.loads,
+        load_columns=loads.columns(program.loads),
         loaded=program.loaded,
         nodes=tuple(program.outputs[:a]),
         unknowns=dict(zip(known, program.outputs[a:b], strict=True)),

@@ -180,13 +180,17 @@ def constant_lines(first: int, constants: Sequence[Value]) -> Iterator[str]:
 def store_lines(pointer: str, wide: Sequence[bool], places: Iterable[int], kind: str, offset: int = 0) -> Iterator[str]:
     """LLVM code that stores numbers consecutively, converted to one precision."""
     for n, k in enumerate(places):
-        name, own = f"{kind[0]}{n}", _kind(wide[k])
-        value = f"%v{k}"
-        if own != kind:
-            value = f"%s{name}"
-            yield f"  {value} = {'fpext' if kind == _WIDE else 'fptrunc'} {own} %v{k} to {kind}"
-        yield _at(pointer, f"o{name}", offset + n * _SIZES[kind])
-        yield f"  store {kind} {value}, ptr %o{name}, align {_SIZES[kind]}"
+        yield from store_line(pointer, n, k, _kind(wide[k]), kind, offset)
+
+
+def store_line(pointer: str, n: int, place: int, own: str, kind: str, offset: int = 0) -> Iterator[str]:
+    """LLVM code that stores the number at a place, which has a precision of its own, as the n-th of another."""
+    name, value = f"{kind[0]}{n}", f"%v{place}"
+    if own != kind:
+        value = f"%s{name}"
+        yield f"  {value} = {'fpext' if kind == _WIDE else 'fptrunc'} {own} %v{place} to {kind}"
+    yield _at(pointer, f"o{name}", offset + n * _SIZES[kind])
+    yield f"  store {kind} {value}, ptr %o{name}, align {_SIZES[kind]}"
 
 
 def _kind(wide: bool) -> str:
@@ -195,17 +199,23 @@ def _kind(wide: bool) -> str:
 
 def step_lines(wide: Sequence[bool], steps: Sequence[Step], first: int) -> Iterator[str]:
     """LLVM code of steps, the result of the first of them having this place."""
-    for k, (operation, i, j) in enumerate(steps, first):
-        kind, a, b = _kind(wide[k]), f"%v{i}", f"%v{j}"
-        if operation in _PLAIN:
-            yield f"  %v{k} = {_PLAIN[operation]} {kind} {a}, {b}"
-        elif operation is widen:
-            yield f"  %v{k} = fpext {_DOUBLE} {a} to {_WIDE}"
-        elif operation is negative:
-            yield f"  %v{k} = fneg {kind} {a}"
-        elif operation is divided:
-            yield f"  %q{k} = fdiv {kind} {a}, {b}\n  %z{k} = fcmp oeq {kind} {b}, {_ZERO[kind]}"
-            yield f"  %v{k} = select i1 %z{k}, {kind} {_INF[kind]}, {kind} %q{k}"
-        else:
-            yield f"  %l{k} = fcmp {_BELOW[operation]} {kind} {b}, {a}\n  %n{k} = fcmp uno {kind} {b}, {b}"
-            yield f"  %u{k} = or i1 %l{k}, %n{k}\n  %v{k} = select i1 %u{k}, {kind} {b}, {kind} {a}"
+    for k, step in enumerate(steps, first):
+        yield from step_line(_kind(wide[k]), step, k)
+
+
+def step_line(kind: str, step: Step, k: int) -> Iterator[str]:
+    """LLVM code of a step whose result has this precision and the place k."""
+    operation, i, j = step
+    a, b = f"%v{i}", f"%v{j}"
+    if operation in _PLAIN:
+        yield f"  %v{k} = {_PLAIN[operation]} {kind} {a}, {b}"
+    elif operation is widen:
+        yield f"  %v{k} = fpext {_DOUBLE} {a} to {_WIDE}"
+    elif operation is negative:
+        yield f"  %v{k} = fneg {kind} {a}"
+    elif operation is divided:
+        yield f"  %q{k} = fdiv {kind} {a}, {b}\n  %z{k} = fcmp oeq {kind} {b}, {_ZERO[kind]}"
+        yield f"  %v{k} = select i1 %z{k}, {kind} {_INF[kind]}, {kind} %q{k}"
+    else:
+        yield f"  %l{k} = fcmp {_BELOW[operation]} {kind} {b}, {a}\n  %n{k} = fcmp uno {kind} {b}, {b}"
+        yield f"  %u{k} = or i1 %l{k}, %n{k}\n  %v{k} = select i1 %u{k}, {kind} {b}, {kind} {a}"

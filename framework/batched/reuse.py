@@ -15,7 +15,6 @@ _MEMBERS = frozenset({"nodes", "members", "bodies"})
 _LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
 _PARTS = _MEMBERS | _LINKS | {"masses", "size"}
 _values = attrgetter(*_PARTS)
-_NOT_NODES, _NOT_ELEMENTS = _MEMBERS - {"nodes"}, _MEMBERS - {"members"}
 
 
 class Differences:
@@ -42,29 +41,34 @@ class Differences:
         return not self._parts
 
     @property
-    def members(self) -> bool:
-        """Whether members, or the positions of nodes, differ."""
-        return not self._parts.isdisjoint(_MEMBERS)
+    def connections(self) -> bool:
+        """Whether members differ in nodes, or nodes in names or bodies; elements and positions may differ."""
+        return "bodies" in self._parts or self._nodes or self._ends
 
     @property
-    def connections(self) -> bool:
-        """Whether members differ in elements or nodes, or nodes in names or bodies; positions may differ."""
-        one, other = self.one.nodes, self.other.nodes
-        return (
-            not self._parts.isdisjoint(_NOT_NODES)
-            or list(one) != list(other)
-            or [node.body for node in one.values()] != [node.body for node in other.values()]
-        )
+    def moved(self) -> bool:
+        """Whether nodes differ."""
+        return "nodes" in self._parts
 
     @property
     def elements(self) -> bool:
-        """Whether only the elements of members differ: nodes, bodies and connections are the same."""
+        """Whether members differ."""
+        return "members" in self._parts
+
+    @property
+    def _nodes(self) -> bool:
+        """Whether nodes differ in names or bodies."""
+        one, other = self.one.nodes, self.other.nodes
+        return self.moved and (
+            [*one] != [*other] or [node.body for node in one.values()] != [node.body for node in other.values()]
+        )
+
+    @property
+    def _ends(self) -> bool:
+        """Whether members differ in names or in the nodes that they connect."""
         one, other = self.one.members, self.other.members
-        return (
-            "members" in self._parts
-            and self._parts.isdisjoint(_NOT_ELEMENTS)
-            and list(one) == list(other)
-            and all(a[1:] == b[1:] for a, b in zip(one.values(), other.values(), strict=True))
+        return self.elements and (
+            [*one] != [*other] or any(a[1:] != b[1:] for a, b in zip(one.values(), other.values(), strict=True))
         )
 
     @property

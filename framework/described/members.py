@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..added_forms import AddedForm, FormLoad
-from ..batch import Array, aligned, distinct, finite, norms
+from ..batch import Array, aligned, all_of, any_of, distinct, finite, norms
 from ..errors import FrameError
 from ..examination import examine_mass, examine_member
 from ..formed import FormedElement
@@ -245,6 +245,9 @@ class DescribedMembers(DescribedNodes):
         chord = self._chord(start, end)
         if chord.size == 3 and SHORTEST < max(map(abs, chord.reshape(-1).tolist())) < LONGEST:
             return chord
+        # most are long along one of the first axes, and none is longer than the frame is large
+        if self.size < LONGEST / 4.0 and any(all_of(np.abs(chord[..., k]) > SHORTEST) for k in (0, 1)):
+            return chord
         length = np.abs(chord).max(axis=-1)
         wrong = ~((length > SHORTEST) & (length < LONGEST))
         if np.any(wrong):
@@ -260,7 +263,7 @@ class DescribedMembers(DescribedNodes):
 
     def _check_coincident(self, name: str, first: str, second: str) -> None:
         apart = self._chord(first, second)
-        if apart.size == 3 and not any(apart.reshape(-1).tolist()):
+        if not any_of(apart):
             return
         gaps = norms(apart)
         # Entries that are left out need no coincident nodes.

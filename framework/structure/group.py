@@ -122,6 +122,17 @@ class Group:
         return self.element.spring_numbers(self.length)
 
     @cached_property
+    def deformation_numbers(self) -> Mapping[tuple[int, int], Array | float] | None:
+        """Deformations of the springs one by one, see `LineElement.deformation_numbers`.
+
+        None unless each displacement or rotation of an end, a vector, deforms a spring by one of its local components
+        alone: then deformations in the nodes' axes are products of one of these numbers with one of the axes'.
+        """
+        found = self.element.deformation_numbers(self.length)
+        vectors = {(spring, dof // 3) for spring, dof in found}
+        return found if len(vectors) == len(found) else None
+
+    @cached_property
     def spring_stiffness(self) -> Array | None:
         """Spring stiffnesses as in `springs`, computed without the deformations."""
         if "springs" in vars(self):
@@ -134,6 +145,19 @@ class Group:
         """Local axes as rows, in the axes of the start node and in those of the end node, (n, ..., 3, 3) each."""
         start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]
         return start, end
+
+    @property
+    def distinct_axes(self) -> list[Array]:
+        """`end_axes`, those of the end only where they differ from those of the start."""
+        if all(axes is None for axes in self.axes) and "rows" not in vars(self):
+            numbers = self.element.axis_numbers(self.chord)
+            # component by component in memory, as they are computed
+            out = np.empty((9, *self.chord.shape[:-1]))
+            for k, number in enumerate(numbers):
+                out[k] = number
+            return [out.transpose(*range(1, out.ndim), 0).reshape(*out.shape[1:], 3, 3)]
+        start, end = self.end_axes
+        return [start] if end is start else [start, end]
 
     @property
     def nodes(self) -> Index:
@@ -259,7 +283,7 @@ class Group:
         nodes' axes, and whether the stiffness of the pieces is summed in extended precision.
         """
         stiffness, rows = self.element.springs(self.length)
-        return stiffness, _by_nodes(rows, *self.end_axes), stiffness[..., 0].size <= _EXTENDED
+        return stiffness, _by_nodes(rows, *self.end_axes), precise(stiffness)
 
     def extended_stiffness(self) -> NDArray[Any]:
         """Stiffness in the nodes' axes, (n, ..., 12, 12), summed in extended precision unless the stack is large.
@@ -275,6 +299,11 @@ class Group:
         extended = kind is Extended
         out: NDArray[Any] = np.vecdot(one[..., None, :], other[..., None, :, :]) if extended else one @ weighted
         return out
+
+
+def precise(stiffness: Array) -> bool:
+    """Whether matrices of springs of a stiffness (n, ..., springs) are summed in extended precision."""
+    return stiffness[..., 0].size <= _EXTENDED
 
 
 def _by_nodes(rows: Array, start: Array, end: Array) -> Array:

@@ -178,7 +178,7 @@ class Topology(NumberedPieces):
         known = self.gathered
         if "groups" in vars(self):
             known = FormerStacks(self.groups, frozenset(), set())
-        if known is None or self.plain_positions is None or not isinstance(clone._chords, np.ndarray):
+        if known is None or not (len(self.ends) == len(self.counts) and _alike_in_shape(self._chords, clone._chords)):
             return clone
         if all(_alike_in_stack(*each) for each in zip(before, after, strict=True)):
             clone.gathered = FormerStacks(known.groups, known.changed.union(others), others)
@@ -186,9 +186,10 @@ class Topology(NumberedPieces):
 
     def _remade(self, group: Group, changed: frozenset[int]) -> Group:
         """A group with the positions, and the elements of the `changed` members, of this frame."""
-        assert isinstance(self._chords, np.ndarray)
-        chord = self._chords[group.pieces].reshape(group.chord.shape)
-        if changed and not changed.isdisjoint(pieces := group.pieces.tolist()):
+        chords, pieces = self._chords, group.pieces.tolist()
+        each = chords[group.pieces] if isinstance(chords, np.ndarray) else np.array([chords[k] for k in pieces])
+        chord = each.reshape(group.chord.shape)
+        if changed and not changed.isdisjoint(pieces):
             return group.between(chord, self._stacked(self._elements_of(pieces)))
         return group.between(chord)
 
@@ -207,8 +208,9 @@ class Topology(NumberedPieces):
         list of ndarray or None
             Stiffness as by `Group.extended_stiffness`, (n, 12, 12) for each group; None where groups are not reused.
         """
-        if self.gathered is None:
+        if self.gathered is None or not isinstance(self._chords, np.ndarray):
             return None
+        assert isinstance(former._chords, np.ndarray)
         groups, others = self.gathered.groups, self.gathered.others
         if self._chords is not former._chords:
             others = others.union(np.not_equal(self._chords, former._chords).nonzero()[0].tolist())
@@ -238,7 +240,8 @@ class Topology(NumberedPieces):
     @cached_property
     def strained(self) -> bool:
         """Whether members have a free strain, such as by heat; may be True where such elements have been replaced."""
-        groups, changed = (self.groups, ()) if self.gathered is None else self.gathered[:2]
+        known = self.gathered is None or "groups" in vars(self)
+        groups, changed = (self.groups, ()) if known or self.gathered is None else self.gathered[:2]
         elements = [group.element for group in groups] + (self._elements_of(changed) if changed else [])
         return any(elements[k].free_strain(ZERO) is not None for k in distinct(elements)[0])
 
@@ -287,7 +290,7 @@ class Topology(NumberedPieces):
         # numbers are in order, so that as many as there are pieces are all of them
         every: slice | Index = slice(None) if len(numbers) == len(self.ends) else numbers
         element, nodes = self._stacked(chosen), self.ends[every]
-        chord = chords[every] if isinstance(chords, np.ndarray) else np.stack([chords[k] for k in numbers])
+        chord = chords[every] if isinstance(chords, np.ndarray) else np.array([chords[k] for k in numbers.tolist()])
         chord = chord.reshape(len(chord), *(1,) * (ndim + 2 - chord.ndim), *chord.shape[1:])
         counts = self.counts[every if whole else self.members[numbers]].astype(float).reshape(-1, *(1,) * ndim)
         first, second = (self.bodies[node] for node in nodes[0].tolist())
@@ -302,6 +305,13 @@ def _others(one: Description, other: Description) -> set[int]:
     """Numbers of the members whose elements differ between two descriptions with the same members."""
     members = zip(one.members.values(), other.members.values(), strict=True)
     return {k for k, (a, b) in enumerate(members) if a is not b and a.element is not b.element}
+
+
+def _alike_in_shape(one: Array | list[Array], other: Array | list[Array]) -> bool:
+    """Whether the chords of two frames with the same connections vary over the same batch axes."""
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        return isinstance(one, np.ndarray) and isinstance(other, np.ndarray)
+    return [chord.shape for chord in one] == [chord.shape for chord in other]
 
 
 def _elements(frame: Description, members: Collection[int]) -> list[LineElement]:

@@ -216,6 +216,51 @@ def test_another_load_on_the_same_batch(kind: str, way: Way) -> None:
     np.testing.assert_array_equal(found[1], other.reaction("a" if kind == "all kinds" else "A"))
 
 
+@pytest.mark.parametrize("poses", [(), SEVEN])
+def test_all_numbers_changed_in_place(poses: tuple[int, ...], way: Way) -> None:
+    """As by another description, with what is known of the frame before and with its program."""
+    frame = by_hand(3, poses)
+    for seed in range(4, 4 + MET):
+        other = by_hand(seed, poses)
+        names = [name for name in frame.nodes if name[0] not in "AE"]
+        frame.change(names, np.stack([other.nodes[name].coordinates for name in names], axis=-2))
+        frame.change([*frame.members], [member.element for member in other.members.values()])
+        frame.change([*frame.joints], [joint.element for joint in other.joints.values()])
+        for joint, offsets in other.offsets.items():
+            frame.offset(joint, ux=offsets[0])
+        frame.set_load("P", fx=3.0, fy=other.loads["P"][1][1], fz=other.loads["P"][2][1])
+        solution = frame.solve()
+        found = everything(solution)
+        assert {name: value.tobytes() for name, value in found.items()} == {
+            name: value.tobytes() for name, value in everything(unmet(other)).items()
+        }
+    assert solution.plan.entry is not None
+    assert solution.plan.entry.way is way
+
+
+def by_hand(seed: int, poses: tuple[int, ...]) -> Frame:
+    """That of `linked`, without bodies."""
+    linkage, frame = linked(seed, poses), Frame()
+    for name in linkage.nodes:
+        frame.node(name, linkage.position(name))
+    for name, member in linkage.members.items():
+        frame.add(name, member.element, member.start, member.end)
+    for name, joint in linkage.joints.items():
+        frame.add(name, joint.element, joint.first, joint.second)
+        frame.offset(name, ux=linkage.offsets[name][0])
+    frame.fix("A")
+    frame.fix("E")
+    frame.load("P", fx=3.0, fy=linkage.loads["P"][1][1], fz=linkage.loads["P"][2][1])
+    return frame
+
+
+def unmet(frame: Frame) -> Solution:
+    """The solution of a frame without a program, which others keep."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(unloaded, "FEW", 10**9)
+        return frame.copy().solve()
+
+
 def test_solutions_travel(way: Way) -> None:
     met(lambda: linked(1))
     solution = linked(2).solve()

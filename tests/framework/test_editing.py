@@ -56,6 +56,14 @@ CHANGES: dict[str, tuple[Callable[[Frame], None], Callable[[], Frame]]] = {
         lambda: bent(pin=(np.inf,) * 6),
     ),
     "mass": (lambda f: f.change("lump", PointMass(3.0)), lambda: bent(mass=3.0)),
+    "several elements": (
+        lambda f: f.change(["pin", "AB", "lump"], [Joint(stiffness=SOFT), ROD, PointMass(3.0)]),
+        lambda: bent(bar=ROD, pin=SOFT, mass=3.0),
+    ),
+    "an element and a place": (
+        lambda f: (f.change("AB", ROD), f.change("tip", (1.5, 2.0, 0.3)))[0],  # type: ignore[func-returns-value]
+        lambda: bent(bar=ROD, tip=(1.5, 2.0, 0.3)),
+    ),
     "tip": (lambda f: f.change("tip", (1.5, 2.0, 0.3)), lambda: bent(tip=(1.5, 2.0, 0.3))),
     "tip nearer": (lambda f: f.change("D", (1.0, 0.5, 0.0)), lambda: bent(tip=(1.0, 0.5, 0.0))),
     "both nodes of a joint": (lambda f: f.change(("B", "C"), (0.9, 0.1, 0.0)), lambda: bent((0.9, 0.1, 0.0))),
@@ -153,6 +161,14 @@ REFUSED: dict[str, tuple[Callable[[Frame], object], str]] = {
     "twice": (lambda f: f.change(("B", "B"), (0.9, 0.0, 0.0)), "give each node once"),
     "places": (lambda f: f.change(("B", "C"), np.zeros((3, 3))), r"give \(3,\) for one place, or \(..., 2, 3\)"),
     "many elements": (lambda f: f.change(("AB", "CD"), BAR), "change them one by one"),
+    "too few elements": (lambda f: f.change(("AB", "CD", "pin"), [BAR, BAR]), "2 elements for .*: give a list of one"),
+    "an element twice": (lambda f: f.change(("AB", "AB"), [BAR, BAR]), "2 elements for .*: give a list of one"),
+    "the second of several": (lambda f: f.change(("CD", "pin"), [BAR, BAR]), "'pin' is a joint, and change was given"),
+    "none of an element": (lambda f: f.change(("AB", "CD"), [BAR, 1.0]), "'CD' is a member, and change was given 1.0"),  # type: ignore[list-item]
+    "shapes of several": (
+        lambda f: f.change(("CD", "AB"), [BAR, Beam(BAR.section, Material(E=[1e9] * 3, nu=0.3))]),
+        r"member 'AB' has batch shape \(3,\)",
+    ),
     "shapes": (
         lambda f: f.change("AB", Beam(BAR.section, Material(E=[1e9] * 3, nu=0.3))),
         r"member 'AB' has batch shape \(3,\)",
