@@ -10,7 +10,7 @@ import numpy as np
 from ..batch import Array
 from ..structure.parts import Extended
 from .compliance import Compliance
-from .deformations import Springs
+from .deformations import Springs, on_nodes
 from .energy import CAREFUL, CARRIED, energy_of_error
 from .equilibrium import EquilibriumResidual
 from .force_sizes import reduced_sizes
@@ -230,8 +230,8 @@ class Adjoint:
             np.abs(result.generalised_forces.get(k, np.zeros(6))) for k in range(len(double.links))
         ]
         if stretches or relative_displacements:
-            for each, size in zip(state.double_springs, stretches, strict=True):
-                load = load + each.spread_forces(each.sizes_of_stiffness * size, double.count)
+            kinds = zip(state.double_springs, stretches, strict=True)
+            load = on_nodes(load, ((each, each.spread_forces(each.sizes_of_stiffness * size)) for each, size in kinds))
             generalised_forces = [
                 generalised_force + k * size
                 for generalised_force, k, size in zip(
@@ -281,8 +281,7 @@ def _forces(
     """Residual of the unit load at given displacements, on all coordinates, (m, ..., nodes, 6)."""
     load: Any = np.zeros((kinematics.count, 6)) if result.forces is None else result.forces
     moved = kinematics.displacements(coordinates)
-    for each in springs:
-        load = load - each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count)
+    load = on_nodes(load, ((each, -each.forces(each.stiffness * each.of(moved, coordinates))) for each in springs))
     opened = kinematics.relative_displacements(coordinates, moved)
     generalised_forces = [
         -k * relative_displacement + result.generalised_forces.get(index, 0.0)

@@ -7,6 +7,7 @@ preloaded in compression, of which error bounds take the magnitude.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -131,25 +132,25 @@ class Springs:
         out: Real = np.sum(shares, axis=(-1, -2))
         return out
 
-    def spread_forces(self, generalised_forces: Real, count: int) -> Real:
-        """Sizes of the forces (..., count, 6) that spring forces exert on the nodes, in double precision."""
-        forces = np.einsum("...nij,...ni->...nj", self._absolute, generalised_forces.astype(np.float64))
-        return self.gathered(forces, count)
+    def spread_forces(self, generalised_forces: Real) -> Array:
+        """Sizes of the forces (..., n, 12) that spring forces exert on both ends, in double precision."""
+        found: Array = np.einsum("...nij,...ni->...nj", self._absolute, generalised_forces.astype(np.float64))
+        return found
 
-    def forces(self, generalised_forces: Real, count: int) -> Real:
-        """Forces (..., count, 6) on the nodes for spring forces (..., n, springs)."""
-        return self.gathered(np.einsum("...nij,...ni->...nj", self.rows, generalised_forces), count)
+    def forces(self, generalised_forces: Real) -> Real:
+        """Forces (..., n, 12) on both ends, global, for spring forces (..., n, springs)."""
+        found: Real = np.einsum("...nij,...ni->...nj", self.rows, generalised_forces)
+        return found
 
-    def gathered(self, acting: Real, count: int) -> Real:
-        """Sum on the nodes, (..., count, 6), of forces on both ends of the members (..., n, 12), global."""
-        shape = acting.shape[:-2]
-        acting = acting.reshape(*shape, 2 * acting.shape[-2], 6)
-        out = np.zeros((*shape, count, 6), acting.dtype)
+    def add_to(self, nodal: Real, acting: Real) -> None:
+        """Add quantities at both ends of the members (..., n, 2 k), global, to those of their nodes (..., nodes, k)."""
         ends = self.nodes.reshape(-1)
+        acting = acting.reshape(*acting.shape[:-2], len(ends), nodal.shape[-1])
         order = np.argsort(ends, kind="stable")
         starts = np.flatnonzero(np.diff(ends[order], prepend=-1))
-        out[..., ends[order][starts], :] = np.add.reduceat(acting[..., order, :], starts, axis=-2)
-        return out
+        if len(starts) < len(ends):
+            acting, ends = np.add.reduceat(acting[..., order, :], starts, axis=-2), ends[order][starts]
+        nodal[..., ends, :] += acting
 
     def share(self, i: int, j: int) -> Array:
         """Greatest ratio of b_i to b_j of a pair in `mixed` where both act, (..., n)."""
@@ -173,6 +174,20 @@ class Springs:
 def springs(plan: Plan) -> list[Springs]:
     """All members of a frame in extended precision."""
     return [_of(plan, group) for group in plan.topology.groups]
+
+
+def on_nodes(nodal: Real, kinds: Iterable[tuple[Springs, Real]]) -> Real:
+    """Quantities of nodes (..., nodes, k) and those at the ends of members (..., n, 2 k), added by kind of member.
+
+    Each kind is added where its nodes are, so that many kinds with few members each cost no more than a single one.
+    """
+    each = list(kinds)
+    shape = np.broadcast_shapes(nodal.shape[:-2], *(acting.shape[:-2] for _, acting in each))
+    precision = np.result_type(nodal, *(acting.dtype for _, acting in each))
+    out: Real = np.array(np.broadcast_to(nodal, (*shape, *nodal.shape[-2:])), dtype=precision)
+    for springs_of_kind, acting in each:
+        springs_of_kind.add_to(out, acting)
+    return out
 
 
 def constant_springs(plan: Plan | Unloaded, group: Group, element: LineElement) -> tuple[Real, Array, Real]:

@@ -17,7 +17,7 @@ from ..batched.plan import Plan
 from ..entries import WHOLE, Change, Selected
 from ..structure.parts import Extended
 from .applied import AppliedLoads
-from .deformations import Springs, springs
+from .deformations import Springs, on_nodes, springs
 from .force_sizes import reduced_sizes
 from .kinematic_edge import KinematicEdge, Real, extended
 from .kinematics import FrameKinematics
@@ -121,13 +121,8 @@ class EquilibriumResidual:
         ]
         self.deformations = [each.of(self.displacements, self.coordinates) for each in self.springs]
         self.member_forces = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
-        inner = sum(
-            (
-                each.forces(generalised_force, kinematics.count)
-                for each, generalised_force in zip(self.springs, self.member_forces, strict=True)
-            ),
-            extended(np.zeros((kinematics.count, 6))),
-        )
+        acting = [each.forces(force) for each, force in zip(self.springs, self.member_forces, strict=True)]
+        inner = on_nodes(extended(np.zeros((kinematics.count, 6))), zip(self.springs, acting, strict=True))
         self.residual = kinematics.generalised(
             self.loads.forces - inner, [-generalised_force for generalised_force in self.generalised_forces]
         )
@@ -206,10 +201,9 @@ class EquilibriumResidual:
     @cached_property
     def unbalanced(self) -> Real:
         """Bound on the error of `balance` by rounding of loads and of sums of forces, (..., n)."""
-        count = self.kinematics.count
         forces = self.loads.error_bound + self.fine * np.abs(self.loads.forces).astype(np.float64)
-        for each, generalised_force in zip(self.springs, self.member_forces, strict=True):
-            forces = forces + each.spread_forces(self.fine * np.abs(generalised_force), count)
+        kinds = zip(self.springs, self.member_forces, strict=True)
+        forces = on_nodes(forces, ((each, each.spread_forces(self.fine * np.abs(force))) for each, force in kinds))
         generalised_forces = [
             (self.fine * np.abs(generalised_force)).astype(np.float64) for generalised_force in self.generalised_forces
         ]

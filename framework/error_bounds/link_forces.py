@@ -6,7 +6,7 @@ import numpy as np
 
 from ..batch import Array, merged
 from ..structure.edge import GROUND
-from .deformations import Springs
+from .deformations import on_nodes
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import Real
 from .kinematics import FrameKinematics
@@ -92,9 +92,8 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
     """
     kinematics = state.double
     count = kinematics.count
-    nodal = sum(
-        (_gathered(each, own, count) for each, own in zip(state.springs, ends, strict=True)), np.zeros((count, 2))
-    )
+    flat = [own.reshape(*own.shape[:-2], 4) for own in ends]
+    nodal = on_nodes(np.zeros((count, 2)), zip(state.springs, flat, strict=True))
     passed = _passed_on(kinematics, nodal)
     for key, (_, by) in kinematics.dependents.items():
         node, component = divmod(key, 6)
@@ -120,14 +119,6 @@ def link_roundings(state: EquilibriumResidual, ends: list[Array]) -> list[Array]
             more = np.asarray(load_share.sizes(number, sizes), np.float64)
             out[number] = found[number] + more.reshape(*more.shape[:-1], 2, 3).max(axis=-1)
     return out
-
-
-def _gathered(springs: Springs, ends: Array, count: int) -> Array:
-    """Sums on the nodes, (..., count, 2), of those at the ends of members."""
-    shape = ends.shape[:-3]
-    flat = np.zeros((*shape, springs.nodes.size, 6))
-    flat[..., :2] = ends.reshape(*shape, springs.nodes.size, 2)
-    return springs.gathered(flat.reshape(*shape, len(springs.nodes), 12), count)[..., :2]
 
 
 def _passed_on(kinematics: FrameKinematics, nodal: Array) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 from ..dofs import DISPLACEMENTS, FORCES, component
 from ..errors import FrameError
 from ..structure.edge import ABOUT, ALONG
+from .deformations import on_nodes
 from .equilibrium import EquilibriumResidual
 from .kinematic_edge import KinematicEdge, Real, extended, sheared
 from .link_forces import working_forces
@@ -218,8 +219,8 @@ def _end(state: EquilibriumResidual, piece: int, end: slice) -> RequestedResults
     return RequestedResults(
         value,
         error_bound,
-        springs.forces(generalised_forces, count),
-        sizes=springs.spread_forces(np.abs(generalised_forces), count),
+        on_nodes(np.zeros((count, 6)), [(springs, springs.forces(generalised_forces))]),
+        sizes=on_nodes(np.zeros((count, 6)), [(springs, springs.spread_forces(np.abs(generalised_forces)))]),
         unresolved=unresolved,
     )
 

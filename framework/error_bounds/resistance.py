@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .deformations import Springs
+from .deformations import Springs, on_nodes
 from .kinematic_edge import Real, extended
 from .kinematics import FrameKinematics
 
@@ -36,10 +36,8 @@ def resisted(frame: Stiff, unknowns: Sequence[int], motions: Real) -> Real:
     """Forces on the unknowns that balance motions (motions, ..., n): the stiffness times these motions."""
     kinematics = frame.kinematics
     coordinates, moved = displaced(frame, unknowns, motions)
-    inner = sum(
-        (each.forces(each.stiffness * each.of(moved, coordinates), kinematics.count) for each in frame.springs),
-        extended(np.zeros((kinematics.count, 6))),
-    )
+    acting = ((each, each.forces(each.stiffness * each.of(moved, coordinates))) for each in frame.springs)
+    inner = on_nodes(extended(np.zeros((kinematics.count, 6))), acting)
     generalised_forces = [
         k * each for k, each in zip(frame.stiffness, kinematics.relative_displacements(coordinates, moved), strict=True)
     ]

@@ -23,7 +23,7 @@ import numpy as np
 from ..batch import Array, aligned, merged, rotated
 from ..entries import flattened
 from ..error_bounds.bounds import BatchPart, BoundedResults
-from ..error_bounds.deformations import Springs
+from ..error_bounds.deformations import Springs, on_nodes
 from ..error_bounds.equilibrium import EquilibriumResidual
 from ..error_bounds.kinematic_edge import Real
 from ..error_bounds.link_forces import link_forces
@@ -70,7 +70,7 @@ def nonlinearity(solution: BoundedResults) -> Array:
 def _of(part: BatchPart) -> Real:
     state, compliance = part.state, part.compliance
     count = state.kinematics.count
-    unbalanced: Any = np.zeros((count, 6))
+    acting: list[tuple[Springs, Real]] = []
     largest: Any = 0.0
     energy: Any = 0.0
     ndim, groups = len(state.plan.frame.shape), state.plan.topology.groups
@@ -87,7 +87,7 @@ def _of(part: BatchPart) -> Real:
         by_rotation = np.cross(turn[..., None, :], split).reshape(forces.shape)
         if group.element.has_law:
             by_rotation = by_rotation + _beyond_stiffness(state, group, springs)
-        unbalanced = unbalanced - springs.gathered(by_rotation, count)
+        acting.append((springs, -by_rotation))
         largest = np.maximum(largest, np.sum(turn * turn, axis=-1).max(axis=-1))
         energy = energy + np.sum(generalised_force * found, axis=(-1, -2))
     for k, generalised_force in zip(state.stiffness, state.generalised_forces, strict=True):
@@ -95,7 +95,7 @@ def _of(part: BatchPart) -> Real:
             np.where(k > 0.0, generalised_force * generalised_force / np.where(k > 0.0, k, 1.0), 0.0), axis=-1
         )
     by_rotation, turns = _links(state)
-    unbalanced, largest = unbalanced + by_rotation, np.maximum(largest, turns)
+    unbalanced, largest = on_nodes(np.zeros((count, 6)), acting) + by_rotation, np.maximum(largest, turns)
     more = [_beyond_springs(state, number) for number in range(len(state.kinematics.links))]
     load = state.kinematics.reduced(state.unknowns, state.kinematics.generalised(unbalanced, more))
     work = np.sum(load * compliance.solve(load.astype(compliance.root.dtype)), axis=-1)

@@ -113,22 +113,62 @@ class Picked:
 
 
 @dataclass(eq=False)
+class _Rows:
+    """A matrix (targets, terms) of which many rows may be empty: so each of many kinds of member costs its own alone.
+
+    Attributes
+    ----------
+    targets
+        Its rows that have entries; all of them, as a slice, where most have.
+    matrix
+        These rows.
+    count
+        Number of all rows.
+    """
+
+    targets: Index | slice
+    matrix: scipy.sparse.csr_matrix
+    count: int
+
+    @classmethod
+    def of(cls, matrix: scipy.sparse.csr_matrix) -> _Rows:
+        """The rows of a matrix that have entries."""
+        count, start = matrix.shape[0], matrix.indptr
+        used = np.flatnonzero(start[1:] > start[:-1])
+        if 2 * len(used) > count:
+            return cls(slice(None), matrix, count)
+        start = np.append(start[used], start[-1:])
+        shape = len(used), matrix.shape[1]
+        return cls(used, scipy.sparse.csr_matrix((matrix.data, matrix.indices, start), shape=shape), count)
+
+    def add_to(self, sums: Array | None, values: Array) -> Array:
+        """Sums (targets, ...) to which the products with values (terms, ...) are added in place; None for no sums."""
+        found = times(self.matrix, values)
+        if sums is None:
+            if isinstance(self.targets, slice):
+                return found
+            sums = np.zeros((self.count, *found.shape[1:]))
+        sums[self.targets] += found
+        return sums
+
+
+@dataclass(eq=False)
 class _Sum:
     """The contribution of one block to the sums: as a matrix where no factor varies, or term by term.
 
     Attributes
     ----------
     whole
-        Matrix of terms without varying factors, (targets, numbers of the block).
+        Terms without varying factors, of the numbers of the block.
     each
-        Matrix of terms with varying factors, (targets, terms).
+        Terms with varying factors.
     source, factors
         For each term with varying factors, the index of its number in the block and of its two factors; -1 for none.
     """
 
     block: EvaluatedBlock
-    whole: scipy.sparse.csr_matrix | None
-    each: scipy.sparse.csr_matrix | None
+    whole: _Rows | None
+    each: _Rows | None
     source: Index
     factors: tuple[Index, Index]
 
@@ -136,7 +176,9 @@ class _Sum:
     def of(cls, coupling: Coupling, number: int, whole: Ordered | None, each: Ordered | None) -> _Sum:
         """The contribution of block `number`, by the patterns of `SumPattern`."""
         block, terms = coupling.blocks[number], coupling.pattern
-        one, other = (None if p is None else filled(p.matrix, coupling.factor[p.order]) for p in (whole, each))
+        one, other = (
+            None if p is None else _Rows.of(filled(p.matrix, coupling.factor[p.order])) for p in (whole, each)
+        )
         if each is None:
             return cls(block, one, other, _NONE, (_NONE, _NONE))
         places = each.places
@@ -176,7 +218,7 @@ class Sums:
         out, picked = None, Picked.first(self.coupling.grid.shape)
         for part in self._fixed:
             assert part.whole is not None
-            out = _more(out, times(part.whole, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0])))
+            out = part.whole.add_to(out, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0]))
         return np.zeros(self.count) if out is None else out
 
     @cached_property
@@ -193,19 +235,11 @@ class Sums:
             numbers = numbers_of(part.block, picked)
             if part.whole is not None and part.block.mask:
                 every = numbers if numbers.shape[1] == count else np.broadcast_to(numbers, (len(numbers), count))
-                out = _more(out, times(part.whole, every))
+                out = part.whole.add_to(out, every)
             if part.each is not None:
                 assert factors is not None
-                out = _more(out, times(part.each, _weighted(part, numbers, factors)))
+                out = part.each.add_to(out, _weighted(part, numbers, factors))
         return np.zeros((self.count, count)) if out is None else out
-
-
-def _more(sums: Array | None, terms: Array) -> Array:
-    """Sums with terms added in place; the terms themselves if there are no sums yet, which saves an allocation."""
-    if sums is None:
-        return terms
-    sums += terms
-    return sums
 
 
 def _weighted(part: _Sum, numbers: Array, factors: Array) -> NDArray[np.float64]:

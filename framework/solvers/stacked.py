@@ -39,6 +39,9 @@ _Kind = TypeVar("_Kind", np.bool_, np.float64)
 # Bytes that are assembled and factorised (_ROOM) or refined (_REFINED) at a time; results (_KEEP), and factors or small
 # results (_HOLD), of up to so many bytes are kept.
 _ROOM, _REFINED, _KEEP, _HOLD = 2**23, 2**26, 2**28, 2**26
+# At a time, however, so many bytes for each kind of member at least: each takes calls of its own, which would be made
+# the more often the more kinds there are. The links of a linkage are a kind each.
+_ROOM_OF_KIND, _REFINED_OF_KIND = 2**17, 2**18
 
 
 def _deformations(plan: Plan, place: Index) -> Deformations | None:
@@ -240,14 +243,15 @@ class StackedSolver:
         """How many matrices are factorised at a time."""
         turned = sum(block.count for block in self.coupling.blocks if block.rows is None)
         numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
-        step = max(1, _ROOM // (8 * numbers))
+        room = max(_ROOM, _ROOM_OF_KIND * len(self.plan.topology.groups))
+        step = max(1, room // (8 * numbers))
         return in_lanes(step) if bands.side_by_side else step
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
         """Numbers of matrices, and their factors, some at a time; nothing if there are no unknowns."""
         if not bands.size:
             return
-        step = self.step(bands)
+step = self.step(bands)
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
         room: Room | None = None
         for start in range(0, self.count, step):
@@ -453,7 +457,8 @@ class _Solved:
     ) -> None:
         """Refine in place the `values` (size, m, right-hand sides) of the matrices with indices `hard`."""
         cases = 1 if self.solver.by_units else len(columns)
-        step = max(1, _REFINED // (cases * self._bytes))
+        room = max(_REFINED, _REFINED_OF_KIND * len(self.plan.topology.groups))
+        step = max(1, room // (cases * self._bytes))
         for start in range(0, len(hard), step):
             some = hard[start : start + step]
             every = len(some) == values.shape[1]

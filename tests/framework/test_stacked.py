@@ -174,7 +174,7 @@ def test_other_loads_and_little_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     second = frame.solve()
     expected = [second.displacement(name) for name in ("0.4", "3.2")]
     assert second.solver._factors is factors
-    for limit in ("_ROOM", "_REFINED", "_KEEP", "_HOLD"):
+    for limit in ("_ROOM", "_REFINED", "_ROOM_OF_KIND", "_REFINED_OF_KIND", "_KEEP", "_HOLD"):
         monkeypatch.setattr(stacked, limit, 2**10)
     fresh = frame.copy().solve()
     found = [fresh.displacement(name) for name in ("0.4", "3.2")]
