@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -174,7 +174,8 @@ class BallProblem:
         return quadratic, Scaling(self.radius, share, strongest * size / or_one(scale))
 
 
-class Minimum(NamedTuple):
+@dataclass(frozen=True)
+class Minimum:
     """The minima of N entries.
 
     Attributes
@@ -186,9 +187,11 @@ class Minimum(NamedTuple):
     unbalanced
         Largest component in each ball of what is left of ``f - S o``, without its force on the sphere, (balls, N).
     found
-        Whether the minimum was found and is unique, (N,).
+        Whether Newton's method found the minimum, and it is unique, (N,).
     steps
         Number of steps, (N,).
+    how
+        How the steps were done, and why, in words.
     """
 
     offset: Array
@@ -196,17 +199,28 @@ class Minimum(NamedTuple):
     unbalanced: Array
     found: NDArray[np.bool_]
     steps: Array
+    how: str = ""
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, NDArray[np.bool_], Array]:
+        """All numbers."""
+        return self.offset, self.pressing, self.unbalanced, self.found, self.steps
 
     @classmethod
-    def places(cls, components: int, balls: int, count: int) -> Minimum:
+    def places(cls, components: int, balls: int, count: int, how: str = "") -> Minimum:
         """Arrays for so many components, balls and entries."""
         offset, pressing, unbalanced = (np.empty((rows, count)) for rows in (components, balls, balls))
-        return cls(offset, pressing, unbalanced, np.empty(count, dtype=np.bool_), np.empty(count))
+        return cls(offset, pressing, unbalanced, np.empty(count, dtype=np.bool_), np.empty(count), how)
 
-    def shaped(self, shape: Shape) -> Minimum:
+    def put(self, entries: NDArray[Any] | slice, other: Minimum) -> None:
+        """Fill in the minima of some entries."""
+        for whole, new in zip(self.arrays, other.arrays, strict=True):
+            whole[..., entries] = new
+
+    def shaped(self, shape: Shape, how: str) -> Minimum:
         """The minima of a batch of a shape, which was counted through."""
-        offset, pressing, unbalanced = (each.reshape(len(each), *shape) for each in self[:3])
-        return Minimum(offset, pressing, unbalanced, self.found.reshape(shape), self.steps.reshape(shape))
+        offset, pressing, unbalanced = (each.reshape(len(each), *shape) for each in self.arrays[:3])
+        return Minimum(offset, pressing, unbalanced, self.found.reshape(shape), self.steps.reshape(shape), how)
 
 
 @dataclass(frozen=True)

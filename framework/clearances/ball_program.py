@@ -17,7 +17,7 @@ from ..cache import KERNELS
 from ..elementwise import less, where
 from ..program import machine_code
 from ..program.arranging import in_order_of_need
-from ..program.calculation import COMPILING, LEAST, MOST, TWICE, Calculation, Choice
+from ..program.calculation import COMPILING, MOST, TWICE, Calculation, Choice
 from ..program.program import Operation, Program
 from ..program.recording import Recording, Term
 from ..structure.parts import Value
@@ -31,8 +31,9 @@ FIRST, STEPS = 4, 11
 CONVERGED, STAGNANT, PATIENCE = 4e-15, 2, 6
 # Entries handled at a time, so that the memory for multipliers is small.
 CHUNK = 2**15
-# Seconds that an operation on arrays takes for one entry, rounds included, and how often what is compiled is run.
-_EACH, _TIMES = 3e-9, 25
+# Seconds of an operation on arrays, rounds included: alone, and for each entry. And how many times as long as arrays
+# compiling may take, less what they took before, as what is compiled is likely to be run again.
+_ALONE, _EACH, _TIMES = 1e-6, 3e-9, 10
 
 
 def improved(error: Any, least: Any, failed: Any) -> tuple[Any, Any, Any]:
@@ -74,18 +75,16 @@ class BallPrograms:
         found: BallPrograms = KERNELS.found(key, lambda: _recorded(groups), 2 * steps)
         return found
 
-    def run(self, problem: BallProblem, *, compiled: bool) -> Minimum:
-        """The minima of a problem, as machine code or by NumPy."""
+    def run(self, problem: BallProblem, out: Minimum, *, compiled: bool) -> None:
+        """Fill in the minima of a problem, as machine code or by NumPy."""
         count, balls = problem.force.shape[-1], problem.groups.count
-        out = Minimum.places(len(problem.force), balls, count)
         with np.errstate(all="ignore"):
             for start in range(0, count, CHUNK):
                 part = slice(start, min(start + CHUNK, count))
                 numbers = _numbers(problem.at(part))
                 first = self._done(0, numbers, [*np.empty((balls + 1, part.stop - start))], compiled)
-                last = [row[part] for whole in out for row in np.atleast_2d(whole)]
+                last = [row[part] for whole in out.arrays for row in np.atleast_2d(whole)]
                 self._done(1, [*numbers, *first], last, compiled)
-        return out
 
     def _done(self, which: int, numbers: list[Value], outs: list[Any], compiled: bool) -> list[Any]:
         given = [numbers[k] for k in self.given[which]]
@@ -96,15 +95,25 @@ class BallPrograms:
         return outs
 
 
-def choice(groups: Groups, count: int) -> Choice:
-    """How the minima of so many entries are found, by the balls and the number of entries alone."""
+class _Met:
+    """Seconds that arrays took for some balls so far."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+
+def chosen(groups: Groups, count: int) -> Choice:
+    """How the minima of so many entries are to be found, by what that takes now and took for such balls before."""
     steps = _estimated(groups)
     compiling = COMPILING * steps * (1.0 + steps / TWICE)
     if not machine_code.available():
         return Choice(False, "by NumPy, as llvmlite (extra 'fast'), which would compile it, is not installed")
     if steps > MOST:
         return Choice(False, f"by NumPy, as about {steps} operations would take too long to compile")
-    if count < LEAST or _TIMES * _EACH * steps * count < compiling:
+    met: _Met = KERNELS.found(("balls met", groups.own.tobytes()), _Met)
+    arrays = steps * (_ALONE + _EACH * count)
+    if met.seconds + _TIMES * arrays < compiling:
+        met.seconds += arrays
         return Choice(False, "by NumPy, as for so few entries compiling would take longer")
     return Choice(True, f"as machine code, about {steps} operations that take {1e3 * compiling:.2g} ms once to compile")
 

@@ -25,7 +25,7 @@ from ..ldl import factorised, substituted
 from . import ball_formulas as formulas
 from .ball_formulas import ROUNDING as _ROUNDING
 from .ball_formulas import BallProblem, Groups, Iterate, Minimum, Quadratic
-from .ball_program import CONVERGED, FIRST, STEPS, BallPrograms, choice, improved, unfinished
+from .ball_program import CONVERGED, FIRST, STEPS, BallPrograms, chosen, improved, unfinished
 from .middle import in_the_middle
 
 # Number of entries handled at a time, whose matrices fit the processor's cache.
@@ -75,7 +75,8 @@ def minimise_in_balls(
         members = np.broadcast_to(np.abs(stiffness).max(axis=(0, 1)), (len(own), stiffness.shape[-1]))
     if radius is None:
         radius = np.ones((groups.count, 1))
-    return minima(BallProblem(groups, stiffness, force, members, radius))[:2]
+    found = minima(BallProblem(groups, stiffness, force, members, radius))
+    return found.offset, found.pressing
 
 
 def minima(problem: BallProblem) -> Minimum:
@@ -84,9 +85,8 @@ def minima(problem: BallProblem) -> Minimum:
     left = np.flatnonzero(~out.found)
     for start in range(0, len(left), CHUNK):
         part = left[start : start + CHUNK]
-        closer = _any_minimum(problem.at(part))
-        for whole, new in zip(out[:3], closer[:3], strict=True):
-            whole[:, part] = new
+        out.put(part, _any_minimum(problem.at(part)))
+    out.found[left] = False
     return out
 
 
@@ -95,32 +95,36 @@ def minima(problem: BallProblem) -> Minimum:
 
 def _near_minimum(problem: BallProblem) -> Minimum:
     """The minima; `found` where they were found and are unique, or there is no force."""
-    programs = BallPrograms.of(problem.groups) if choice(problem.groups, problem.force.shape[-1]).compiled else None
-    out = _by_arrays(problem) if programs is None else programs.run(problem, compiled=True)
+    groups, count = problem.groups, problem.force.shape[-1]
+    choice = chosen(groups, count)
+    programs = BallPrograms.of(groups) if choice.compiled else None
+    out = Minimum.places(len(problem.force), groups.count, count, choice.reason)
+    if programs is None:
+        _by_arrays(problem, out)
+    else:
+        programs.run(problem, out, compiled=True)
     unloaded = ~problem.force.any(axis=0)
     nowhere = unloaded | ~out.found
     if nowhere.any():
-        for each in out[:3]:
+        for each in (out.offset, out.pressing, out.unbalanced):
             each[:, nowhere] = 0.0
         out.found[unloaded], out.steps[unloaded] = True, 0.0
     return out
 
 
-def _by_arrays(problem: BallProblem) -> Minimum:
-    own, balls, count = problem.groups.own, problem.groups.count, problem.force.shape[-1]
-    out = Minimum.places(len(own), balls, count)
-    for start in range(0, count, CHUNK):
-        part = problem.at(slice(start, start + CHUNK))
+def _by_arrays(problem: BallProblem, out: Minimum) -> None:
+    """Fill in the minima step by step on arrays."""
+    own = problem.groups.own
+    for start in range(0, problem.force.shape[-1], CHUNK):
+        entries = slice(start, start + CHUNK)
+        part = problem.at(entries)
         with np.errstate(all="ignore"):
             quadratic, scaling = part.scaled()
             multiplier, first = _near(quadratic)
             x, multiplier, error, more = _newton(quadratic, formulas.inside_balls(quadratic, multiplier), multiplier)
             found = (error <= CONVERGED) & formulas.determined(quadratic, multiplier)
             offset, pressing = scaling.back(x, multiplier, own)
-            made = Minimum(offset, pressing, part.unbalanced(offset, pressing), found, first + more)
-        for whole, new in zip(out, made, strict=True):
-            whole[..., start : start + CHUNK] = new
-    return out
+            out.put(entries, Minimum(offset, pressing, part.unbalanced(offset, pressing), found, first + more))
 
 
 def _near(quadratic: Quadratic) -> tuple[Array, Array]:

@@ -14,7 +14,6 @@ from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..states import ClearanceState, States, put, states_of
 from .ball_formulas import BallProblem, Groups, Minimum, or_one, times
-from .ball_program import choice
 from .ball_qp import minima
 from .middle import free_motions
 
@@ -184,10 +183,12 @@ class ContactState:
             out.unbalanced[:], out.found[:], out.steps[:] = 0.0, True, 0.0
             places = np.flatnonzero(np.broadcast_to(resisted, shape))
             parts = [places[each] for each in _slices(len(places))]
+        how = ""
         for part in parts:
-            for whole, new in zip(out, self._least(part), strict=True):
-                whole[..., part] = new
-        return out.shaped(shape)
+            found = self._least(part)
+            out.put(part, found)
+            how = found.how
+        return out.shaped(shape, how)
 
     @property
     def search(self) -> str:
@@ -198,7 +199,7 @@ class ContactState:
         text = f"The minimum was found by Newton's method at {int(some.sum())} of {steps.size} entries{mean}"
         if others:
             text += f", and by interior points at {others} where that failed or there are many minima"
-        return f"{text}: {choice(Groups(self.components.own), min(steps.size, _MOST)).reason}."
+        return f"{text}: {self._placed.how}."
 
     def _least(self, part: Entries) -> Minimum:
         """The minima of energy at some entries; where there is no clearance `pressing` is the force in the joint."""

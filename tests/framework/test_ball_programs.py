@@ -33,8 +33,24 @@ def programs(own: list[int]) -> ball_program.BallPrograms:
     return found
 
 
+def by_program(given: BallProblem, *, compiled: bool) -> Minimum:
+    out = Minimum.places(len(given.force), given.groups.count, given.force.shape[-1])
+    programs(given.groups.own.tolist()).run(given, out, compiled=compiled)
+    return out
+
+
+def by_arrays(given: BallProblem) -> Minimum:
+    out = Minimum.places(len(given.force), given.groups.count, given.force.shape[-1])
+    ball_qp._by_arrays(given, out)
+    return out
+
+
+def at(found: Minimum, entry: int) -> Minimum:
+    return Minimum(*(each[..., [entry]] for each in found.arrays))
+
+
 def assert_same(one: Minimum, other: Minimum) -> None:
-    for each, again in zip(one, other, strict=True):
+    for each, again in zip(one.arrays, other.arrays, strict=True):
         assert_array_equal(each, again)
 
 
@@ -44,7 +60,7 @@ def assert_same(one: Minimum, other: Minimum) -> None:
 def test_programs_give_the_bits_of_arrays(own: list[int], size: float, *, compiled: bool) -> None:
     for rank in {1, len(own)}:
         given = problem(own, size, rank, 300)
-        assert_same(programs(own).run(given, compiled=compiled), ball_qp._by_arrays(given))
+        assert_same(by_program(given, compiled=compiled), by_arrays(given))
 
 
 @pytest.mark.parametrize("compiled", COMPILED)
@@ -53,7 +69,23 @@ def test_numbers_that_do_not_vary_give_the_same_bits(*, compiled: bool) -> None:
     given = problem(own, 1.0, 4, 200, varying=False)
     stiffness, members = (np.repeat(each, 200, axis=-1) for each in (given.stiffness, given.members))
     whole = BallProblem(given.groups, stiffness, given.force, members, given.radius)
-    assert_same(programs(own).run(given, compiled=compiled), ball_qp._by_arrays(whole))
+    assert_same(by_program(given, compiled=compiled), by_arrays(whole))
+
+
+@pytest.mark.parametrize("compiled", COMPILED)
+@pytest.mark.parametrize("count", [1, 3, 9])
+def test_few_entries_give_the_same_bits(count: int, *, compiled: bool) -> None:
+    given = problem([0, 0, 1, 1, 2, 2], 1.0, 4, count)
+    assert_same(by_program(given, compiled=compiled), by_arrays(given))
+
+
+@pytest.mark.skipif(not machine_code.available(), reason="needs llvmlite")
+def test_balls_that_are_met_often_are_compiled_for_short_batches_too() -> None:
+    """Once arrays took as long as compiling takes; not at first, which would cost a single frame more than it saves."""
+    groups = Groups(np.array([0, 1, 1, 2, 3, 3]))
+    choices = [ball_program.chosen(groups, 10).compiled for _ in range(500)]
+    assert not any(choices[:5])
+    assert all(choices[200:])
 
 
 @pytest.mark.parametrize("compiled", COMPILED)
@@ -62,7 +94,7 @@ def test_without_force_or_without_radius(*, compiled: bool) -> None:
     given = problem(own, 1.0, 4, 40)
     given.force[:, :10] = 0.0
     given.radius[0, 5:20] = 0.0
-    assert_same(programs(own).run(given, compiled=compiled), ball_qp._by_arrays(given))
+    assert_same(by_program(given, compiled=compiled), by_arrays(given))
     found = ball_qp.minima(given)
     assert not found.offset[:, :10].any()
     assert not found.offset[:2, 5:20].any()
@@ -100,7 +132,7 @@ def test_offsets_and_forces_against_fifty_digits(size: float, seed: int) -> None
     given = BallProblem(Groups(np.array(own)), stiffness[..., None], force, np.full((6, 1), size), np.ones((3, 1)))
     found = ball_qp.minima(given)
     for entry in (0, 599):
-        one = Minimum(*(each[..., [entry]] for each in found))
+        one = at(found, entry)
         (*exact,) = balanced_by_fifty_digits(stiffness, force[:, entry], one, own)
         x, pressing = np.array(exact[:6]), np.array(exact[6:])
         assert (pressing > 0.0).all()
@@ -145,7 +177,7 @@ def test_a_batch_equals_its_entries_bit_by_bit(size: float) -> None:
     given.radius[0, 3:8] = 0.0
     whole = ball_qp.minima(given)
     for entry in (0, 3, 5, 7, 8, 1000, 1999):
-        assert_same(Minimum(*(each[..., [entry]] for each in whole)), ball_qp.minima(given.at(np.array([entry]))))
+        assert_same(at(whole, entry), ball_qp.minima(given.at(np.array([entry]))))
 
 
 def test_contact_of_a_long_batch_is_that_of_short_ones() -> None:
