@@ -124,9 +124,9 @@ def maximum(a: Array, b: Any) -> Array:
     return out
 
 
-def less(a: Array, b: Any) -> Any:
+def less(a: Any, b: Any) -> Any:
     """Whether a is less than b."""
-    return _less(a, b) if is_recorded(a) else a < b
+    return _less(a, b) if is_recorded(*(x for x in (a, b) if isinstance(x, np.ndarray))) else a < b
 
 
 def where(condition: Any, a: Any, b: Any) -> Array:

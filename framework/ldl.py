@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from .batch import Array
 from .cache import KERNELS
-from .elementwise import contracted
+from .elementwise import contracted, maximum
 
 Numbers = NDArray[Any]
 Places = slice | NDArray[np.int64]
@@ -144,15 +144,19 @@ def substitute(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> N
 
     `columns` are the factors that `eliminated` found for N matrices (entries, N).
     """
-    between = slice(None) if load.ndim == 2 else (slice(None), None)
-    both = list(zip(steps, columns, strict=True))
-    for step, (lower, _) in both:
-        if step.updates:
-            load[step.below] -= lower[between] * load[step.unknown]
-    for step, (lower, over) in reversed(both):
+    forward(steps, columns, load)
+    for step, (lower, over) in reversed(list(zip(steps, columns, strict=True))):
         load[step.unknown] *= over
         if step.updates:
             load[step.unknown] -= _added(lower, load[step.below])
+
+
+def forward(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> None:
+    """Forward substitution, the first half of `substitute`: L⁻¹ times the loads, which are overwritten."""
+    between = slice(None) if load.ndim == 2 else (slice(None), None)
+    for step, (lower, _) in zip(steps, columns, strict=True):
+        if step.updates:
+            load[step.below] -= lower[between] * load[step.unknown]
 
 
 def _added(lower: Numbers, solved: Numbers) -> Numbers:
@@ -185,7 +189,7 @@ def factorised(matrix: Array, share: float, *, raised: bool = True) -> Columns:
     least = share * np.abs(work[:: n + 1]) + np.finfo(float).tiny
 
     def inverse(k: int, pivot: Array) -> Array:
-        out: Array = 1.0 / np.maximum(pivot, least[k])
+        out: Array = 1.0 / maximum(pivot, least[k])
         return out if raised else np.where(pivot > least[k], out, 0.0)
 
     return eliminated(work, full_steps(n), inverse)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks import (
+    clearances,
     everything_random,
     harness,
     kinematics,
@@ -129,6 +130,12 @@ def test_segments() -> None:
     rows = segments.measure(job(4, 3, space=False), (1, 4), 1)
     assert len(rows) == 4
     assert all(row["worst_error"] < 1e-12 for row in rows)
+
+
+def test_clearances() -> None:
+    rows = clearances.measure((3, 40), 1)
+    assert len(rows) == 2 * len(programs.backends())
+    assert all(row["across"] < 1e-14 and row["error"] < 1e-14 for row in rows)
 
 
 @pytest.mark.parametrize("kind", size.KINDS)

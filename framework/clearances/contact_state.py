@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, aligned
+from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..states import ClearanceState, States, put, states_of
-from .ball_qp import minimise_in_balls
+from .ball_formulas import BallProblem, Groups, Minimum, or_one, times
+from .ball_qp import minima
 from .middle import free_motions
 
 # A force below this share of the largest load or joint force is rounding.
@@ -22,12 +23,12 @@ UNLOADED = 1e-12
 _STILL = 1e-6
 # Between these squares have full precision.
 _LEAST, _LARGEST = 1e-280, 1e280
-# Largest stiffness for loads of size one: squares and cubes of the resulting displacements must not underflow.
-_STIFFEST = 1e100
 # Number of entries whose matrices are in memory at a time.
 _MOST = 2**16
 # If the residual in the joints, relative to the largest load or joint force, exceeds this, the contact is unresolved.
 _BALANCED = 1e-6
+# Some entries of a batch, counted through.
+Entries = slice | NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -111,19 +112,20 @@ class ContactState:
     @cached_property
     def scale(self) -> Array:
         """Largest load or joint force, or moment for joints with clearance in rotations, (joints, ...)."""
-        is_rotation, found = self.components.is_rotation, np.abs(self.found)
-        force, moment = (
-            np.maximum(load, found[which].max(axis=0, initial=0.0))
-            for load, which in zip(self.load, (~is_rotation, is_rotation), strict=True)
-        )
+        rotations = self.components.is_rotation
+        force, moment = self.load
+        for value, is_rotation in zip(self.found, rotations, strict=True):
+            if is_rotation:
+                moment = np.maximum(moment, np.abs(value))
+            else:
+                force = np.maximum(force, np.abs(value))
         # if all nodes are at the origin there are no arms, and forces cause no moments
-        arm = self.length_scale
-        both = (
-            np.maximum(force, np.where(arm > 0.0, moment, 0.0) / _or_one(arm)),
-            np.maximum(moment, force * arm),
-        )
-        scale: Array = np.stack(both)[is_rotation[self.components.starts].astype(np.int64)]
-        return scale
+        arm, kinds = self.length_scale, rotations[self.components.starts]
+        as_force = np.maximum(force, np.where(arm > 0.0, moment, 0.0) / or_one(arm))
+        if not kinds.any():
+            return np.broadcast_to(as_force, (len(kinds), *as_force.shape))
+        as_moment = np.maximum(moment, force * arm)
+        return np.stack([as_moment if kind else as_force for kind in kinds])
 
     @cached_property
     def without_clearance(self) -> Array:
@@ -134,12 +136,12 @@ class ContactState:
     @property
     def offset(self) -> Array:
         """Displacement within the clearance, (n, ...)."""
-        return self._placed[0]
+        return self._placed.offset
 
     @property
     def size(self) -> Array:
         """Magnitude of the contact force in each joint, (joints, ...); rounding where there is none."""
-        return self._placed[1]
+        return self._placed.pressing
 
     @cached_property
     def force(self) -> Array:
@@ -161,45 +163,58 @@ class ContactState:
             state[:, some] = put(state[:, some], free, ClearanceState.FREE)
         if not self.stiffness.any():
             return state
-        normal = self.offset / np.where(self.radius > 0.0, self.radius, 1.0)[self.components.own]
-        pressed = np.where(
-            (closed & (self.radius > 0.0))[self.components.own], self.size[self.components.own] * normal, 0.0
-        )
-        unbalanced = np.where((self.radius > 0.0)[self.components.own], self.force - pressed, 0.0)
         # near the smallest representable offset, a step of the offset changes the force
         step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
-        wrong = ~(np.abs(unbalanced) <= _BALANCED * self.scale[self.components.own] + step).all(axis=0)
+        allowed = _BALANCED * self.scale + np.maximum.reduceat(step, self.components.starts)
+        wrong = np.asarray(~(self._placed.unbalanced <= allowed).all(axis=0))
         return put(state, wrong, ClearanceState.UNRESOLVED)
 
     @cached_property
-    def _placed(self) -> tuple[Array, Array]:
-        """Offset (n, ...) and magnitude of the force (joints, ...): along it if S vanishes, else of least energy."""
-        own, radius = self.components.own, self.radius
-        size = self.components.length(self.without_clearance)
-        offset = radius[own] * (self.without_clearance / _or_one(size)[own])
-        resisted = np.broadcast_to(np.any(self.stiffness != 0.0, axis=(0, 1)), self.without_clearance.shape[1:])
-        for part in _parts(resisted):
-            offset[:, part], size[:, part] = self._least(part)
-        return offset, size
+    def _placed(self) -> Minimum:
+        """The offsets, along the forces if S vanishes, else of least energy; `pressing` where there is no clearance."""
+        shape, own = self.without_clearance.shape[1:], self.components.own
+        resisted, count = np.any(self.stiffness != 0.0, axis=(0, 1)), math.prod(shape)
+        out = Minimum.places(len(own), len(self.components.names), count)
+        parts: Sequence[Entries] = _slices(count)
+        if not resisted.all():
+            length = self.components.length(self.without_clearance)
+            along = self.radius[own] * (self.without_clearance / or_one(length)[own])
+            out.offset[:], out.pressing[:] = along.reshape(len(own), -1), length.reshape(len(length), -1)
+            out.unbalanced[:], out.found[:], out.steps[:] = 0.0, True, 0.0
+            places = np.flatnonzero(np.broadcast_to(resisted, shape))
+            parts = [places[each] for each in _slices(len(places))]
+        how = ""
+        for part in parts:
+            found = self._least(part)
+            out.put(part, found)
+            how = found.how
+        return out.shaped(shape, how)
 
-    def _least(self, part: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """Offset (n, N) of least energy, and magnitude of the force (joints, N), at the N entries in a mask."""
-        own, near, without_clearance = self.components.own, self.radius[:, part], self.without_clearance[:, part]
-        stiffness = np.broadcast_to(self.stiffness, (len(own), *self.without_clearance.shape))[:, :, part]
-        widest, strongest = (_or_one(np.abs(values).max(axis=0)) for values in (near, without_clearance))
-        scale = (near / widest)[own]
-        largest = _or_one(np.abs(stiffness).max(axis=(0, 1)))
-        with np.errstate(over="ignore", under="ignore"):
-            ratio = np.minimum(widest / strongest, _STIFFEST / largest)
-            # a load so small that its ratio to the stiffness underflows is scaled up, as it closes no clearance
-            share = strongest * (_STIFFEST / largest) / widest
-        scaled = stiffness * (scale[:, None] * scale * ratio)
-        members = np.broadcast_to(self.members, self.without_clearance.shape)[:, part] * (scale * scale * ratio)
-        x, multiplier = minimise_in_balls(scaled, without_clearance / strongest * scale, own, members)
-        x = np.where((multiplier > 0.0)[own], x, x * np.minimum(share, 1.0))
-        offset = near[own] * x
-        left = self.components.length(without_clearance - np.einsum("ijn,jn->in", stiffness, offset))
-        return offset, np.where(near > 0.0, strongest * multiplier / _or_one(near / widest), left)
+    @property
+    def search(self) -> str:
+        """How the offsets of least energy were found, in words."""
+        found, steps = self._placed.found, self._placed.steps
+        some, others = found & (steps > 0.0), int((~found).sum())
+        mean = f" in {steps[some].mean():.2g} steps on average" if some.any() else ""
+        text = f"The minimum was found by Newton's method at {int(some.sum())} of {steps.size} entries{mean}"
+        if others:
+            text += f", and by interior points at {others} where that failed or there are many minima"
+        return f"{text}: {self._placed.how}."
+
+    def _least(self, part: Entries) -> Minimum:
+        """The minima of energy at some entries; where there is no clearance `pressing` is the force in the joint."""
+        groups, shape = Groups(self.components.own), self.without_clearance.shape[1:]
+        stiffness, force, members, radius = (
+            _flat(values, shape, part) for values in (self.stiffness, self.without_clearance, self.members, self.radius)
+        )
+        found = minima(BallProblem(groups, stiffness, force, members, radius))
+        tight = np.broadcast_to(radius == 0.0, found.pressing.shape)
+        some = np.asarray(tight.any(axis=0))
+        if some.any():
+            whole = BallProblem(groups, stiffness, force, members, radius).at(some)
+            left = self.components.length(whole.force - times(whole.stiffness, found.offset[:, some]))
+            found.pressing[:, some] = np.where(tight[:, some], left, found.pressing[:, some])
+        return found
 
     def _free(self, without_contact: NDArray[np.bool_], some: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether joints `without_contact` (joints, N) move in a mechanism, at the entries in the mask `some`."""
@@ -223,13 +238,18 @@ def sizes(frame: Description) -> Array:
     return aligned(reduce(np.maximum, each), len(frame.shape))
 
 
-def _or_one(values: Array) -> Array:
-    """`values`, with one in place of zeros."""
-    return np.where(values > 0.0, values, 1.0)
+def _slices(count: int) -> list[slice]:
+    """Parts of so many entries, which limits the memory for their matrices."""
+    return [slice(start, min(start + _MOST, count)) for start in range(0, count, _MOST)]
 
 
-def _parts(resisted: NDArray[np.bool_]) -> Iterator[NDArray[np.bool_]]:
-    """Masks of some of the entries in `resisted` at a time, which limits the memory for their matrices."""
-    number = np.cumsum(resisted).reshape(resisted.shape)
-    for start in range(0, int(resisted.sum()), _MOST):
-        yield np.asarray(resisted & (number > start) & (number <= start + _MOST))
+def _flat(values: Array, shape: Shape, part: Entries) -> Array:
+    """Values of some entries of a batch, which is counted through, along the last axis: of size one if none varies."""
+    lead, own = values.shape[: values.ndim - len(shape)], values.shape[values.ndim - len(shape) :]
+    if math.prod(own) == 1:
+        return values.reshape(*lead, 1)
+    if own == shape:
+        return values.reshape(*lead, -1)[..., part]
+    places = np.unravel_index(np.arange(math.prod(shape))[part], shape)
+    at = tuple(place if n > 1 else 0 * place for place, n in zip(places, own, strict=True))
+    return np.asarray(values[(slice(None),) * len(lead) + at])

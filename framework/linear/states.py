@@ -206,8 +206,10 @@ class FrameStates(SolvedFrame):
 
     def _warn_free(self) -> None:
         """Warn where no force determines the contact of a journal, so that results are one choice of many."""
-        if self.pressed is not None:
+        if self.pressed is not None or self.clearances is None:
             return
+        if not (self.clearances.state == ClearanceState.FREE).any():
+            return  # without a look at all other states, which takes longer
         free = self.state == SolutionState.FREE
         if free.any():
             self._warned = True

@@ -124,7 +124,9 @@ class Primary:
         frame = self.frame
         absent = False if frame.absent is None else frame.absent
         left = np.array(np.broadcast_to(absent, self.shape))
-        if isinstance(self.solver, SparseSolver):
+        # a program has results at all entries, which is known without its solver
+        program = self.plan.entry is not None and self._driven is None
+        if program or isinstance(self.solver, SparseSolver):
             return left
         return left | (self._plain[1] if self._driven is None else self._driven)
 

@@ -36,6 +36,7 @@ BENCHMARKS = (
     "one_frame",
     "reliability",
     "bulk",
+    "clearances",
 )
 PACKAGES = (
     "linkframe",
