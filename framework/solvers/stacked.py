@@ -251,7 +251,7 @@ class StackedSolver:
         """Numbers of matrices, and their factors, some at a time; nothing if there are no unknowns."""
         if not bands.size:
             return
-step = self.step(bands)
+        step = self.step(bands)
         hold = 8 * self.count * bands.size * (bands.width + 1) < _HOLD
         room: Room | None = None
         for start in range(0, self.count, step):
