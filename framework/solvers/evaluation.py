@@ -141,6 +141,16 @@ class _Rows:
         shape = len(used), matrix.shape[1]
         return cls(used, scipy.sparse.csr_matrix((matrix.data, matrix.indices, start), shape=shape), count)
 
+    @property
+    def all_rows(self) -> scipy.sparse.csr_matrix:
+        """The matrix with its empty rows."""
+        if isinstance(self.targets, slice):
+            return self.matrix
+        start = np.zeros(self.count + 1, dtype=self.matrix.indptr.dtype)
+        start[self.targets + 1] = np.diff(self.matrix.indptr)
+        shape = self.count, self.matrix.shape[1]
+        return scipy.sparse.csr_matrix((self.matrix.data, self.matrix.indices, np.cumsum(start)), shape=shape)
+
     def add_to(self, sums: Array | None, values: Array) -> Array:
         """Sums (targets, ...) to which the products with values (terms, ...) are added in place; None for no sums."""
         found = times(self.matrix, values)
@@ -205,7 +215,10 @@ class Sums:
     @property
     def parts(self) -> list[tuple[EvaluatedBlock, scipy.sparse.csr_matrix | None]]:
         """Blocks, each with the matrix of its terms (targets, numbers of the block); None where factors vary."""
-        return [(part.block, None if part.each is not None else part.whole) for part in self._fixed + self._varying]
+        return [
+            (part.block, None if part.each is not None or part.whole is None else part.whole.all_rows)
+            for part in self._fixed + self._varying
+        ]
 
     @property
     def varies(self) -> bool:
