@@ -25,6 +25,8 @@ FAR = 0.7
 TOGETHER = 2048
 # Factor by which the rates have grown in a dead point, beside those after steps of the usual length.
 GROWN, USUAL = 50.0, 1e-3
+# A step that would end between these shares of the distance to where a determinant may vanish ends at the first.
+WELL_BEFORE, AS_FAR_BEYOND = 0.4, 1.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,19 +225,19 @@ class ManyPaths(PathBatch[PosesAhead]):
     def attempt(self, paths: NDArray[np.intp]) -> tuple[PosesAhead, Mask]:
         """Poses one step ahead, at most at the ends of the paths, and whether each step may be accepted.
 
-        A step that would end near a change point goes across it instead, to see whether it is one: from nearby,
-        Newton's method may find the other branch, on which no determinant changes its sign.
+        A step that would end near a change point ends well before it instead: beside one, Newton's method may find the
+        other branch, on which no determinant changes its sign.
         """
         left = self.length[paths] - self.s[paths]
         step = np.minimum(self.step[paths], left)
-        self.step[paths] = step = np.where(left < 1.01 * step, left, step)
+        step = np.where(left < 1.01 * step, left, step)
         ahead = self._zero_ahead(paths)
-        across = (0.4 * ahead < step) & (step < 1.6 * ahead) & (2.0 * ahead < left)
-        found, near = self._go(paths, np.where(across, 2.0 * ahead, step))
-        changes_sign = near & self._changes_sign(paths, found.determinants)
-        good = near & ~changes_sign & ~across
-        self.crossing[paths] = np.where(good, False, self.crossing[paths] | changes_sign)
-        self.step[paths[across & changes_sign]] = 0.0
+        beside = (WELL_BEFORE * ahead < step) & (step < AS_FAR_BEYOND * ahead) & (WELL_BEFORE * ahead > SHARPEST)
+        self.step[paths] = step = np.where(beside, WELL_BEFORE * ahead, step)
+        found, near = self._go(paths, step)
+        changes_sign = self._changes_sign(paths, found.determinants)
+        good = near & ~changes_sign
+        self.crossing[paths] = np.where(good, False, self.crossing[paths] | (near & changes_sign))
         return found, good
 
     def _zero_ahead(self, paths: NDArray[np.intp]) -> Array:
