@@ -312,6 +312,8 @@ def test_points_too_far_from_the_origin_to_be_told_apart(far: tuple[float, float
     linkage.revolute("E", "rocker", "ground")
     linkage.load("D", fx=1.0)
     apart = "1.6e+04" if max(far) == 1e20 else "4"
-    with pytest.raises(FrameError, match=r"point '\w' lies .* from the origin.*give coordinates from an origin") as told:
+    with pytest.raises(
+        FrameError, match=r"point '\w' lies .* from the origin.*give coordinates from an origin"
+    ) as told:
         linkage.move(A=0.1).reactions()
     assert f"numbers are {apart} apart" in str(told.value)

@@ -212,8 +212,8 @@ class Dimensions:
         if self._rounding > FEW_DIGITS:
             name, far = max(self._reach.items(), key=lambda each: each[1])
             raise FrameError(
-                f"point {name!r} lies {far:.3g} from the origin, where numbers are {np.spacing(far):.2g} apart, so that "
-                "points of the linkage coincide that are not meant to: give coordinates from an origin near the linkage"
+                f"point {name!r} lies {far:.3g} from the origin, where numbers are {np.spacing(far):.2g} apart, so "
+                "that points of the linkage coincide which are not meant to: give coordinates from an origin near it"
             )
 
 
