@@ -297,3 +297,23 @@ def test_frame(method: str) -> None:
 def test_every_method_is_in_the_table(table: dict[str, object], kind: type, leave: tuple[str, ...]) -> None:
     methods = {name for name, _ in inspect.getmembers(kind, inspect.isfunction) if not name.startswith("_")}
     assert methods - set(leave) == set(table)
+
+
+@pytest.mark.parametrize("far", [(1e20, 1e20), (0.0, 1e20), (1e20, 0.0), (-3e16, 1.0)])
+def test_points_too_far_from_the_origin_to_be_told_apart(far: tuple[float, float]) -> None:
+    """Doubles near 1e20 lie 16384 apart, those near 3e16 lie 4 apart, 2**(e - 52) by IEEE 754: all points coincide."""
+    places = {"A": (0, 0), "B": (0, 0.1), "D": (0.24, 0.16), "E": (0.22, 0)}
+    linkage = Linkage(**{name: np.add(far, place) for name, place in places.items()})
+    for link, points in {"crank": "AB", "coupler": "BD", "rocker": "DE"}.items():
+        linkage.link(link, *points)
+    linkage.revolute("A", "ground", "crank", drive=True)
+    linkage.revolute("B", "crank", "coupler")
+    linkage.revolute("D", "coupler", "rocker")
+    linkage.revolute("E", "rocker", "ground")
+    linkage.load("D", fx=1.0)
+    apart = "1.6e+04" if max(far) == 1e20 else "4"
+    with pytest.raises(
+        FrameError, match=r"point '\w' lies .* from the origin.*give coordinates from an origin"
+    ) as told:
+        linkage.move(A=0.1).reactions()
+    assert f"numbers are {apart} apart" in str(told.value)

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....framework.batch import Array
+from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.sketch import places
@@ -20,6 +21,8 @@ from .terms import Value
 from .tree import Tree, spanning_tree
 
 EPS = float(np.finfo(np.float64).eps)
+# Rounding of the points, as a share of the linkage's size, that leaves too few digits.
+FEW_DIGITS = 1e-3
 
 
 class Parameter(NamedTuple):
@@ -88,6 +91,7 @@ class Dimensions:
         self.linkage = linkage
         self.tree: Tree = spanning_tree(linkage, counted)
         self.size = _size(linkage)
+        self._refuse_few_digits()
         self.parameters: list[Value] = []
         self._met: dict[tuple[tuple[int, ...], bytes], Parameter] = {}
         self._places: dict[str, dict[str, Array]] = {}
@@ -196,8 +200,21 @@ class Dimensions:
 
     @cached_property
     def _rounding(self) -> float:
-        largest = max(float(np.abs(point).max(initial=0.0)) for point in self.linkage.points.values())
-        return 4.0 * EPS * max(1.0, largest / self.size)
+        return 4.0 * EPS * max(1.0, max(self._reach.values(), default=0.0) / self.size)
+
+    @property
+    def _reach(self) -> dict[str, float]:
+        """Largest coordinate of each point in the reference configuration."""
+        return {name: float(np.abs(point).max(initial=0.0)) for name, point in self.linkage.points.items()}
+
+    def _refuse_few_digits(self) -> None:
+        """Raise an error if the points lie so far from the origin that their distances are rounding."""
+        if self._rounding > FEW_DIGITS:
+            name, far = max(self._reach.items(), key=lambda each: each[1])
+            raise FrameError(
+                f"point {name!r} lies {far:.3g} from the origin, where numbers are {np.spacing(far):.2g} apart, so "
+                "that points of the linkage coincide which are not meant to: give coordinates from an origin near it"
+            )
 
 
 def _size(linkage: LinkageDescription) -> float:
