@@ -22,6 +22,9 @@ from ..structure.topology import Index
 # Largest width of a band at which the overhead of LAPACK's calls outweighs its arithmetic, and least number of columns
 # of all entries at which machine code saves more time than loading it takes.
 _NARROW, _MANY = 80, 2**13
+# NumPy factorises all matrices at once where a band has up to _SMALL numbers and there are at least _LONG entries; then
+# at least TOGETHER at a time, which makes the overhead of its calls small.
+_SMALL, _LONG, TOGETHER = 2**12, 400, 2**10
 # Time that machine code takes for an entry, over that of LAPACK.
 _ABREAST = 0.45
 
@@ -138,6 +141,67 @@ class OneByOne:
         loads[...] = each.transpose(2, 0, 1)
 
 
+class AllAtOnce:
+    """Factors by operations of NumPy on all matrices, column by column, see `OneByOne`: the bits of machine code."""
+
+    def __init__(self, values: Array, position: Index, size: int, width: int, zeros: Zeros = np.zeros) -> None:
+        self._size = size
+        self._bands = zeros((size + width, width, values.shape[1]))
+        self._bands.reshape(-1, values.shape[1])[position] = values
+        self._heights = _heights(position, size, width)
+        with np.errstate(all="ignore"):
+            self._factorise()
+
+    def _factorise(self) -> None:
+        """Overwrite the matrices with their factors; NaN from the first negative pivot on."""
+        room = np.empty(self._bands.shape[1:])
+        for j, height in enumerate(self._heights):
+            column = self._bands[j, : height + 1]
+            np.sqrt(column[0], out=column[0])
+            column[1:] /= column[0]
+            for i in range(1, height + 1):
+                rest = self._bands[j + i, : height + 1 - i]
+                rest -= np.multiply(column[i:], column[i], out=room[: len(rest)])
+
+    @property
+    def least(self) -> Array:
+        """Least number on the diagonal of L, or one, (m,); not above zero, or NaN, where there is no such factor."""
+        found: Array = _least(self._bands[None, : self._size, 0])[0]
+        return found
+
+    def solve(self, entries: Index, loads: Array) -> None:
+        """Replace the loads (n, entries, k) on some entries by solutions."""
+        every = np.array_equal(entries, np.arange(self._bands.shape[2]))
+        bands = self._bands if every else self._bands[:, :, entries]
+        for k in range(loads.shape[2]):
+            rows = np.zeros((self._size + self._bands.shape[1], len(entries)))
+            rows[: self._size] = loads[:, :, k]
+            with np.errstate(all="ignore"):
+                self._substitute(bands, rows)
+            loads[:, :, k] = rows[: self._size]
+
+    def _substitute(self, bands: Array, rows: Array) -> None:
+        """Overwrite loads (columns, entries) with solutions."""
+        room = np.empty(bands.shape[1:])
+        for j, height in enumerate(self._heights):
+            rows[j] /= bands[j, 0]
+            rows[j + 1 : j + 1 + height] -= np.multiply(bands[j, 1 : height + 1], rows[j], out=room[:height])
+        for j in reversed(range(self._size)):
+            for i in range(1, self._heights[j] + 1):
+                rows[j] -= np.multiply(bands[j, i], rows[j + i], out=room[0])
+            rows[j] /= bands[j, 0]
+
+
+def _heights(position: Index, size: int, width: int) -> list[int]:
+    """How many entries below the diagonal each column of a factor has, fill included."""
+    column, below = np.divmod(position, width)
+    height = np.zeros(size, dtype=np.int64)
+    np.maximum.at(height, column, below)
+    at = np.arange(size)
+    reach: list[int] = (np.maximum.accumulate(at + height) - at).tolist()
+    return reach
+
+
 class SideBySide:
     """Factors by machine code, see `OneByOne`."""
 
@@ -172,3 +236,10 @@ class SideBySide:
         lanes[:, :, lane] = loads.swapaxes(1, 2)
         band_code.solve(self._bands, groups, rows)
         loads[...] = lanes[:, :, lane].swapaxes(1, 2)
+
+
+def kind_of(entries: int, size: int, width: int) -> type[OneByOne | AllAtOnce | SideBySide]:
+    """Class of the factors of a batch, given the number of its matrices, their size and band width."""
+    if side_by_side(entries, size, width):
+        return SideBySide
+    return AllAtOnce if size * width <= _SMALL and entries >= _LONG else OneByOne

@@ -6,28 +6,34 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .band_factors import in_lanes, side_by_side
+from ..program.machine_code import available
+from .band_factors import in_lanes, in_pairs, side_by_side
 from .coupling import Coupling, EvaluatedBlock
 from .graph import Graph
 
-# Seconds of the broadcasting elimination: in all, for a member, for an operation; and for each batch entry: for a
-# member whose geometry varies, for one whose geometry does not, for an operation.
-_START, _MEMBER, _STEP = 2e-3, 0.28e-3, 0.2e-6
-_MOVED, _FIXED, _OPERATION = 1.2e-6, 0.4e-6, 0.6e-9
-# Seconds for a member of a small frame of constant stiffness, a chain; with loops it takes up to twice as long.
-_CONSTANT = 0.15e-3
+# Seconds of the broadcasting elimination: in all, for a member, for an operation; for a member and entry, up to _SHORT
+# of them, as arrays are made and added; and for each batch entry: for a member whose geometry varies, for one whose
+# geometry does not, for an operation, and for an operation of machine code, which runs from more than _LONG entries on.
+_START, _MEMBER, _STEP, _ARRAYS = 4e-3, 0.28e-3, 0.2e-6, 1.4e-6
+_MOVED, _FIXED, _OPERATION, _COMPILED = 0.36e-6, 0.12e-6, 0.6e-9, 0.08e-9
+_LONG = 3 * 2**14
+# Seconds of a small frame of constant stiffness that is the first of its topology: in all, and for a member of a chain;
+# with loops it takes up to twice as long.
+_FIRST, _CONSTANT = 2.5e-3, 0.22e-3
 # Slowdown of extended precision, for members and for operations. It is used in batches of up to _SHORT entries and up
 # to _FINE entries times members.
-_EXTENDED, _SHORT, _FINE = (15.0, 2.5), 2**10, 2**12
+_EXTENDED, _SHORT, _FINE = (33.0, 2.5), 2**10, 2**12
 # Seconds of banded factors: in all, for a member; for each batch entry and column of the band, and number in it; and
-# below for each batch entry and member whose geometry varies, or does not.
-_SET_UP, _NUMBERED = 2e-3, 0.035e-3
+# below for each batch entry and member whose geometry varies, or does not, and for each term of the stiffness.
+_SET_UP, _NUMBERED = 2e-3, 0.007e-3
 _COLUMN, _NUMBER = 0.05e-6, 7e-9
-# Seconds for each batch entry and column, and number in it, where machine code factorises several entries at a time.
+_TURNED, _SUMMED, _TERM = 12e-6, 0.5e-6, 2e-9
+# Seconds for each batch entry and column, and number in it, where machine code factorises several entries at a time;
+# and for each column, number and member where it does all in one pass.
 _LANE_COLUMN, _LANE_NUMBER = 0.01e-6, 3e-9
-_TURNED, _SUMMED = 6e-6, 0.58e-6
-# Seconds of a single matrix: in all, for a member, and for an unknown in each load case.
-_ONE, _ASSEMBLED, _CASE = 3e-3, 0.025e-3, 0.1e-6
+_PASS_COLUMN, _PASS_NUMBER, _SPRINGS = 0.039e-6, 4e-9, 0.05e-6
+# Seconds of a single matrix: in all, for a member, for an unknown in each load case, and for a batch entry.
+_ONE, _ASSEMBLED, _CASE, _ENTRY = 2e-3, 0.006e-3, 0.1e-6, 0.03e-6
 
 
 def extended(entries: int, pieces: int) -> bool:
@@ -35,20 +41,23 @@ def extended(entries: int, pieces: int) -> bool:
     return entries <= _SHORT and entries * pieces <= _FINE
 
 
-def one(pieces: int, unknowns: int, cases: int, factor: float) -> float:
+def one(pieces: int, unknowns: int, cases: int, factor: float, entries: int = 1) -> float:
     """Estimated seconds of a single matrix, given those of its factor."""
-    return _ONE + _ASSEMBLED * pieces + _CASE * unknowns * cases + factor
+    return _ONE + _ASSEMBLED * pieces + _CASE * unknowns * cases + _ENTRY * entries + factor
 
 
-def recorded(pieces: int, entries: int = 1) -> float:
-    """Estimated seconds of the broadcasting elimination of a small frame whose stiffness varies over the entries."""
-    each = _FIXED * _EXTENDED[0] if extended(entries, pieces) else _FIXED
-    return _START + pieces * (_MEMBER + each * entries)
+def recorded(pieces: int, entries: int = 1, *, moved: bool = False) -> float:
+    """Estimated seconds of the broadcasting elimination of a small frame whose stiffness varies over the entries.
+
+    `moved` tells that places of nodes vary, too.
+    """
+    each = (_MOVED if moved else _FIXED) * (_EXTENDED[0] if extended(entries, pieces) else 1.0)
+    return _START + pieces * (_MEMBER + _ARRAYS * min(entries, _SHORT) + each * entries)
 
 
 def few(pieces: int) -> float:
     """Estimated seconds of the broadcasting elimination of a small frame of constant stiffness."""
-    return _START + _CONSTANT * pieces
+    return _FIRST + _CONSTANT * pieces
 
 
 def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: float = np.inf) -> float:
@@ -72,14 +81,18 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: 
     for block in _members(coupling):
         assert block.group is not None
         count = len(set(block.group.pieces.tolist()).difference(condensed))
-        seconds += count * (_MEMBER + per_member * sizes[block.mask] * (_MOVED if block.rows is None else _FIXED))
+        entries = int(sizes[block.mask])
+        numbers = per_member * (_MOVED if block.rows is None else _FIXED)
+        seconds += count * (_MEMBER + _ARRAYS * min(entries, _SHORT) + numbers * entries)
     if seconds > most:  # counting operations takes longer than all the rest of the estimate
         return seconds
     operations = _operations(coupling, graph) * (1.0 - len(condensed) / pieces)
     seconds += _STEP * operations
     # A pivot is computed once for all entries over which its coupling does not vary.
-    entries = sizes[coupling.masks[coupling.loaded]]
-    return float(seconds + per_operation * _OPERATION * operations * (entries.mean() if len(entries) else 0.0))
+    each = sizes[coupling.masks[coupling.loaded]]
+    compiled = sizes[-1] > _LONG and available()
+    per_operation *= _COMPILED if compiled else _OPERATION
+    return float(seconds + per_operation * operations * (each.mean() if len(each) else 0.0))
 
 
 def banded(coupling: Coupling, graph: Graph) -> float:
@@ -95,11 +108,17 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     entries, sizes = coupling.grid.sizes[coupling.mask], coupling.pattern.loaded_sizes
     # Where bending planes are not coupled, the band is narrower by as much.
     size, width = int(sizes.sum()), graph.width * int(sizes.max(initial=0)) / max(1, coupling.size)
-    beside = side_by_side(entries, size, int(width))
+    beside, members = side_by_side(entries, size, int(width)), _members(coupling)
+    lanes = in_lanes(entries) if beside else entries
+    seconds = _SET_UP + _NUMBERED * sum(map(_count, members))
+    if beside and in_pairs(entries, size) and not any(block.rows is None for block in members):
+        return float(
+            seconds + lanes * (size * (_PASS_COLUMN + _PASS_NUMBER * width) + _SPRINGS * sum(map(_count, members)))
+        )
     column, number = (_LANE_COLUMN, _LANE_NUMBER) if beside else (_COLUMN, _NUMBER)
-    seconds = _SET_UP + (in_lanes(entries) if beside else entries) * size * (column + number * width)
-    for block in _members(coupling):
-        seconds += _count(block) * (_NUMBERED + entries * (_TURNED if block.rows is None else _SUMMED))
+    seconds += lanes * size * (column + number * width) + entries * _TERM * coupling.pattern.stiff.sum()
+    for block in members:
+        seconds += _count(block) * entries * (_TURNED if block.rows is None else _SUMMED)
     return float(seconds)
 
 

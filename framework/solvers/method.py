@@ -13,7 +13,7 @@ from ..errors import FrameError
 from ..structure.parts import mask_of
 from ..structure.topology import Topology
 from .coupling import Coupling
-from .estimate import banded, broadcast, extended, few, one, recorded
+from .estimate import banded, broadcast, few, one, recorded
 from .graph import Graph
 from .load_cases import Loaded, count
 
@@ -22,14 +22,12 @@ BROADCAST, BANDED, SPARSE, CHOLESKY, ITERATIVE = METHODS = ("broadcast", "banded
 # Above LARGE unknowns a frame of constant stiffness is solved by a sparse method; up to FEW, chains of members being
 # condensed, one of varying stiffness is solved by broadcasting.
 LARGE, FEW = 100, 48
-# As FEW, for a frame without joints whose nodes do not move.
-_FEWEST = 24
 # Measured on one machine: operations per second of a factorisation; below, seconds of an iteration for an entry of the
 # matrix, and the number of iterations for a lattice. Only the ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
 # From this many nodes along a frame on, banded factors may take _PATIENCE times as long as broadcasting, which does not
 # refine its solutions.
-_SLENDER, _PATIENCE = 18.0, 3.0
+_SLENDER, _PATIENCE = 9.0, 3.0
 # A banded factor of up to this many operations takes less time than searching for a better method.
 _SMALL = 2e8
 # Up to this width of the band, and this many operations, a better method saves less than searching for it takes.
@@ -142,7 +140,9 @@ def _fastest_of_few(plan: Compiled, unknowns: int) -> Method:
     why = f"as {unknowns} unknowns are no more than {LARGE}"
     # for a single entry the elimination is recorded, and replayed for later frames of the topology, which is faster
     if plan.frame.shape and _refined_by_springs(plan):
-        return Method(BANDED, f"banded Cholesky, {why}, all of members alone", one(pieces, unknowns, 1, 0.0))
+        return Method(
+            BANDED, f"banded Cholesky, {why}, all of members alone", one(pieces, unknowns, 1, 0.0, plan.grid.sizes[-1])
+        )
     left = pieces - sum(len(inside) for _, inside in plan.chains)
     return Method(BROADCAST, f"broadcasting LDL^T, {why}", few(left))
 
@@ -165,10 +165,10 @@ def _fastest_batch(plan: Compiled) -> Method:
     left = len(plan.unknowns) - 6 * sum(len(nodes) - 2 for nodes, _ in plan.chains)
     condensed = [piece for _, pieces in plan.chains for piece in pieces]
     entries, pieces = plan.grid.sizes[-1], len(plan.topology.ends) - len(condensed)
-    # with few unknowns broadcasting is fastest, except for fixed members in extended precision, which takes long
-    still = plan.topology.plain_positions is not None and not plan.frame.joints
-    if left <= (_FEWEST if still else FEW) and not (still and extended(entries, pieces)):
-        return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries))
+    # with few unknowns broadcasting is fastest, except for members alone whose nodes do not move
+    moved = plan.topology.plain_positions is None
+    if left <= FEW and (moved or plan.frame.joints):
+        return Method(BROADCAST, f"broadcasting LDL^T, {why}", recorded(pieces, entries, moved=moved))
     coupling, graph = plan.rough_coupling, plan.graph
 
     def estimates() -> tuple[float, float]:
@@ -193,12 +193,12 @@ def _fastest_batch(plan: Compiled) -> Method:
 
 def _fastest(plan: Compiled, size: int) -> Method:
     """The method for one large frame."""
-    graph, pieces, cases = plan.graph, len(plan.topology.ends), count(plan)
+    graph, pieces, cases, entries = plan.graph, len(plan.topology.ends), count(plan), plan.grid.sizes[-1]
     in_bands = size * graph.width**2 / _RATE[BANDED] if size * graph.width <= _BAND else np.inf
     if size * graph.width**2 <= (_LIGHT if graph.width <= _NARROW else _SMALL):
         what = "slender" if size > _SLENDER * graph.width else "small"
         why = f"banded Cholesky, as the frame is {what}: a band of {graph.width} by {size}"
-        return Method(BANDED, why, one(pieces, size, cases, in_bands))
+        return Method(BANDED, why, one(pieces, size, cases, in_bands, entries))
     factor = graph.dissection
     direct = CHOLESKY if available() else SPARSE
     ways = {
@@ -215,4 +215,4 @@ def _fastest(plan: Compiled, size: int) -> Method:
         SPARSE: f"SuperLU in minimum degree order, as {dear}",
         CHOLESKY: f"CHOLMOD in nested dissection order, as {dear}",
     }
-    return Method(name, reasons[name], one(pieces, size, cases, ways[name]))
+    return Method(name, reasons[name], one(pieces, size, cases, ways[name], entries))

@@ -23,7 +23,7 @@ from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
 from . import stacked_pass
-from .band_factors import Room, in_lanes
+from .band_factors import TOGETHER, AllAtOnce, Room, in_lanes
 from .coupling import Together
 from .deformation_table import Deformations
 from .evaluation import Picked, Sums
@@ -245,6 +245,8 @@ class StackedSolver:
         numbers = turned + len(bands.position) + bands.size * (bands.width + 1)
         room = max(_ROOM, _ROOM_OF_KIND * len(self.plan.topology.groups))
         step = max(1, room // (8 * numbers))
+        if bands.kind is AllAtOnce:
+            return max(step, TOGETHER)
         return in_lanes(step) if bands.side_by_side else step
 
     def factors(self, bands: Bands) -> Iterator[tuple[Index, StackedFactor]]:
@@ -329,8 +331,8 @@ class _Solved:
     @cached_property
     def _band_pass(self) -> SpringBands | None:
         """The solution in one pass; None where it has to be found step by step."""
-        alone = self.solver.columns == 1 and not self.coupling.imposed
-        return stacked_pass.of(self.bands, self._deformations) if alone else None
+        possible = self.bands.side_by_side and self.bands.in_pairs and self.solver.columns == 1
+        return stacked_pass.of(self.bands, self._deformations) if possible and not self.coupling.imposed else None
 
     def _in_one_pass(self, rows: Index, solution: SpringBands) -> Array:
         """Solutions of some of the unknowns; matrices that leave a doubt are factorised and refined by themselves."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array, all_of
 from ..lazily import cached_property
 from ..structure.topology import Index
-from .band_factors import BandFactors, OneByOne, Room, SideBySide, Zeros, in_lanes, in_pairs, side_by_side
+from .band_factors import BandFactors, Room, Zeros, in_lanes, in_pairs, kind_of, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, Factor, probe
@@ -73,8 +73,10 @@ class Bands:
         Place of each unknown in the final order, (n,); -1 for unknowns not in `where`.
     width
         Number of diagonals on and below the main one.
+    kind
+        Class of the factors.
     side_by_side
-        Whether several matrices are factorised at a time.
+        Whether machine code factorises several matrices at a time.
     in_pairs
         Whether residuals are computed in double-double precision.
     """
@@ -86,6 +88,7 @@ class Bands:
         pattern = coupling.pattern.known(key, lambda: BandPattern(coupling.pattern, where, order))
         self.place, self.width = pattern.place, pattern.width
         self.position, self.column, self.row = pattern.position, pattern.column, pattern.row
+        self.kind = kind_of(coupling.grid.sizes[coupling.mask], self.size, self.width)
         self.side_by_side = side_by_side(coupling.grid.sizes[coupling.mask], self.size, self.width)
         self.in_pairs = in_pairs(coupling.grid.sizes[coupling.mask], self.size)
         self._diagonal = pattern.diagonal
@@ -146,8 +149,7 @@ class StackedFactor:
 
     def __init__(self, bands: Bands, picked: Picked, values: Array, root: Array, zeros: Zeros = np.zeros) -> None:
         self.bands, self.picked, self.root, self.count = bands, picked, root, root.shape[1]
-        kind = SideBySide if bands.side_by_side else OneByOne
-        self._factors: BandFactors = kind(values, bands.position, bands.size, bands.width, zeros)
+        self._factors: BandFactors = bands.kind(values, bands.position, bands.size, bands.width, zeros)
         # a pivot is not positive: LU tells whether by rounding or because the frame is a mechanism
         self._pivot = self._factors.least
         failed = np.flatnonzero(~(self._pivot > 0.0)).tolist()

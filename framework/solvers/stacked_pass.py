@@ -29,11 +29,9 @@ _EPS = float(np.finfo(np.float64).eps)
 
 
 def of(bands: Bands, deformations: Deformations | None) -> SpringBands | None:
-    """The pass, if there is machine code for it and the deformations do not vary over the batch; else None."""
-    if deformations is None or not (bands.side_by_side and bands.in_pairs):
-        return None
-    cells = _cells(bands, deformations.acting)
-    return None if cells is None else SpringBands(bands, deformations, cells)
+    """The pass, if neither deformations nor factors vary over the batch; else None."""
+    cells = None if deformations is None else _cells(bands, deformations.acting)
+    return None if deformations is None or cells is None else SpringBands(bands, deformations, cells)
 
 
 def _cells(bands: Bands, springs: Index) -> Cells | None:

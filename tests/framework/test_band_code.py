@@ -8,7 +8,7 @@ from linkframe.elements import Beam, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.cache import PATTERNS
 from linkframe.framework.solvers import band_factors
-from linkframe.framework.solvers.band_factors import OneByOne, SideBySide
+from linkframe.framework.solvers.band_factors import AllAtOnce, OneByOne, SideBySide
 from linkframe.framework.solvers.stacked import StackedSolver
 
 SECTION = Section(A=0.01, Iy=1e-5, Iz=2e-5, J=2e-5)
@@ -41,6 +41,36 @@ def test_solutions_are_those_of_dense_matrices(count: int, size: int, width: int
         factors.solve(entries, found)
         exact = np.linalg.solve(whole[entries], np.swapaxes(loads[:, entries], 0, 1))
         np.testing.assert_allclose(np.swapaxes(found, 0, 1), exact, rtol=1e-12, atol=1e-14)
+
+
+@pytest.mark.parametrize(("count", "size", "width"), [(1, 5, 1), (8, 7, 3), (11, 40, 12)])
+def test_numpy_gives_the_bits_of_machine_code(count: int, size: int, width: int) -> None:
+    """Factors, and solutions for all entries and for some, also of a band that is narrower at its end."""
+    pytest.importorskip("llvmlite")
+    values, position, _ = matrices(count, size, width)
+    thin = position // width < size // 2
+    for inside in (slice(None), thin | (position % width == 0)):
+        one, other = (kind(values[inside], position[inside], size, width) for kind in (SideBySide, AllAtOnce))
+        np.testing.assert_array_equal(one.least, other.least)
+        loads = np.random.default_rng(2).standard_normal((size, count, 2))
+        for entries in (np.arange(count), np.arange(count)[::-2]):
+            found = [loads[:, entries].copy() for _ in range(2)]
+            one.solve(entries, found[0])
+            other.solve(entries, found[1])
+            np.testing.assert_array_equal(*found)
+
+
+def test_numpy_finds_what_is_not_definite() -> None:
+    """Beside others, which it does not change."""
+    values, position, whole = matrices(9, 20, 4)
+    values[0, 3] = -1.0
+    factors = AllAtOnce(values, position, 20, 4)
+    assert np.flatnonzero(~(factors.least > 0.0)).tolist() == [3]
+    loads = np.ones((20, 9, 1))
+    factors.solve(np.arange(9), loads)
+    rest = np.arange(9) != 3
+    exact = np.linalg.solve(whole[rest], np.ones((8, 20, 1)))
+    np.testing.assert_allclose(np.swapaxes(loads, 0, 1)[rest], exact, rtol=1e-12)
 
 
 def test_lanes_know_nothing_of_each_other() -> None:

@@ -139,9 +139,9 @@ def test_a_way_is_chosen_by_its_own_batch() -> None:
             if anew:
                 TERMS.clear()
                 PATTERNS.clear()
-            frame = bent(30, modulus)
+            frame = bent(40, modulus)
             if modulus.ndim == 2:
-                frame.load("30", fz=np.ones((3, 500)))
+                frame.load("40", fz=np.ones((3, 500)))
             out.append(frame.solve().plan.method.reason)
         return out
 
