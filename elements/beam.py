@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..framework.lazily import cached_property
 from ..framework.protocol import Array, proven
 from .beam_section_law import BeamSectionLaw
 from .bending import (

@@ -27,8 +27,9 @@ from .one_entry import UNITS, Head
 SHORT = 2**10
 # Largest number of entries of a batch that has a program.
 MEDIUM = 2**14
-# Numbers are gathered after this many solutions of batches that look alike.
-FEW = 3
+# Numbers are gathered, and a program is recorded, after this many solutions of batches that look alike: recording takes
+# as long as two of them, and saves half of each that follows.
+FEW = 2
 # Up to so many numbers are looked at one by one.
 _LOOKS = 4
 # A number that is zero at all entries, or not there.
