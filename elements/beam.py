@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..framework.lazily import cached_property
 from ..framework.protocol import Array, proven
 from .beam_section_law import BeamSectionLaw
 from .bending import (
@@ -153,7 +153,6 @@ class Beam(BeamSectionLaw):
         return [np.broadcast_to(number, shape) for number in numbers], deformations(planes, arm)
 
     def deformation_numbers(self, length: Array | float) -> dict[tuple[int, int], Real]:
-        """The deformations of `spring_numbers` alone."""
         if self.end is None and not self.releases:
             return prismatic_deformations(np.asarray(length))
         return super().deformation_numbers(np.asarray(length))

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
 from dataclasses import KW_ONLY, dataclass, field, replace
-from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from ..framework.batch import numbers
 from ..framework.errors import FrameError
+from ..framework.lazily import cached_property
 from ..framework.orientation import axes_towards, default_axes, default_axis_numbers
 from ..framework.protocol import Array, LineElement
 from .cross_section import CrossSection
@@ -50,10 +50,11 @@ class BeamSectionLaw(LineElement):
         release = (self.release,) if isinstance(self.release, str) else tuple(self.release)
         object.__setattr__(self, "release", release)
         object.__setattr__(self, "releases", parse_releases(release))
-        shapes = {"section": self.section.shape, "material": self.material.shape}
-        shapes["end"] = () if self.end is None else self.end.shape
-        shapes["up"] = () if self.up is None else self.up.shape[:-1]
-        common_shape("Beam", shapes)
+        if self.section.shape or self.end is not None or self.up is not None:
+            shapes = {"section": self.section.shape, "material": self.material.shape}
+            shapes["end"] = () if self.end is None else self.end.shape
+            shapes["up"] = () if self.up is None else self.up.shape[:-1]
+            common_shape("Beam", shapes)
         _check_stiffness(self)
 
     def __getstate__(self) -> dict[str, object]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Hashable
 from dataclasses import dataclass, field, fields
-from functools import cache, cached_property
+from functools import cache
 from typing import Self
 
 import numpy as np
 
+from ..framework.lazily import cached_property
 from ..framework.protocol import Array
 from .parameters import Real, common_shape, derived_numbers, given_state, positive, shape_of
 

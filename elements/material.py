@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..framework.batch import numbers
 from ..framework.errors import FrameError
+from ..framework.lazily import cached_property
 from .parameters import (
     Real,
     as_real,

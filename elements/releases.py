@@ -25,6 +25,8 @@ def parse_releases(release: Iterable[str]) -> tuple[tuple[int, int], ...]:
         if len(words) != 2 or words[0] not in ENDS or words[1] not in COMPONENTS:
             raise FrameError(f"Beam: release {text!r} must be an end and a component, such as 'start rz' or 'end ux'")
         pairs.add((ENDS.index(words[0]), COMPONENTS.index(words[1])))
+    if not pairs:  # as most often
+        return ()
     releases = tuple(sorted(pairs))
     for deflection, rotation in ((0, None), (3, None), (1, 5), (2, 4)):
         plane = [pair for pair in releases if pair[1] in (deflection, rotation)]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Hashable
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from ..framework.batch import numbers
 from ..framework.errors import FrameError
+from ..framework.lazily import cached_property
 from ..framework.protocol import Array
 from .analysed_section import properties_of
 from .cross_section import CrossSection, greatest, split, von_mises

@@ -175,7 +175,7 @@ class Editable(Description):
         if isinstance(before.element, FormedElement) and isinstance(new, LineElement):
             new = replace(before.element, own=new)
         kinds = self._fitting(name, before, new)
-        parts[name] = before._replace(element=new)
+        parts[name] = type(before)(new, *before[1:])
         if new.shape != before.element.shape:
             self._rejoin([before.element.shape], {f"{_sort(type(new))} {name!r}": new.shape})
         return kinds

@@ -317,7 +317,8 @@ class LineElement(SectionLaw):
         Returns
         -------
         dict
-            Deformations of the springs per unit end displacement, see `spring_numbers`.
+            By pair (spring, end displacement 0 to 11) its deformation, each (...), or a float where it is the same for
+            every member.
         """
         return self.spring_numbers(length)[1]
 

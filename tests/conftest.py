@@ -2,7 +2,8 @@
 
 A test that states an absolute tolerance allows that much and no more: NumPy would add a relative one of 1e-7.
 
-No test leaves machine code in the user's folder, nor takes it from there. Each process calculates in one thread, as
+No test leaves machine code in the user's folder, nor takes it from there, and none finds programs of what others have
+solved: which way a batch is solved does not depend on the order of the tests. Each process calculates in one thread, as
 several side by side would wait for each other.
 """
 
@@ -42,6 +43,13 @@ settings.load_profile("linkframe")
 
 # Garbage is sought seldom: of what a test leaves, nearly all goes without.
 gc.set_threshold(5000, 20, 20)
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup() -> None:
+    """What one test solves is new to it."""
+    if (cache := sys.modules.get("linkframe.framework.cache")) is not None:
+        cache.PROGRAMS.clear()
 
 
 def spare_what_is_there() -> None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import ZERO, Array, aligned, any_of, distinct
+from ..batch import ZERO, Array, aligned, all_of, any_of, distinct
 from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.edge import GROUND, preference
 from ..structure.group import Group, precise
@@ -27,8 +27,9 @@ from .one_entry import UNITS, Head
 SHORT = 2**10
 # Largest number of entries of a batch that has a program.
 MEDIUM = 2**14
-# Numbers are gathered after this many solutions of batches that look alike.
-FEW = 3
+# Numbers are gathered, and a program is recorded, after this many solutions of batches that look alike: recording takes
+# as long as two of them, and saves half of each that follows.
+FEW = 2
 # Up to so many numbers are looked at one by one.
 _LOOKS = 4
 # A number that is zero at all entries, or not there.
@@ -389,8 +390,7 @@ class BatchNumbers(Blocks):
         """
         place = self._members(array, count, 2)
         if not self.masks[-1] & ~scale:
-            units = _units(self.blocks[-1])
-            self.units.update({place + k: float(units[k]) for k in np.flatnonzero(units).tolist()})
+            self.units.update({place + k: x for k, x in _units(self.blocks[-1]).items()})
         return place
 
 
@@ -407,13 +407,16 @@ def _used(rows: NDArray[Any]) -> NDArray[np.bool_]:
     return found
 
 
-def _units(block: Array) -> Array:
-    """Which numbers of a block (..., m) are 1 or -1 at all entries, (m,); 0 for the others."""
+def _units(block: Array) -> dict[int, float]:
+    """Those numbers of a block (..., m) that are 1 or -1 at all entries, by their index in it."""
     rows = block.reshape(-1, block.shape[-1])
-    first: Array = np.where(np.abs(rows[0]) == 1.0, rows[0], 0.0)
-    at = np.flatnonzero(first)
-    first[at] *= (rows[:, at] == first[at]).all(axis=0)
-    return first
+    found = {k: x for k, x in enumerate(rows[0].tolist()) if abs(x) == 1.0}
+    if len(rows) == 1 or not found:
+        return found
+    if len(found) <= _LOOKS:
+        return {k: x for k, x in found.items() if all_of(rows[:, k] == x)}
+    same = (rows[:, [*found]] == [*found.values()]).all(axis=0).tolist()
+    return {k: x for (k, x), alike in zip(found.items(), same, strict=True) if alike}
 
 
 class BatchLoads(Blocks):

@@ -45,9 +45,9 @@ from .replay import MOST, operations
 from .stage import Forces, Stage
 from .step_layout import StepLayout
 
-# The program is recorded after this many solutions of a topology and shape, since recording takes as long as some six
-# of them; it is compiled to machine code after _OFTEN, which takes ten times as long.
-_FEW, _OFTEN = 3, 20
+# The program is recorded after this many solutions of a topology and shape whose numbers were gathered; it is compiled
+# to machine code after _OFTEN, which takes ten times as long.
+_FEW, _OFTEN = 0, 20
 # Largest number of results, for all entries together, that a program for a medium batch computes at once.
 _ROOM = 2**22
 

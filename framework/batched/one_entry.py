@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..cache import STACKS
+from ..cache import PATTERNS, STACKS
 from ..description import Description
 from ..protocol import is_proven
 from ..structure.assembly import component_loads, member_and_mass_loads
@@ -207,4 +207,4 @@ def forest(frame: Description) -> bool:
     pairs += [(tie.master, tie.slave) for tie in frame.ties]
     # no node has an empty name
     pairs += [("", node) for node in frame.supports]
-    return all(joining(pairs))
+    return bool(PATTERNS.found(("forest", *pairs), lambda: all(joining(pairs)), len(pairs)))

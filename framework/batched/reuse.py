@@ -5,20 +5,16 @@ If there are none the plan is reused; if members are the same, what is known of 
 
 from __future__ import annotations
 
-from operator import attrgetter
-
 from ..cache import alike
 from ..description import Description
 
-# Fields on which numbering and member stiffness depend; and those that connect nodes with each other and the ground.
-_MEMBERS = frozenset({"nodes", "members", "bodies"})
-_LINKS = frozenset({"joints", "ties", "supports", "offsets", "bodies"})
-_PARTS = _MEMBERS | _LINKS | {"masses", "size"}
-_values = attrgetter(*_PARTS)
+# Fields that connect nodes with each other and the ground; and all on which numbering and stiffness depend.
+_LINKS = ("joints", "ties", "supports", "offsets", "bodies")
+_PARTS = ("nodes", "members", *_LINKS, "masses", "size")
 
 
 class Differences:
-    """The fields in which two descriptions differ, loads apart.
+    """The fields in which two descriptions differ, loads apart; each is compared when it is first asked for.
 
     Parameters
     ----------
@@ -28,32 +24,36 @@ class Differences:
 
     def __init__(self, one: Description, other: Description) -> None:
         self.one, self.other = one, other
-        if one.shape != other.shape:
-            self._parts = set(_PARTS)
-            return
-        each = zip(_PARTS, _values(one), _values(other), strict=True)
-        # identical objects and empty ones need no comparison
-        self._parts = {part for part, a, b in each if a is not b and (a or b) and not alike(a, b)}
+        self._known: dict[str, bool] = {} if one.shape == other.shape else dict.fromkeys(_PARTS, True)
+
+    def _differs(self, part: str) -> bool:
+        """Whether the descriptions differ in a field."""
+        found = self._known.get(part)
+        if found is None:
+            a, b = getattr(self.one, part), getattr(self.other, part)
+            # identical objects and empty ones need no comparison
+            found = self._known[part] = a is not b and bool(a or b) and not alike(a, b)
+        return found
 
     @property
     def none(self) -> bool:
         """Whether there are no differences: the same names and the same elements and arrays."""
-        return not self._parts
+        return not any(map(self._differs, _PARTS))
 
     @property
     def connections(self) -> bool:
         """Whether members differ in nodes, or nodes in names or bodies; elements and positions may differ."""
-        return "bodies" in self._parts or self._nodes or self._ends
+        return self._differs("bodies") or self._nodes or self._ends
 
     @property
     def moved(self) -> bool:
         """Whether nodes differ."""
-        return "nodes" in self._parts
+        return self._differs("nodes")
 
     @property
     def elements(self) -> bool:
         """Whether members differ."""
-        return "members" in self._parts
+        return self._differs("members")
 
     @property
     def _nodes(self) -> bool:
@@ -74,5 +74,4 @@ class Differences:
     @property
     def links(self) -> bool:
         """Whether joints, ties, supports, offsets or bodies differ, or the arms of rigid links."""
-        rigid = "nodes" in self._parts and any(tie.rigid for tie in self.one.ties)
-        return rigid or not self._parts.isdisjoint(_LINKS)
+        return any(map(self._differs, _LINKS)) or (any(tie.rigid for tie in self.one.ties) and self.moved)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..lazily import cached_property
 from ..structure.connections import Connections
+from ..structure.disjoint_sets import least_of_sets
 from ..structure.edge import GROUND
 from ..structure.parts import Row, unknowns
 from ..structure.topology import Index, Topology
@@ -18,6 +19,8 @@ from .transformation import Transformation
 
 # Number of orders of unknowns, and of transformations, that are kept.
 _FEW = 16
+# Up to this many nodes connected parts are found without sparse matrices.
+_SMALL = 200
 
 
 class Links:
@@ -70,6 +73,10 @@ class Links:
     def components(self) -> Index:
         """Number of the connected part of the frame for each node, (nodes,); supports do not connect."""
         joined = [(edge.first, edge.second) for edge in self.connections.edges if edge.first != GROUND]
+        if self.count <= _SMALL:  # without sparse matrices, which take a while to load
+            least = least_of_sets(range(self.count), [*map(tuple, self.ends.tolist()), *joined])
+            number = {name: k for k, name in enumerate(dict.fromkeys(least.values()))}
+            return np.array([number[name] for name in least.values()], dtype=np.int64)
         first, second = np.concatenate([self.ends, np.array(joined, dtype=np.int64).reshape(-1, 2)]).T
         return connected(first, second, self.count)
 

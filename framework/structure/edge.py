@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array
+from ..cache import PATTERNS
 from .disjoint_sets import least_of_sets
 from .parts import Row, Value, add_row, product
 
@@ -98,7 +99,10 @@ def preference(ends: list[tuple[int, int]], strengths: Iterable[tuple[int, float
     strengths
         Rank of each edge, see `Edge.strength`.
     """
-    apart = [pair for pair in ends if min(pair) != GROUND]
-    least = least_of_sets([max(pair) for pair in ends], apart)
+
+    def sets() -> dict[int, int]:
+        return least_of_sets([max(pair) for pair in ends], [pair for pair in ends if min(pair) != GROUND])
+
+    least: dict[int, int] = PATTERNS.found(("sets", *ends), sets, len(ends))
     keys = [(least[max(pair)], -ideal, -stiffest) for pair, (ideal, stiffest) in zip(ends, strengths, strict=True)]
     return sorted(range(len(keys)), key=keys.__getitem__)

@@ -14,7 +14,7 @@ from linkframe.framework.batched import block as block_module
 from linkframe.framework.batched import unloaded as unloaded_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.batched.partial_factorisation import PartialFactorisation
-from linkframe.framework.cache import SOLVED
+from linkframe.framework.cache import PROGRAMS, SOLVED
 from linkframe.framework.solvers.lu import LUFactor
 from linkframe.framework.solvers.sparse import SparseSolver
 
@@ -178,6 +178,7 @@ BATCHES: dict[str, Callable[[], Frame]] = {
 @pytest.mark.parametrize("batch", BATCHES)
 def test_only_substitution_for_another_load(batch: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a factor is held, loads alone are carried through it; the same bits as of a frame never solved."""
+    PROGRAMS.clear()  # batches met before have programs in place of factors
     done = 0
     factorised = PartialFactorisation.factorise
 
