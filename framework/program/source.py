@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from itertools import repeat
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..batch import Shape
 from ..cache import KERNELS
@@ -54,7 +56,8 @@ class Functions(tuple[Function, Function]):
         floats, arrays = dict[str, Any](_FLOATS), dict[str, Any](_ARRAYS)
         exec(code, floats)
         exec(code, arrays)
-        made = super().__new__(cls, (floats["program"], of_one(floats["program"], arrays["program"])))
+        few = _FEW if len(program.steps) >= _MANY else 1
+        made = super().__new__(cls, (floats["program"], of_one(floats["program"], arrays["program"], few)))
         made.program, made.places = program, places
         return made
 
@@ -130,31 +133,58 @@ def _lines(program: Program, places: Places) -> Iterator[str]:
     yield f" return ({''.join(f'{names[k]}, ' for k in program.outputs)})"
 
 
-# Types of single numbers.
+# Types of single numbers, and of these and arrays.
 _PLAIN = {float, int, np.float64}
+_NUMBERS = _PLAIN | {np.ndarray}
+# A program of _MANY steps or more is run for each of up to _FEW entries: NumPy's calls for arrays would take longer.
+_FEW, _MANY = 10, 50
 
 
-def of_one(floats: Function, arrays: Function) -> Function:
-    """A function that calls `floats` if all inputs are single numbers, in a tenth of the time, and else `arrays`."""
+def of_one(floats: Function, arrays: Function, few: int = 1) -> Function:
+    """A function that calls `floats`, in a tenth of the time, for each of up to `few` entries, and else `arrays`."""
 
     def program(*inputs: Sequence[Value]) -> Sequence[Value]:
-        depth, kinds = -1, set[type]()
+        kinds = set[type]()
         for entries in inputs:
             kinds.update(map(type, entries))
-        if not kinds <= _PLAIN:
-            for entries in inputs:
-                for x in entries:
-                    if isinstance(x, np.ndarray):
-                        if x.size != 1:
-                            return arrays(*inputs)  # type: ignore[no-any-return]
-                        depth = max(depth, x.ndim)
+        given = [] if kinds <= _PLAIN else [x for entries in inputs for x in entries if isinstance(x, np.ndarray)]
+        shape = _shape_of_few(given, few if kinds <= _NUMBERS else 1)
+        if shape is None:
+            return arrays(*inputs)  # type: ignore[no-any-return]
         try:
-            if depth < 0:
+            if not given:
                 return floats(*inputs)  # type: ignore[no-any-return]
-            found = floats(*([x.item() if isinstance(x, np.ndarray) else x for x in entries] for entries in inputs))
+            if math.prod(shape) == 1:
+                found = floats(*([x.item() if isinstance(x, np.ndarray) else x for x in entries] for entries in inputs))
+            else:
+                found = list(zip(*(floats(*each) for each in zip(*map(_columns, inputs), strict=False)), strict=True))
         except (ArithmeticError, ValueError):
             return arrays(*inputs)  # type: ignore[no-any-return]
-        whole = np.array(found).reshape((-1, *(1,) * depth))
+        whole = np.array(found).reshape(-1, *shape)
         return [whole[k, ...] for k in range(len(whole))]
 
     return program
+
+
+def _shape_of_few(given: Sequence[NDArray[Any]], few: int) -> Shape | None:
+    """The shape of arrays of one entry, or of all of the same entries, of which there are `few`; None for others."""
+    whole, depth = (), 0  # type: Shape, int
+    for x in given:
+        if x.size == 1:
+            depth = max(depth, x.ndim)
+        elif x.shape != whole:
+            if whole or not 0 < x.size <= few or x.dtype != np.float64:
+                return None
+            whole = x.shape
+    if not whole:
+        return (1,) * depth
+    return whole if depth <= len(whole) else None
+
+
+def _columns(entries: Sequence[Value]) -> Iterator[Sequence[Value]]:
+    """The numbers of a group for one entry after the other, without end where it has no array of several."""
+    varying = [x for x in entries if isinstance(x, np.ndarray) and x.size > 1]
+    single = [x.item() if isinstance(x, np.ndarray) and x.size == 1 else x for x in entries]
+    if not varying:
+        return repeat(single)
+    return zip(*(x.ravel().tolist() if isinstance(x, np.ndarray) else repeat(x) for x in single), strict=False)

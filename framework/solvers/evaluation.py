@@ -113,7 +113,7 @@ class Picked:
 
 
 @dataclass(eq=False)
-class _Rows:
+class _FilledRows:
     """A matrix (targets, terms) of which many rows may be empty: so each of many kinds of member costs its own alone.
 
     Attributes
@@ -131,7 +131,7 @@ class _Rows:
     count: int
 
     @classmethod
-    def of(cls, matrix: scipy.sparse.csr_matrix) -> _Rows:
+    def of(cls, matrix: scipy.sparse.csr_matrix) -> _FilledRows:
         """The rows of a matrix that have entries."""
         count, start = matrix.shape[0], matrix.indptr
         used = np.flatnonzero(start[1:] > start[:-1])
@@ -177,8 +177,8 @@ class _Sum:
     """
 
     block: EvaluatedBlock
-    whole: _Rows | None
-    each: _Rows | None
+    whole: _FilledRows | None
+    each: _FilledRows | None
     source: Index
     factors: tuple[Index, Index]
 
@@ -187,7 +187,7 @@ class _Sum:
         """The contribution of block `number`, by the patterns of `SumPattern`."""
         block, terms = coupling.blocks[number], coupling.pattern
         one, other = (
-            None if p is None else _Rows.of(filled(p.matrix, coupling.factor[p.order])) for p in (whole, each)
+            None if p is None else _FilledRows.of(filled(p.matrix, coupling.factor[p.order])) for p in (whole, each)
         )
         if each is None:
             return cls(block, one, other, _NONE, (_NONE, _NONE))

@@ -74,6 +74,6 @@ def test_products_with_the_rows_that_have_entries(used: list[int], trailing: tup
     dense = np.zeros((10, 4))
     dense[used] = rng.integers(1, 9, (len(used), 4))
     values = rng.integers(-9, 9, (4, *trailing)).astype(float)
-    rows = evaluation._Rows.of(scipy.sparse.csr_matrix(dense))
+    rows = evaluation._FilledRows.of(scipy.sparse.csr_matrix(dense))
     np.testing.assert_array_equal(rows.add_to(None, values), dense @ values)
     np.testing.assert_array_equal(rows.add_to(np.ones((10, *trailing)), values), 1.0 + dense @ values)

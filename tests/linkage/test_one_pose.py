@@ -60,7 +60,7 @@ def test_it_is_the_pose_of_a_batch_in_any_order(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-@pytest.mark.parametrize("shape", [(1,), (2, 1), (3,), (FEW,), (FEW + 1,), (40,)])
+@pytest.mark.parametrize("shape", [(1,), (2, 1), (3,), (FEW,), (FEW + 1,), (FEW + 2,), (40,)])
 def test_a_short_batch_has_the_bits_of_its_poses_and_of_a_long_batch(name: str, shape: tuple[int, ...]) -> None:
     angles = np.random.default_rng(3).uniform(-7.0, 7.0, 41)
     many = CASES[name]().move(A=angles)
@@ -86,6 +86,21 @@ def test_robots_forget_where_they_were(robot: Callable[[int], tuple[Linkage, dic
     fresh = robot(24)[0].move({name: float(x[7]) for name, x in drives.items()})
     np.testing.assert_array_equal(fresh.position("P"), alone[7].position("P"))
     assert fresh.closure_status == many.closure_status[7] == "regular"
+
+
+@pytest.mark.parametrize("robot", [delta, stewart])
+@pytest.mark.parametrize("shape", [(2,), (5, 2), (1, 16), (21,)])
+def test_a_few_poses_of_a_robot_are_those_of_a_long_batch(
+    robot: Callable[[int], tuple[Linkage, dict[str, np.ndarray]]], shape: tuple[int, ...]
+) -> None:
+    linkage, drives = robot(40)
+    many = linkage.move(drives, rates=dict.fromkeys(drives, 1.0))
+    count = int(np.prod(shape))
+    few = linkage.move({name: x[:count].reshape(shape) for name, x in drives.items()}, rates=dict.fromkeys(drives, 1.0))
+    for told in ("position", "velocity", "acceleration"):
+        found, expected = getattr(few, told)("P"), getattr(many, told)("P")[:count]
+        assert found.shape == (*shape, 3)
+        np.testing.assert_array_equal(found.reshape(count, 3), expected)
 
 
 def test_drives_that_move_one_after_the_other_forget_each_other() -> None:

@@ -35,7 +35,8 @@ from .sweep import swept
 Mask = NDArray[np.bool_]
 # Residual, as a share of the mechanism's size, below which loops count as closed.
 CLOSED = 1e-12
-# Poses up to which a batch is found pose by pose, in floats: from there on the calls of NumPy take less time.
+# Poses up to which a batch is found pose by pose, in floats, and one more for every two unknowns: from there on the
+# calls of NumPy take less time.
 FEW = 10
 # `reached` of a single pose that was found.
 _REACHED: Mask = np.ones((), dtype=bool)
@@ -177,7 +178,7 @@ def _one_by_one(
         if one is None:
             return None
         return Assembly(loops, parameters, shape, list(one.state), _REACHED, np.array(one.error), [])
-    if not 0 < math.prod(shape) <= FEW:
+    if not 0 < math.prod(shape) <= FEW + loops.columns // 2:
         return None
     every = list(zip(*(np.broadcast_to(x, shape).ravel().tolist() for x in driven), strict=True))
     begin = start.state[loops.driven_states[0]] if driven else 0.0
