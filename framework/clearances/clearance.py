@@ -159,13 +159,12 @@ class Clearances:
     def state(self) -> States:
         """State of each joint, a `ContactState`, (joints, ...)."""
         state = self.contact_state.state
+        unknown = self._resistance.unknown
+        if unknown.any():  # without forces in joints no contact is hidden
+            unknown = unknown & (self.contact_state.without_clearance != 0.0).any(axis=0)
         for lost, why in (
-            # without forces in joints no contact is hidden
             (self.unfit, ClearanceState.UNRESOLVED),
-            (
-                self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0),
-                ClearanceState.UNRESOLVED,
-            ),
+            (unknown, ClearanceState.UNRESOLVED),
             (self._singular, ClearanceState.MECHANISM),
             (self.frame.absent, ClearanceState.ABSENT),
         ):

@@ -153,9 +153,9 @@ def test_memory_is_that_of_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
     assert peak < 8 * 24 * 2**17
 
 
-def closed_loop(gap: np.ndarray, push: np.ndarray) -> Frame:
+def closed_loop(gap: np.ndarray, push: np.ndarray, modulus: float | np.ndarray = 2e11) -> Frame:
     """Two cantilevers on pins with clearance, joined by a third beam: statically indeterminate."""
-    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=2e11, nu=0.3))
+    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=modulus, nu=0.3))
     frame = Frame()
     for k, tip in enumerate(("b0", "b1")):
         for node in (f"c{k}", f"a{k}"):
@@ -192,6 +192,23 @@ def test_contact_of_a_long_batch_is_that_of_short_ones() -> None:
             assert_allclose(whole.contact(joint).offset[entry], one.contact(joint).offset[0], rtol=1e-13, atol=1e-18)
             assert_allclose(whole.contact(joint).force[entry], one.contact(joint).force[0], rtol=1e-13)
             assert whole.contact(joint).state[entry] == one.contact(joint).state[0]
+
+
+def test_parts_of_a_batch_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The members' modulus varies along the first axis, clearances and loads along the second."""
+    rng = np.random.default_rng(3)
+    gap, push, modulus = rng.uniform(0.0, 2e-4, 7), rng.uniform(50.0, 150.0, 7), np.array([[1e11], [2e11], [3e11]])
+    gap[1], push[2] = 0.0, 0.0
+    whole = closed_loop(gap, push, modulus).solve()
+    expected = [whole.contact(joint) for joint in ("j0", "j1")]
+    monkeypatch.setattr("linkframe.framework.clearances.contact_state._MOST", 4)
+    parts = closed_loop(gap, push, modulus).solve()
+    for contact in expected:
+        again = parts.contact(contact.joint)
+        assert_array_equal(again.offset, contact.offset)
+        assert_array_equal(again.force, contact.force)
+        assert_array_equal(again.state, contact.state)
+        assert (contact.force[:, 3:] > 0.0).all()
 
 
 @pytest.mark.parametrize("count", [1, 2000])
