@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tracemalloc
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 from linkframe import Beam, Frame, Joint, Material, Rectangle
-from linkframe.framework.clearances import ball_program, ball_qp
+from linkframe.framework.clearances import ball_program, ball_qp, clearance
 from linkframe.framework.clearances.ball_formulas import BallProblem, Groups, Minimum
+from linkframe.framework.clearances.unit_offsets import Resistance
 from linkframe.framework.program import machine_code
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -209,6 +211,32 @@ def test_parts_of_a_batch_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) ->
         assert_array_equal(again.force, contact.force)
         assert_array_equal(again.state, contact.state)
         assert (contact.force[:, 3:] > 0.0).all()
+
+
+def test_resistance_to_offsets_is_found_once_for_all_loads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And anew where a joint, another one with clearance included, is changed."""
+    asked, search = [0], clearance.against_offsets
+
+    def counted(*given: Any) -> Resistance:
+        asked[0] += 1
+        return search(*given)
+
+    monkeypatch.setattr(clearance, "against_offsets", counted)
+    gap, push = np.array([1e-4, 2e-4]), np.array([100.0, 50.0])
+    frame = closed_loop(gap, push)
+    frame.solve().displacement("b0")
+    frame.set_load("b0", fy=2.0 * push)
+    found = frame.solve().displacement("b0")
+    assert asked[0] == 1
+    again = closed_loop(gap, push)
+    again.set_load("b0", fy=2.0 * push)
+    assert_array_equal(found, again.solve().displacement("b0"))
+    for changed in (Joint((2e8, 2e8, 2e8, 2e5, 2e5, 0.0)), Joint((1e8, 1e8, 2e8, 2e5, 2e5, 0.0), clearance=3e-4)):
+        before = asked[0]
+        for each in (frame, again):
+            each.change("j1", changed)
+        assert_array_equal(frame.solve().displacement("b0"), again.solve().displacement("b0"))
+        assert asked[0] == before + 2
 
 
 @pytest.mark.parametrize("count", [1, 2000])
