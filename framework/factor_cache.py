@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from .batched.block import BlockFactor
 from .batched.plan import Plan
 from .batched.reuse import Differences
@@ -22,11 +24,14 @@ class Factors:
         Factors of a batch by component, as far as they are small enough to be kept.
     stacked
         Banded factors, one for each matrix of a batch.
+    resistance
+        A `Resistance` to offsets in joints with clearance, which loads do not change either; None before it is known.
     """
 
     def __init__(self) -> None:
         self.light: dict[tuple[Chained, int], BlockFactor] = {}
         self.stacked: dict[tuple[int, bytes, int], StackedFactor] = {}
+        self.resistance: Any = None
         self._sparse: SparseStiffness | None = None
 
     def __reduce__(self) -> tuple[type[Factors], tuple[()]]:

@@ -79,7 +79,7 @@ class Solution(ResultsWithBounds):
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
-        contact = Clearances(described, without_clearance, cls.of)
+        contact = Clearances(described, without_clearance, cls.of, factors)
         return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
 
     def explain(self) -> str:

@@ -30,7 +30,7 @@ FIRST, STEPS = 4, 11
 # other, stops.
 CONVERGED, STAGNANT, PATIENCE = 4e-15, 2, 6
 # Entries handled at a time, so that the memory for multipliers is small.
-CHUNK = 2**15
+CHUNK = 2**16
 # Seconds of an operation on arrays, rounds included: alone, and for each entry. And how many times as long as arrays
 # compiling may take, less what they took before, as what is compiled is likely to be run again.
 _ALONE, _EACH, _TIMES = 1e-6, 3e-9, 10

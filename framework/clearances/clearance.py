@@ -27,6 +27,7 @@ from ..batched.unloaded import Former
 from ..description import Description
 from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
+from ..factor_cache import Factors
 from ..results.linear import LinearResults
 from ..states import ClearanceState, States, put
 from ..structure.parts import collapsed
@@ -40,7 +41,10 @@ from .determinate import (
     strained,
     told_by_work,
 )
-from .unit_offsets import Solve, against_offsets
+from .unit_offsets import Resistance, Solve, against_offsets
+
+# Largest number of entries of the stiffness against offsets that is kept for the next solution.
+_KEPT = 2**16
 
 
 def joints_with_clearance(frame: Description) -> list[str]:
@@ -61,6 +65,8 @@ class Clearances:
         Its solution without clearances.
     solve
         Function that returns the solution without clearances of a description.
+    factors
+        What is kept of the frame for its solution under other loads.
 
     Attributes
     ----------
@@ -74,7 +80,7 @@ class Clearances:
         Contact in closed form, where it may apply; else None.
     """
 
-    def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve) -> None:
+    def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve, factors: Factors) -> None:
         self.frame, self.names = frame, joints_with_clearance(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
@@ -84,7 +90,7 @@ class Clearances:
         self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
         self.determinate: DeterminateContact | None = None
         self.lost = without_clearance.lost
-        self._resistance = against_offsets(frame, self._components, self._bearing, self.lost, solve)
+        self._resistance = self._resisting(solve, factors)
         self.unfit = np.broadcast_to(self._resistance.unfit, frame.shape)
         if self.unfit.any():
             self._warn_unfit()
@@ -106,6 +112,17 @@ class Clearances:
         if self.determinate is not None:
             return replace(state, rounding=self.determinate.rounding)
         return self._without_rounding(state)
+
+    def _resisting(self, solve: Solve, factors: Factors) -> Resistance:
+        """The resistance to offsets, that of the last solution where only loads have changed since."""
+        lost = bool(self.lost.any())
+        known: Resistance | None = None if lost else factors.resistance
+        if known is None:
+            known = against_offsets(self.frame, self._components, self._bearing, self.lost, solve)
+            # that of a mechanism, which is without motions, depends on the loads
+            if not lost and known.motions is not None and known.stiffness.size <= _KEPT:
+                factors.resistance = known
+        return known
 
     def _warn_unfit(self) -> None:
         warnings.warn(
@@ -159,13 +176,12 @@ class Clearances:
     def state(self) -> States:
         """State of each joint, a `ContactState`, (joints, ...)."""
         state = self.contact_state.state
+        unknown = self._resistance.unknown
+        if unknown.any():  # without forces in joints no contact is hidden
+            unknown = unknown & (self.contact_state.without_clearance != 0.0).any(axis=0)
         for lost, why in (
-            # without forces in joints no contact is hidden
             (self.unfit, ClearanceState.UNRESOLVED),
-            (
-                self._resistance.unknown & (self.contact_state.without_clearance != 0.0).any(axis=0),
-                ClearanceState.UNRESOLVED,
-            ),
+            (unknown, ClearanceState.UNRESOLVED),
             (self._singular, ClearanceState.MECHANISM),
             (self.frame.absent, ClearanceState.ABSENT),
         ):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
@@ -23,7 +22,7 @@ UNLOADED = 1e-12
 _STILL = 1e-6
 # Between these squares have full precision.
 _LEAST, _LARGEST = 1e-280, 1e280
-# Number of entries whose matrices are in memory at a time.
+# Number of entries whose contact is found at a time.
 _MOST = 2**16
 # If the residual in the joints, relative to the largest load or joint force, exceeds this, the contact is unresolved.
 _BALANCED = 1e-6
@@ -66,13 +65,12 @@ class ClearanceComponents:
 
     def length(self, vectors: Array) -> Array:
         """Length of the vector in each joint, (joints, ...), of vectors (n, ...)."""
-        with np.errstate(over="ignore", under="ignore"):
-            square, ends = vectors * vectors, [*self.starts[1:], len(vectors)]
-            square = np.stack([square[a:b].sum(axis=0) for a, b in zip(self.starts, ends, strict=True)])
-        length: Array = np.sqrt(square)
-        unsafe = np.asarray(~((square > _LEAST) & (square < _LARGEST)).all(axis=0))
-        if unsafe.any():
-            length[:, unsafe] = np.hypot.reduceat(np.abs(vectors[:, unsafe]), self.starts, axis=0)
+        with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+            square = Groups(self.own).dot(vectors, vectors)
+            length: Array = np.sqrt(square)
+            if not (square.min(initial=np.inf) > _LEAST and square.max(initial=0.0) < _LARGEST):
+                unsafe = np.asarray(~((square > _LEAST) & (square < _LARGEST)).all(axis=0))
+                length[:, unsafe] = np.hypot.reduceat(np.abs(vectors[:, unsafe]), self.starts, axis=0)
         return length
 
 
@@ -136,12 +134,17 @@ class ContactState:
     @property
     def offset(self) -> Array:
         """Displacement within the clearance, (n, ...)."""
-        return self._placed.offset
+        return self._found[0].offset
 
     @property
     def size(self) -> Array:
         """Magnitude of the contact force in each joint, (joints, ...); rounding where there is none."""
-        return self._placed.pressing
+        return self._found[0].pressing
+
+    @property
+    def state(self) -> States:
+        """State of each joint, a `ClearanceState`: closed, open, free or unresolved, (joints, ...)."""
+        return self._found[1]
 
     @cached_property
     def force(self) -> Array:
@@ -152,9 +155,33 @@ class ContactState:
         return force
 
     @cached_property
-    def state(self) -> States:
-        """State of each joint, a `ClearanceState`: closed, open, free or unresolved, (joints, ...)."""
-        closed = self.size > UNLOADED * self.scale
+    def _found(self) -> tuple[Minimum, States]:
+        """Offsets and states, of long batches in parts that stay in the processor's cache."""
+        shape = self.found.shape[1:]
+        count, balls = math.prod(shape), len(self.components.names)
+        if count <= _MOST:
+            placed = self._placed
+            return placed, self._states(placed)
+        out, states, how = Minimum.places(len(self.found), balls, count), np.empty((balls, count), dtype=np.int8), ""
+        for start in range(0, count, _MOST):
+            part = slice(start, min(start + _MOST, count))
+            piece, states[:, part] = self._at(part)._found
+            out.put(part, piece)
+            how = piece.how
+        return out.shaped(shape, how), states.reshape(balls, *shape)
+
+    def _at(self, part: slice) -> ContactState:
+        """The contact state of some entries of the batch, counted through."""
+        shape = self.found.shape[1:]
+        stiffness, members, found, radius, load, length_scale = (
+            _flat(values, shape, part)
+            for values in (self.stiffness, self.members, self.found, self.radius, self.load, self.length_scale)
+        )
+        rounding = _flat(self.rounding, shape, part) if isinstance(self.rounding, np.ndarray) else self.rounding
+        return ContactState(self.components, stiffness, members, found, radius, load, length_scale, rounding)
+
+    def _states(self, placed: Minimum) -> States:
+        closed = placed.pressing > UNLOADED * self.scale
         state = put(states_of(closed.shape, ClearanceState.OPEN), closed, ClearanceState.CLOSED)
         without_contact = ~closed & (self.radius > 0.0)
         some = np.asarray(without_contact.any(axis=0))
@@ -166,7 +193,7 @@ class ContactState:
         # near the smallest representable offset, a step of the offset changes the force
         step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
         allowed = _BALANCED * self.scale + np.maximum.reduceat(step, self.components.starts)
-        wrong = np.asarray(~(self._placed.unbalanced <= allowed).all(axis=0))
+        wrong = np.asarray(~(placed.unbalanced <= allowed).all(axis=0))
         return put(state, wrong, ClearanceState.UNRESOLVED)
 
     @cached_property
@@ -174,32 +201,32 @@ class ContactState:
         """The offsets, along the forces if S vanishes, else of least energy; `pressing` where there is no clearance."""
         shape, own = self.without_clearance.shape[1:], self.components.own
         resisted, count = np.any(self.stiffness != 0.0, axis=(0, 1)), math.prod(shape)
-        out = Minimum.places(len(own), len(self.components.names), count)
-        parts: Sequence[Entries] = _slices(count)
-        if not resisted.all():
-            length = self.components.length(self.without_clearance)
-            along = self.radius[own] * (self.without_clearance / or_one(length)[own])
-            out.offset[:], out.pressing[:] = along.reshape(len(own), -1), length.reshape(len(length), -1)
-            out.unbalanced[:], out.found[:], out.steps[:] = 0.0, True, 0.0
-            places = np.flatnonzero(np.broadcast_to(resisted, shape))
-            parts = [places[each] for each in _slices(len(places))]
-        how = ""
-        for part in parts:
-            found = self._least(part)
-            out.put(part, found)
+        if resisted.all():
+            found = self._least(slice(0, count))
+            return found.shaped(shape, found.how)
+        out, how = Minimum.places(len(own), len(self.components.names), count), ""
+        length = self.components.length(self.without_clearance)
+        along = self.radius[own] * (self.without_clearance / or_one(length)[own])
+        out.offset[:], out.pressing[:] = along.reshape(len(own), -1), length.reshape(len(length), -1)
+        out.unbalanced[:], out.found[:], out.steps[:] = 0.0, True, 0.0
+        places = np.flatnonzero(np.broadcast_to(resisted, shape))
+        if len(places):
+            found = self._least(places)
+            out.put(places, found)
             how = found.how
         return out.shaped(shape, how)
 
     @property
     def search(self) -> str:
         """How the offsets of least energy were found, in words."""
-        found, steps = self._placed.found, self._placed.steps
+        placed = self._found[0]
+        found, steps = placed.found, placed.steps
         some, others = found & (steps > 0.0), int((~found).sum())
         mean = f" in {steps[some].mean():.2g} steps on average" if some.any() else ""
         text = f"The minimum was found by Newton's method at {int(some.sum())} of {steps.size} entries{mean}"
         if others:
             text += f", and by interior points at {others} where that failed or there are many minima"
-        return f"{text}: {self._placed.how}."
+        return f"{text}: {placed.how}."
 
     def _least(self, part: Entries) -> Minimum:
         """The minima of energy at some entries; where there is no clearance `pressing` is the force in the joint."""
@@ -238,13 +265,10 @@ def sizes(frame: Description) -> Array:
     return aligned(reduce(np.maximum, each), len(frame.shape))
 
 
-def _slices(count: int) -> list[slice]:
-    """Parts of so many entries, which limits the memory for their matrices."""
-    return [slice(start, min(start + _MOST, count)) for start in range(0, count, _MOST)]
-
-
 def _flat(values: Array, shape: Shape, part: Entries) -> Array:
     """Values of some entries of a batch, which is counted through, along the last axis: of size one if none varies."""
+    if values.ndim < len(shape):  # one number for all
+        return values.reshape(-1)
     lead, own = values.shape[: values.ndim - len(shape)], values.shape[values.ndim - len(shape) :]
     if math.prod(own) == 1:
         return values.reshape(*lead, 1)

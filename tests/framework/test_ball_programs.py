@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tracemalloc
+from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 from linkframe import Beam, Frame, Joint, Material, Rectangle
-from linkframe.framework.clearances import ball_program, ball_qp
+from linkframe.framework.clearances import ball_program, ball_qp, clearance
 from linkframe.framework.clearances.ball_formulas import BallProblem, Groups, Minimum
+from linkframe.framework.clearances.unit_offsets import Resistance
 from linkframe.framework.program import machine_code
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -153,9 +155,9 @@ def test_memory_is_that_of_the_results(monkeypatch: pytest.MonkeyPatch) -> None:
     assert peak < 8 * 24 * 2**17
 
 
-def closed_loop(gap: np.ndarray, push: np.ndarray) -> Frame:
+def closed_loop(gap: np.ndarray, push: np.ndarray, modulus: float | np.ndarray = 2e11) -> Frame:
     """Two cantilevers on pins with clearance, joined by a third beam: statically indeterminate."""
-    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=2e11, nu=0.3))
+    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=modulus, nu=0.3))
     frame = Frame()
     for k, tip in enumerate(("b0", "b1")):
         for node in (f"c{k}", f"a{k}"):
@@ -192,6 +194,49 @@ def test_contact_of_a_long_batch_is_that_of_short_ones() -> None:
             assert_allclose(whole.contact(joint).offset[entry], one.contact(joint).offset[0], rtol=1e-13, atol=1e-18)
             assert_allclose(whole.contact(joint).force[entry], one.contact(joint).force[0], rtol=1e-13)
             assert whole.contact(joint).state[entry] == one.contact(joint).state[0]
+
+
+def test_parts_of_a_batch_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The members' modulus varies along the first axis, clearances and loads along the second."""
+    rng = np.random.default_rng(3)
+    gap, push, modulus = rng.uniform(0.0, 2e-4, 7), rng.uniform(50.0, 150.0, 7), np.array([[1e11], [2e11], [3e11]])
+    gap[1], push[2] = 0.0, 0.0
+    whole = closed_loop(gap, push, modulus).solve()
+    expected = [whole.contact(joint) for joint in ("j0", "j1")]
+    monkeypatch.setattr("linkframe.framework.clearances.contact_state._MOST", 4)
+    parts = closed_loop(gap, push, modulus).solve()
+    for contact in expected:
+        again = parts.contact(contact.joint)
+        assert_array_equal(again.offset, contact.offset)
+        assert_array_equal(again.force, contact.force)
+        assert_array_equal(again.state, contact.state)
+        assert (contact.force[:, 3:] > 0.0).all()
+
+
+def test_resistance_to_offsets_is_found_once_for_all_loads(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And anew where a joint, another one with clearance included, is changed."""
+    asked, search = [0], clearance.against_offsets
+
+    def counted(*given: Any) -> Resistance:
+        asked[0] += 1
+        return search(*given)
+
+    monkeypatch.setattr(clearance, "against_offsets", counted)
+    gap, push = np.array([1e-4, 2e-4]), np.array([100.0, 50.0])
+    frame = closed_loop(gap, push)
+    frame.solve().displacement("b0")
+    frame.set_load("b0", fy=2.0 * push)
+    found = frame.solve().displacement("b0")
+    assert asked[0] == 1
+    again = closed_loop(gap, push)
+    again.set_load("b0", fy=2.0 * push)
+    assert_array_equal(found, again.solve().displacement("b0"))
+    for changed in (Joint((2e8, 2e8, 2e8, 2e5, 2e5, 0.0)), Joint((1e8, 1e8, 2e8, 2e5, 2e5, 0.0), clearance=3e-4)):
+        before = asked[0]
+        for each in (frame, again):
+            each.change("j1", changed)
+        assert_array_equal(frame.solve().displacement("b0"), again.solve().displacement("b0"))
+        assert asked[0] == before + 2
 
 
 @pytest.mark.parametrize("count", [1, 2000])
