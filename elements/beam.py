@@ -362,7 +362,10 @@ class Beam(BeamSectionLaw):
 
     @cached_property
     def _whole(self) -> Part:
-        return self._part(1.0)
+        if self.end is None or not self.releases:
+            return self._part(1.0)
+        ndim = len(self.sections_shape)
+        return tapered_part(self.section, self.end, self._flexibility, 1.0, ndim, hinged=True)
 
     @cached_property
     def _flexibilities(self) -> Array:
@@ -385,8 +388,8 @@ class Beam(BeamSectionLaw):
 
     def _plane(self, direction: BendingPlane, length: Real) -> Plane:
         """Stiffness in one plane of bending."""
-        centre, *bends = self._whole.bends(direction.bending, direction.shearing, length)
-        return bending_plane(centre, length, bends, self._released(direction))
+        centre, rest, *bends = self._whole.bends(direction.bending, direction.shearing, length)
+        return bending_plane((centre, rest), length, bends, self._released(direction))
 
     def _released(self, direction: BendingPlane) -> frozenset[int]:
         if not self.releases:

@@ -205,11 +205,11 @@ class BeamSectionLaw(LineElement):
     def stress(self, fraction: Array | float, forces: Array) -> Array:
         return self._section(as_real(fraction)).stress(forces)
 
-    def _section(self, fraction: Real) -> CrossSection:
-        return self.section if self.end is None else self.section.between(self.end, fraction)
+    def _section(self, fraction: Real, rest: Real | None = None) -> CrossSection:
+        return self.section if self.end is None else self.section.between(self.end, fraction, rest)
 
-    def _flexibility(self, fraction: Real) -> Six:
-        section, E, G = self._section(fraction), self.material.E, self.material.G
+    def _flexibility(self, fraction: Real, rest: Real | None = None) -> Six:
+        section, E, G = self._section(fraction, rest), self.material.E, self.material.G
         shear: tuple[Real, Real] = (0.0, 0.0)
         if self.shear:
             shear = 1.0 / (section.ky * G * section.A), 1.0 / (section.kz * G * section.A)

@@ -67,13 +67,13 @@ class Plane(NamedTuple):
         return self.shear, self.bend
 
 
-def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
+def bending_plane(fractions: tuple[Real, Real], length: Real, whole: Sequence[Real], released: frozenset[int]) -> Plane:
     """Stiffness of a member in one plane of bending.
 
     Parameters
     ----------
-    fraction
-        Distance of the elastic centre from the start over the length, (...).
+    fractions
+        Distances of the elastic centre from the start and from the end over the length, (...) each.
     length
         Length, (...).
     whole
@@ -82,7 +82,7 @@ def bending_plane(fraction: Real, length: Real, whole: Sequence[Real], released:
     released
         Indices into (v1, r1, v2, r2) of end components that carry no force; a hinge takes the place of the centre.
     """
-    centre, rest = fraction * length, (1.0 - fraction) * length
+    fraction, centre, rest = fractions[0], fractions[0] * length, fractions[1] * length
     if not released:
         return Plane(fraction, centre, rest, 1.0 / -whole[1], 1.0 / whole[0])
     turning, moving = whole[0], -whole[1]

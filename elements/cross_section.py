@@ -95,7 +95,7 @@ class CrossSection(ABC):
         """Batch shape: the broadcast of the sizes."""
         return shape_of(*self.sizes().values())
 
-    def between(self, end: Self, fraction: Real) -> Self:
+    def between(self, end: Self, fraction: Real, rest: Real | None = None) -> Self:
         """Section between this one and another of its type, by linear interpolation of the sizes.
 
         Parameters
@@ -104,6 +104,8 @@ class CrossSection(ABC):
             Section at the fraction 1.
         fraction
             0 for this section to 1 for `end`, (...).
+        rest
+            What is left of 1, (...), where that is known to more digits than ``1 - fraction`` has; None for that.
 
         Returns
         -------
@@ -117,9 +119,8 @@ class CrossSection(ABC):
         0.025
         """
         here, there = self.sizes(), end.sizes()
-        return type(self)(
-            **{name: (1.0 - fraction) * here[name] + fraction * there[name] for name in here if name in there}
-        )
+        share = 1.0 - fraction if rest is None else rest
+        return type(self)(**{name: share * here[name] + fraction * there[name] for name in here if name in there})
 
     @abstractmethod
     def _derive(self) -> dict[str, Real]:

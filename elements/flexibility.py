@@ -42,12 +42,13 @@ class UniformPart:
         """Elongation per unit force (component 0) or twist per unit torque (component 3) of the part, (...)."""
         return self.section[component] * self.fraction * length
 
-    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
-        """Elastic centre, (...), as a fraction, and of `curve` about it rotation by a moment, deflection by a slope."""
+    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real, Real]:
+        """Distances of the elastic centre from both ends of the member, (...), as fractions, and of `curve` about it
+        rotation by a moment, deflection by a slope."""
         p, turn = self.fraction, self.section[bending] * self.fraction * length
         centre = 0.5 * p
         away = turn * length * length * p * (p / 6.0 - 0.5 * centre) - self.section[shearing] * p * length
-        return centre, turn, away
+        return centre, 1.0 - centre, turn, away
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
@@ -70,6 +71,8 @@ class TaperedPart:
         Fraction of the length, (...).
     points, weights
         Quadrature points as fractions of the member's length, and weights, (points, ...).
+    rests
+        The points as fractions from the member's end, to all digits; None where they are what points leave of 1.
     section
         Strain and curvature per unit ``N Vy Vz T My Mz`` at the points, six of shape (points, ...).
     """
@@ -78,20 +81,27 @@ class TaperedPart:
     points: Array
     weights: Array
     section: Six
+    rests: Array | None = None
 
     def bar(self, component: int, length: Real) -> Real:
         """Elongation per unit force (component 0) or twist per unit torque (component 3) of the part, (...)."""
         return np.asarray(np.sum(self.weights * self.section[component], axis=0) * length)
 
-    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real]:
-        """Elastic centre, (...), as a fraction, and of `curve` about it rotation by a moment, deflection by a slope."""
+    def bends(self, bending: int, shearing: int, length: Real) -> tuple[Real, Real, Real, Real]:
+        """Distances of the elastic centre from both ends of the member, (...), as fractions, and of `curve` about it
+        rotation by a moment, deflection by a slope."""
         turn = self.weights * self.section[bending]
-        centre = np.asarray(np.sum(turn * self.points, axis=0) / np.sum(turn, axis=0))
+        total = np.sum(turn, axis=0)
+        centre = np.asarray(np.sum(turn * self.points, axis=0) / total)
         # about the elastic centre the lever to the end counts as minus the arm, with which nothing cancels: next to a
-        # thin start the arm is far shorter than the lever
-        away = np.sum(turn * (self.points - centre) ** 2, axis=0) * length * length * length
+        # thin end the arm is far shorter than the lever, and than the distance from the other end
+        rest, arm = np.asarray(1.0 - centre), self.points - centre
+        if self.rests is not None:
+            rest = np.asarray(np.sum(turn * self.rests, axis=0) / total)
+            arm = np.where(centre <= rest, arm, rest - self.rests)
+        away = np.sum(turn * arm**2, axis=0) * length * length * length
         slide = np.sum(self.weights * self.section[shearing], axis=0) * length
-        return centre, np.asarray(np.sum(turn, axis=0) * length), np.asarray(-away - slide)
+        return centre, rest, np.asarray(total * length), np.asarray(-away - slide)
 
     def curve(self, bending: int, shearing: int, centre: Real, length: Real) -> Curve:
         """Rotation and deflection at the end of the part, for the moment about the fraction `centre`."""
@@ -109,26 +119,42 @@ Part = UniformPart | TaperedPart
 
 
 def tapered_part(
-    start: CrossSection, end: CrossSection, section: Callable[[Real], Six], fraction: Real, ndim: int
+    start: CrossSection,
+    end: CrossSection,
+    section: Callable[[Real, Real | None], Six],
+    fraction: Real,
+    ndim: int,
+    *,
+    hinged: bool = False,
 ) -> TaperedPart:
     """Part, up to `fraction`, of a member whose sizes vary linearly from section `start` to `end`.
 
-    ``section(fraction)`` gives the six flexibilities there. The quadrature points have at least `ndim` axes after the
-    leading one.
+    ``section(fraction, rest)`` gives the six flexibilities there. The quadrature points have at least `ndim` axes after
+    the leading one. Of a whole member that is `hinged`, distances from its end have all digits; of others the arms are
+    those of its parts, with which they cancel.
     """
-    points, weights = spread_points(start, start.between(end, fraction), ndim)
+    points, rests, weights = _spread_points(start, start.between(end, fraction), ndim)
     points, weights = fraction * points, fraction * weights
-    return TaperedPart(fraction, points, weights, section(points))
+    left = rests if hinged else None
+    return TaperedPart(fraction, points, weights, section(points, left), left)
 
 
 def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tuple[Array, Array]:
     """Gauss's rule on (0, 1), its points (points, ...) graded geometrically towards the end where a size is small.
 
+    After the leading axis come those of the sections, at least `ndim`.
+    """
+    points, _, weights = _spread_points(start, end, ndim)
+    return points, weights
+
+
+def _spread_points(start: CrossSection, end: CrossSection, ndim: int) -> tuple[Array, Array, Array]:
+    """Points and weights of `spread_points`, and between them how far each point is from 1.
+
     With ``x = expm1(g t) / expm1(g)`` a size that is linear in x and grows by exp(g) is
     exponential in t: its powers are entire functions, which Gauss's rule in t integrates to
     rounding even where the member comes close to a point. Where one size grows and another
-    shrinks, each half has a rule of its own. After the leading axis come those of the sections,
-    at least `ndim`.
+    shrinks, each half has a rule of its own.
     """
     here, there = start.sizes(), end.sizes()
     shape = np.broadcast_shapes(start.shape, end.shape)
@@ -137,15 +163,23 @@ def spread_points(start: CrossSection, end: CrossSection, ndim: int = 0) -> tupl
     if not (np.any(grows > 1.0) and np.any(shrinks > 1.0)):
         return _spread(np.log(grows / shrinks), ndim)
     # over half of the length a size grows by half of its whole growth
-    points, weights = _spread(np.log1p(0.5 * (grows - 1.0)), ndim)
-    others, theirs = _spread(np.log1p(0.5 * (shrinks - 1.0)), ndim)
-    return 0.5 * np.concatenate([points, 2.0 - others]), 0.5 * np.concatenate([weights, theirs])
+    points, _, weights = _spread(np.log1p(0.5 * (grows - 1.0)), ndim)
+    others, _, theirs = _spread(np.log1p(0.5 * (shrinks - 1.0)), ndim)
+    return (
+        0.5 * np.concatenate([points, 2.0 - others]),
+        0.5 * np.concatenate([2.0 - points, others]),
+        0.5 * np.concatenate([weights, theirs]),
+    )
 
 
-def _spread(growth: Array, ndim: int) -> tuple[Array, Array]:
-    """Gauss's rule on (0, 1), (POINTS, ...), graded towards the start for a `growth` above zero."""
+def _spread(growth: Array, ndim: int) -> tuple[Array, Array, Array]:
+    """Gauss's rule on (0, 1), (POINTS, ...), graded towards the start for a `growth` above zero.
+
+    Points, their distances from 1, weights.
+    """
     # without growth the plain rule is the limit, to which this tiny growth comes to the last bit
     growth = np.where(growth == 0.0, 1e-200, growth)
     t, w = (part.reshape((POINTS,) + (1,) * max(growth.ndim, ndim)) for part in gauss(POINTS))
     span = np.expm1(growth)
-    return np.expm1(growth * t) / span, w * growth * np.exp(growth * t) / span
+    rests = np.expm1(-growth * (1.0 - t)) / np.expm1(-growth)
+    return np.expm1(growth * t) / span, rests, w * growth * np.exp(growth * t) / span

@@ -232,3 +232,21 @@ class ErrorBounds:
         share = np.abs(self.spectrum.share(load))
         size = np.sqrt((share * share).sum(axis=1, keepdims=True))
         return np.where((self.free & (share > _STILL * size)).any(axis=1), np.inf, worst)
+
+
+def bounds_in_space(model: Model, state: DisplacedState, index: Index) -> ErrorBounds:
+    """Bounds in space on some entries of a model kept to a plane, in which some motion out of it is free.
+
+    Parameters
+    ----------
+    model
+        The model in its plane.
+    state
+        Where all entries are.
+    index
+        Those entries of the flattened batch.
+    """
+    whole = Model(model.plan, in_plane=False, clearance=model.clearance)
+    where = model.where(index)
+    there = in_space(whole, EquilibriumEquations(model, where, len(index)), state.taken(index))
+    return ErrorBounds(EquilibriumEquations(whole, where, len(index)), there, np.ones(len(index), dtype=bool))

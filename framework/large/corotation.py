@@ -101,7 +101,10 @@ def motion(pieces: Pieces, displacements: tuple[Array, Array], rotations: tuple[
     chord[0] += pieces.length
     length = square_root(dot(chord, chord))
     ahead = times(transposed(rotation.matrix(mean)), chord) / length
-    chord_rotation = np.array([1.0 + ahead[0], np.zeros_like(length), -ahead[2], ahead[1]])
+    # of a chord that points back the sum cancels, and all that tells its direction is across
+    across = ahead[1] * ahead[1] + ahead[2] * ahead[2]
+    cosine = where(less(ahead[0], 0.0), across / (1.0 + np.abs(ahead[0])), 1.0 + ahead[0])
+    chord_rotation = np.array([cosine, np.zeros_like(length), -ahead[2], ahead[1]])
     swung = less(-dot(chord_rotation, chord_rotation), 0.0)
     chord_rotation[3] = where(swung, chord_rotation[3], 1.0)  # else right round, in any plane
     frame = rotation.product(mean, rotation.normalised(chord_rotation))

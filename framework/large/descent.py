@@ -168,6 +168,10 @@ class Descent:
             mode = softest(spectrum)
             share[saddle, 0] = (_PERTURBATION / amount(self.newton, equations, state, mode))[saddle]
         whole = self._whole(spectrum, share)
+        idle = free & (load == 0.0)
+        if idle.any():
+            weights = np.broadcast_to(equations.scale, whole.shape)[: self.model.free]
+            whole[: self.model.free] = spectrum.without(whole[: self.model.free], idle, weights)
         return np.where(np.isfinite(whole).all(axis=0), whole, 0.0), self._stiff(equations, share, spectrum), saddle
 
     def _stiff(self, equations: TreeEquations, share: Array, spectrum: Spectrum) -> Array:

@@ -31,6 +31,8 @@ CLEAR = 1e-8
 _ROUNDINGS, _FREE = 4.0 * float(np.finfo(np.float64).eps), 64.0
 # Eigenvalue of scaled equations with multipliers up to which a constraint is redundant.
 _REDUNDANT = 1e-12
+# Stiffness of a coordinate, beside the largest in the same units, that is rounding; squares of motions that are alike.
+_UNJOINED, _ALIKE = 1e-13, 1e-12
 
 
 class SymbolicFactorisation:
@@ -228,6 +230,23 @@ class Spectrum:
     def solve(self, load: Array, free: NDArray[np.bool_]) -> Array:
         """Solution for loads (n, m), `free` modes (m, n) left out."""
         return self.summed(np.where(free, 0.0, self.share(load) / np.where(free, 1.0, self.values)))
+
+    def without(self, steps: Array, free: NDArray[np.bool_], weights: Array) -> Array:
+        """Steps (n, m) with so much of the `free` modes (m, n) that they are least.
+
+        Coordinates count by `weights` (n, m) that are the same in all directions: the modes are at right angles in
+        units of the tangent's diagonal, which depend on how the frame stands.
+        """
+        stiffness = (self.root * weights.T) ** -2.0
+        # what nothing is joined to moves by itself, with the rounding of a stiffness
+        joined = stiffness > _UNJOINED * stiffness.max(axis=1, keepdims=True)
+        chosen = np.where(free[:, None, :] & joined[:, :, None], self.modes, 0.0)
+        weighted = chosen * weights.T[:, :, None]
+        across = np.swapaxes(weighted, 1, 2)
+        share = np.linalg.pinv(across @ weighted, rcond=_ALIKE, hermitian=True) @ (
+            across @ (weights * steps).T[:, :, None]
+        )
+        return np.asarray(steps - (chosen @ share)[:, :, 0].T)
 
 
 class StackFactor:

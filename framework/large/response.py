@@ -13,8 +13,8 @@ from ..elementwise import contracted, less, where, zeros
 from ..rotation import times, transposed
 from .corotation import CorotatedPieces, Pieces, elongated, slope
 
-# Cosine that is one of a right angle, by rounding.
-_ROUND = float(np.finfo(np.float64).eps)
+# Cosine up to which an angle is taken for a right one: beyond, the spin of the frame would change without bound.
+_ROUND = 1e-5
 
 
 class Response:

@@ -16,7 +16,7 @@ from ..listing import Explanation
 from ..provenance import with_origin
 from ..results.saved import SavedResults
 from ..states import SolutionState, States, put, states_of, words
-from .accuracy import ErrorBounds, judged_in_space
+from .accuracy import ErrorBounds, bounds_in_space, judged_in_space
 from .clearances import touched
 from .elimination import LARGE
 from .equations import EquilibriumEquations, SpatialLinearisation
@@ -25,7 +25,7 @@ from .model import Model
 from .newton_program import choice
 from .planar_model import PlanarModel
 from .recovery import RecoveredResults, Stations
-from .state import DisplacedState, FoundEquilibria
+from .state import DisplacedState, FoundEquilibria, Index
 
 # Largest unbalanced force over the largest force of an equilibrium that counts as certain.
 _BALANCED = 1e-6
@@ -239,7 +239,12 @@ class LargeSolution(RecoveredResults, SavedResults):
             moves the node.
         """
         number = self.model.topology.number[self._node(node)]
-        return self._shaped(self.trust.bound(number))
+        out = self.trust.bound(number)
+        if self._trust_in_space is not None:
+            index, trust = self._trust_in_space
+            across = np.setdiff1d(np.arange(6), self.model.components)
+            out[across[:, None], index] = trust.bound(number)[across]
+        return self._shaped(out)
 
     @property
     def load_factor(self) -> Array:
@@ -332,6 +337,14 @@ class LargeSolution(RecoveredResults, SavedResults):
             np.zeros_like(found.neutral) if self.model.has_clearance else found.neutral & self.converged.reshape(-1)
         )
         return ErrorBounds(self.equations, self.displaced, inside)
+
+    @cached_property
+    def _trust_in_space(self) -> tuple[Index, ErrorBounds] | None:
+        """Entries of a frame kept to a plane in which something is free to leave it, and their bounds in space."""
+        if self._in_space is None or not self.neutral.any():
+            return None
+        index = np.flatnonzero(self._in_space[1] & self.converged.reshape(-1))
+        return (index, bounds_in_space(self.model, self.displaced, index)) if len(index) else None
 
     @cached_property
     def _recovery(self) -> Stations:

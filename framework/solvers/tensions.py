@@ -70,6 +70,10 @@ class TensionFactor(Factor):
         order: Index | None = None,
     ) -> None:
         super().__init__(matrix)
+        if not deformations.has_canonical_format:
+            # a joint's own unknown may move a member both through its node and by itself
+            deformations = deformations.copy()
+            deformations.sum_duplicates()
         each = np.repeat(np.sqrt(springs.astype(Extended)), np.diff(deformations.indptr))
         self._deformed = filled(deformations, deformations.data * each * self.root[deformations.indices])
         self._back = self._deformed.T

@@ -200,10 +200,12 @@ def test_a_rectangle_of_one_growing_side(ratio: float) -> None:
         assert_allclose([F[2, 2], F[1, 1]], [tip(1), tip(3)], rtol=1e-11)
 
 
+@pytest.mark.parametrize("thin", ["start", "end"])
 @pytest.mark.parametrize("ratio", [1e3, 1e5, 1e6])
-def test_a_hinge_at_the_thin_end_of_a_steep_cone(ratio: float) -> None:
-    """A hinge at the start, where the cone all but ends: ``1 / k`` is the integral of ``x^2 / E I`` from there on."""
-    beam = Beam(Circle(diameter=1.0), ALLOY, end=Circle(diameter=ratio), release=("start rz",))
+def test_a_hinge_at_the_thin_end_of_a_steep_cone(ratio: float, thin: str) -> None:
+    """A hinge where the cone all but ends: ``1 / k`` is the integral of ``x^2 / E I`` from there on."""
+    sizes = (1.0, ratio) if thin == "start" else (ratio, 1.0)
+    beam = Beam(Circle(diameter=sizes[0]), ALLOY, end=Circle(diameter=sizes[1]), release=(f"{thin} rz",))
     with mp.workdps(40):
         grown = mp.mpf(ratio) - 1
 
@@ -215,3 +217,16 @@ def test_a_hinge_at_the_thin_end_of_a_steep_cone(ratio: float) -> None:
         marks = [mp.log(ratio) * k / 8 for k in range(9)]
         wanted = float(1 / (mp.mpf(L) ** 3 * mp.quad(flexibility, marks, method="gauss-legendre")))
     assert_allclose(beam.stiffness_matrix(L)[1, 1], wanted, rtol=1e-14)
+
+
+@pytest.mark.parametrize("release", [("start rz",), ("end rz",), ("start uy",), ("end uy",)])
+@pytest.mark.parametrize("shear", [False, True])
+def test_a_steep_cone_is_as_stiff_from_either_end(release: tuple[str, ...], shear: bool) -> None:
+    """Turned end for end, which turns x and y round."""
+    other = {"start": "end", "end": "start"}
+    turned = tuple(f"{other[end]} {name}" for end, name in (text.split() for text in release))
+    thin, thick = Circle(diameter=1.0), Circle(diameter=1e5)
+    ahead = Beam(thin, ALLOY, end=thick, release=release, shear=shear).stiffness_matrix(L)
+    back = Beam(thick, ALLOY, end=thin, release=turned, shear=shear).stiffness_matrix(L)
+    swap, signs = np.roll(np.arange(12), 6), np.tile([-1.0, -1.0, 1.0, -1.0, -1.0, 1.0], 2)
+    assert_allclose(back[np.ix_(swap, swap)] * np.outer(signs, signs), ahead, rtol=2e-13)

@@ -94,3 +94,24 @@ def test_entries_in_several_directions_are_as_they_are_alone() -> None:
     whole = bar(along).solve().displacement("B")
     for entry, each in enumerate(along):
         assert_allclose(bar(each).solve().displacement("B"), whole[entry], rtol=0.0, atol=1e-20)
+
+
+@pytest.mark.parametrize("turn", [Rotation.identity(), Rotation.random(rng=5)])
+def test_a_hinged_bar_at_the_end_of_a_long_chain_in_any_direction(turn: Rotation) -> None:
+    """A cantilever of many pieces and the bar on its end are pulled along themselves, and grow together."""
+    pieces, frame = 150, Frame()
+    for k in range(pieces + 1):
+        frame.node(f"n{k}", turn.apply([k / pieces, 0.0, 0.0]))
+        if k:
+            frame.add(f"m{k}", ROD, f"n{k - 1}", f"n{k}")
+    frame.node("C", turn.apply([1.0, 0.0, 0.0]))
+    frame.node("D", turn.apply([1.0 + LENGTH, 0.0, 0.0]))
+    frame.add("CD", ROD, "C", "D")
+    frame.add("hinge", Joint((INF, INF, INF, INF, INF, 0.0), axes=turn.as_matrix()), f"n{pieces}", "C")
+    frame.fix("n0")
+    along = turn.apply([1.0, 0.0, 0.0])
+    frame.load("D", **dict(zip(("fx", "fy", "fz"), FORCE * along, strict=True)))
+    solution = frame.solve()
+    assert solution.status == "statically consistent mechanism"
+    grown = GROWN * (1.0 + LENGTH) / LENGTH
+    assert_allclose(solution.displacement("D")[:3], grown * along, rtol=0.0, atol=1e-9 * grown)

@@ -22,8 +22,8 @@ ROTATIONS = [
 ]
 
 
-def pulled(kind: str, turn: Rotation) -> Frame:
-    """The bar, its free end turned with the whole from the x axis; `FORCE` along it."""
+def pulled(kind: str, turn: Rotation, force: float = FORCE) -> Frame:
+    """The bar, its free end turned with the whole from the x axis; a force along it."""
     along = turn.apply([1.0, 0.0, 0.0])
     frame = Frame()
     frame.node("A", np.zeros(3))
@@ -41,5 +41,5 @@ def pulled(kind: str, turn: Rotation) -> Frame:
     loose = [f"{end} {turned}" for end in ends for turned in ("ry", "rz")]
     member = Spring(FORCE / GROWN) if kind == "spring" else Beam(ROD.section, ROD.material, release=tuple(loose))
     frame.add("AB", member, "A", "B")
-    frame.load("B", **dict(zip(("fx", "fy", "fz"), FORCE * along, strict=True)))
+    frame.load("B", **dict(zip(("fx", "fy", "fz"), force * along, strict=True)))
     return frame
