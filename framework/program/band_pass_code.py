@@ -131,10 +131,10 @@ def _strided(array: Array) -> tuple[Array, int, int]:
 
 @cache
 def _function(width: int) -> Callable[..., None]:
-    return compiled_kernel(_Text(width).whole())
+    return compiled_kernel(_PassText(width).whole())
 
 
-class _Text(SpringLoops):
+class _PassText(SpringLoops):
     """LLVM code of the pass; loops over the band are written out where its width is given."""
 
     arrays = (
