@@ -12,28 +12,28 @@ from .coupling import Coupling, EvaluatedBlock
 from .graph import Graph
 
 # Seconds of the broadcasting elimination: in all, for a member, for an operation; for a member and entry, up to _SHORT
-# of them, as arrays are made and added; and for each batch entry: for a member whose geometry varies, for one whose
-# geometry does not, for an operation, and for an operation of machine code, which runs from more than _LONG entries on.
+# of them, as arrays are made and added; and for each batch entry, by NumPy and by machine code, which runs from more
+# than _LONG entries on: for a member whose geometry varies, for one whose geometry does not, and for an operation.
 _START, _MEMBER, _STEP, _ARRAYS = 4e-3, 0.28e-3, 0.2e-6, 1.4e-6
-_MOVED, _FIXED, _OPERATION, _COMPILED = 0.36e-6, 0.12e-6, 0.6e-9, 0.08e-9
+_NUMPY, _COMPILED = (0.75e-6, 0.28e-6, 0.6e-9), (0.36e-6, 0.12e-6, 0.08e-9)
 _LONG = 3 * 2**14
 # Seconds of a small frame of constant stiffness that is the first of its topology: in all, and for a member of a chain;
 # with loops it takes up to twice as long.
 _FIRST, _CONSTANT = 2.5e-3, 0.22e-3
 # Slowdown of extended precision, for members and for operations. It is used in batches of up to _SHORT entries and up
 # to _FINE entries times members.
-_EXTENDED, _SHORT, _FINE = (33.0, 2.5), 2**10, 2**12
+_EXTENDED, _SHORT, _FINE = (15.0, 2.5), 2**10, 2**12
 # Seconds of banded factors: in all, for a member; for each batch entry and column of the band, and number in it; and
 # below for each batch entry and member whose geometry varies, or does not, and for each term of the stiffness.
 _SET_UP, _NUMBERED = 2e-3, 0.007e-3
 _COLUMN, _NUMBER = 0.05e-6, 7e-9
-_TURNED, _SUMMED, _TERM = 12e-6, 0.5e-6, 2e-9
+_TURNED, _SUMMED, _TERM = 12e-6, 0.37e-6, 2e-9
 # Seconds for each batch entry and column, and number in it, where machine code factorises several entries at a time;
 # and for each column, number and member where it does all in one pass.
 _LANE_COLUMN, _LANE_NUMBER = 0.01e-6, 3e-9
 _PASS_COLUMN, _PASS_NUMBER, _SPRINGS = 0.039e-6, 4e-9, 0.05e-6
 # Seconds of a single matrix: in all, for a member, for an unknown in each load case, and for a batch entry.
-_ONE, _ASSEMBLED, _CASE, _ENTRY = 2e-3, 0.006e-3, 0.1e-6, 0.03e-6
+_ONE, _ASSEMBLED, _CASE, _ENTRY = 1.6e-3, 0.006e-3, 0.1e-6, 0.03e-6
 
 
 def extended(entries: int, pieces: int) -> bool:
@@ -51,8 +51,14 @@ def recorded(pieces: int, entries: int = 1, *, moved: bool = False) -> float:
 
     `moved` tells that places of nodes vary, too.
     """
-    each = (_MOVED if moved else _FIXED) * (_EXTENDED[0] if extended(entries, pieces) else 1.0)
+    varies, fixed, _ = _each(entries)
+    each = (varies if moved else fixed) * (_EXTENDED[0] if extended(entries, pieces) else 1.0)
     return _START + pieces * (_MEMBER + _ARRAYS * min(entries, _SHORT) + each * entries)
+
+
+def _each(entries: int) -> tuple[float, float, float]:
+    """Seconds for each batch entry, for a member whose geometry varies, for another, and for an operation."""
+    return _COMPILED if entries > _LONG and available() else _NUMPY
 
 
 def few(pieces: int) -> float:
@@ -78,11 +84,12 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: 
     fine = extended(coupling.grid.sizes[-1], pieces)
     per_member, per_operation = _EXTENDED if fine else (1.0, 1.0)
     sizes, seconds = np.array(coupling.grid.sizes), _START
+    moved, fixed, one_operation = _each(coupling.grid.sizes[-1])
     for block in _members(coupling):
         assert block.group is not None
         count = len(set(block.group.pieces.tolist()).difference(condensed))
         entries = int(sizes[block.mask])
-        numbers = per_member * (_MOVED if block.rows is None else _FIXED)
+        numbers = per_member * (moved if block.rows is None else fixed)
         seconds += count * (_MEMBER + _ARRAYS * min(entries, _SHORT) + numbers * entries)
     if seconds > most:  # counting operations takes longer than all the rest of the estimate
         return seconds
@@ -90,8 +97,7 @@ def broadcast(coupling: Coupling, graph: Graph, condensed: Sequence[int], most: 
     seconds += _STEP * operations
     # A pivot is computed once for all entries over which its coupling does not vary.
     each = sizes[coupling.masks[coupling.loaded]]
-    compiled = sizes[-1] > _LONG and available()
-    per_operation *= _COMPILED if compiled else _OPERATION
+    per_operation *= one_operation
     return float(seconds + per_operation * operations * (each.mean() if len(each) else 0.0))
 
 

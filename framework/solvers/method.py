@@ -10,6 +10,7 @@ import numpy as np
 
 from ..batch import Same
 from ..errors import FrameError
+from ..program import machine_code
 from ..structure.parts import mask_of
 from ..structure.topology import Topology
 from .coupling import Coupling
@@ -25,9 +26,9 @@ LARGE, FEW = 100, 48
 # Measured on one machine: operations per second of a factorisation; below, seconds of an iteration for an entry of the
 # matrix, and the number of iterations for a lattice. Only the ratios matter.
 _RATE = {BANDED: 4e10, SPARSE: 5e9, CHOLESKY: 3e10}
-# From this many nodes along a frame on, banded factors may take _PATIENCE times as long as broadcasting, which does not
-# refine its solutions.
-_SLENDER, _PATIENCE = 9.0, 3.0
+# From _SLENDER nodes along a frame on, banded factors may take _PATIENCE times as long as broadcasting, which does not
+# refine its solutions. On members alone they may at any size with machine code, which is quick, else _LITTLE times.
+_SLENDER, _PATIENCE, _LITTLE = 18.0, 3.0, 1.6
 # A banded factor of up to this many operations takes less time than searching for a better method.
 _SMALL = 2e8
 # Up to this width of the band, and this many operations, a better method saves less than searching for it takes.
@@ -185,7 +186,8 @@ def _fastest_batch(plan: Compiled) -> Method:
         apart, shared = coupling.pattern.known(key, estimates)
     text = f"{why}: about {shared:.2g} s or more by broadcasting, {apart:.2g} s by a band for each entry"
     # The condition number of a slender frame grows with the fourth power of its length; banded solutions are refined.
-    patience = min(max(left / max(1, graph.width - 6) / _SLENDER, 1.0), _PATIENCE)
+    least = 1.0 if moved or plan.frame.joints else _PATIENCE if machine_code.available() else _LITTLE
+    patience = min(max(left / max(1, graph.width - 6) / _SLENDER, least), _PATIENCE)
     if shared * patience <= apart:
         return Method(BROADCAST, f"broadcasting LDL^T, {text}", shared)
     return Method(BANDED, f"banded Cholesky of each entry, {text}", apart)
