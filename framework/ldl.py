@@ -159,6 +159,18 @@ def forward(steps: Sequence[PivotStep], columns: Columns, load: Numbers) -> None
             load[step.below] -= lower[between] * load[step.unknown]
 
 
+def backward(columns: Columns, load: Numbers) -> None:
+    """Backward substitution with full matrices for loads (n, N) that `forward` has changed, which are overwritten.
+
+    In contrast to `substitute` it sums term by term, and so gives the same bits for numbers and for terms.
+    """
+    for k in range(len(load) - 1, -1, -1):
+        lower, over = columns[k]
+        load[k] = load[k] * over
+        for i, each in enumerate(lower, k + 1):
+            load[k] = load[k] - each * load[i]
+
+
 def _added(lower: Numbers, solved: Numbers) -> Numbers:
     """Sum over the n unknowns below of entries of L, (n, N), times their solutions, (n, N) or (n, m, N)."""
     if len(lower) == 1:

@@ -22,7 +22,8 @@ from ..program.program import Operation, Program
 from ..program.recording import Recording, Term
 from ..structure.parts import Value
 from . import ball_formulas as formulas
-from .ball_formulas import BallProblem, Groups, Iterate, Minimum
+from .ball_formulas import Iterate
+from .ball_problem import ROUNDING, BallProblem, Groups, Minimum
 
 # Largest number of steps in the multipliers alone, and of Newton's method after them.
 FIRST, STEPS = 4, 11
@@ -45,7 +46,7 @@ def improved(error: Any, least: Any, failed: Any) -> tuple[Any, Any, Any]:
 def unfinished(least: Any, failed: Any) -> Any:
     """Whether an entry goes on, by its own criteria, so that its result does not depend on the others."""
     patience = where(less(CONVERGED, least), float(PATIENCE), float(STAGNANT))
-    return less(formulas.ROUNDING, least) & less(failed, patience)
+    return less(ROUNDING, least) & less(failed, patience)
 
 
 @dataclass(frozen=True)

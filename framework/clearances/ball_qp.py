@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..ldl import factorised, substituted
 from . import ball_formulas as formulas
-from .ball_formulas import ROUNDING as _ROUNDING
-from .ball_formulas import BallProblem, Groups, Iterate, Minimum, Quadratic
+from .ball_formulas import Iterate
+from .ball_problem import ROUNDING, BallProblem, Groups, Minimum, Quadratic
 from .ball_program import CONVERGED, FIRST, STEPS, BallPrograms, chosen, improved, unfinished
 from .middle import in_the_middle
 
@@ -194,14 +194,14 @@ def _of_many(quadratic: Quadratic, x: Array, multiplier: Array, inside: Array) -
         np.abs(quadratic.left(at) - by[own] * at).max(axis=0) for at, by in ((middle, pressed), (x, multiplier))
     )
     # S, and so the motions that it does not resist, are known only to the rounding of the members' stiffness
-    rounding = 16.0 * _ROUNDING * np.maximum(quadratic.largest, quadratic.members.max(axis=0))
+    rounding = 16.0 * ROUNDING * np.maximum(quadratic.largest, quadratic.members.max(axis=0))
     taken = (middle != x).any(axis=0) & (off <= np.maximum(before, _BALANCED + rounding))
     return np.where(taken, middle, x), np.where(taken, pressed, multiplier)
 
 
 def _interior(quadratic: Quadratic, x: Array, multiplier: Array, centred: float) -> tuple[Array, Array]:
     """Interior-point method from x and λ to the neighbourhood of the minimum: x and λ there."""
-    groups, enough = quadratic.groups, _RESIDUAL + 16.0 * _ROUNDING * quadratic.largest
+    groups, enough = quadratic.groups, _RESIDUAL + 16.0 * ROUNDING * quadratic.largest
     out_x, out_multiplier, left = x.copy(), multiplier.copy(), np.arange(len(enough))
     for _ in range(_MOST):
         inside = 0.5 * (1.0 - groups.dot(x, x))
@@ -232,7 +232,7 @@ def _inward(
         for i in range(start, end):
             for j in range(start, end):
                 matrix[i, j] += weight[ball] * x[i] * x[j]
-    both = substituted(factorised(matrix, _ROUNDING), np.stack([residual, -x / inside[groups.own]], axis=1))
+    both = substituted(factorised(matrix, ROUNDING), np.stack([residual, -x / inside[groups.own]], axis=1))
     ahead, inward = both[:, 0], both[:, 1]
     rate = multiplier * (groups.dot(x, ahead) / inside - 1.0), (1.0 + multiplier * groups.dot(x, inward)) / inside
     free = np.minimum(1.0, _longest(groups, x, multiplier, inside, ahead, rate[0]))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..states import ClearanceState, States, put, states_of
-from .ball_formulas import BallProblem, Groups, Minimum, or_one, times
+from .ball_problem import BallProblem, Groups, Minimum, or_one, times
 from .ball_qp import minima
 from .middle import free_motions
 

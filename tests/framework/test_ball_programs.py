@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from linkframe import Beam, Frame, Joint, Material, Rectangle
 from linkframe.framework.clearances import ball_program, ball_qp, clearance
-from linkframe.framework.clearances.ball_formulas import BallProblem, Groups, Minimum
+from linkframe.framework.clearances.ball_problem import BallProblem, Groups, Minimum
 from linkframe.framework.clearances.unit_offsets import Resistance
 from linkframe.framework.program import machine_code
 from numpy.testing import assert_allclose, assert_array_equal
