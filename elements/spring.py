@@ -112,7 +112,8 @@ class Spring(LineElement):
     def springs(self, length: Array | float) -> tuple[Array, Array]:
         across = self._across(length)
         shape = np.broadcast_shapes(np.shape(across), np.shape(self.stiffness))
-        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*shape, 6, 12))
+        # deformations per unit displacement do not vary with the stiffness
+        stiffness, rows = np.zeros((*shape, 6)), np.zeros((*np.shape(length), 6, 12))
         for i, k in zip((ALONG, *ACROSS), (self.stiffness, across, across), strict=True):
             stiffness[..., i], rows[..., i, i], rows[..., i, i + 6] = k, -1.0, 1.0
         return stiffness, rows

@@ -147,8 +147,11 @@ def of_one(floats: Function, arrays: Function, few: int = 1) -> Function:
         kinds = set[type]()
         for entries in inputs:
             kinds.update(map(type, entries))
-        given = [] if kinds <= _PLAIN else [x for entries in inputs for x in entries if isinstance(x, np.ndarray)]
-        shape = _shape_of_few(given, few if kinds <= _NUMBERS else 1)
+        if kinds <= _NUMBERS:
+            given, most = [x for entries in inputs for x in entries if type(x) is np.ndarray], few
+        else:
+            given, most = [x for entries in inputs for x in entries if isinstance(x, np.ndarray)], 1
+        shape = _shape_of_few(given, most)
         if shape is None:
             return arrays(*inputs)  # type: ignore[no-any-return]
         try:
