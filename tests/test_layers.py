@@ -42,8 +42,8 @@ LAYERS = {
     "equations in extended precision": "error_bounds/*",
     "sparse solution": (
         "solvers/freedom solvers/refinement solvers/stiffness solvers/sparse solvers/stacked "
-        "solvers/stacked_pass solvers/stacked_refinement solvers/refined_values solvers/spring_residual "
-        "solvers/deformation_table factor_cache"
+        "solvers/stacked_loads solvers/stacked_pass solvers/stacked_refinement solvers/refined_values "
+        "solvers/spring_residual solvers/deformation_table factor_cache"
     ),
     "status": "results/dense results/spectrum results/sparse_spectrum results/conditioning results/status",
     "broadcasting solution": "batched/broadcast",

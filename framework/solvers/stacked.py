@@ -24,15 +24,14 @@ from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
 from . import stacked_pass
 from .band_factors import TOGETHER, AllAtOnce, Room, in_lanes
-from .coupling import Together
 from .deformation_table import Deformations
-from .evaluation import Picked, Sums
+from .evaluation import Picked
 from .rounding import zero_eigenvalue
 from .spring_residual import SpringResidual, are_described
 from .stacked_bands import Bands, StackedFactor
+from .stacked_loads import StackedLoads
 from .stacked_pass import SpringBands
 from .stacked_refinement import BySprings, Residual, StaticsResidual, refine
-from .terms import SumPattern
 
 Mask = NDArray[np.bool_]
 _Kind = TypeVar("_Kind", np.bool_, np.float64)
@@ -279,15 +278,13 @@ class _Solved:
     ----------
     solver
         The solver of the batch.
-
-    Attributes
-    ----------
     """
 
     def __init__(self, solver: StackedSolver) -> None:
         self.solver = solver
         self.coupling, self.plan = solver.coupling, solver.plan
         self.bands = solver.bands(solver.loaded)
+        self._loads = StackedLoads(self.plan, solver.loaded, self.bands, solver.sources, by_units=solver.by_units)
         self._singular = np.zeros(solver.count, dtype=bool)
         self._known = False
         # Solutions that are kept, (unknowns kept, matrices, right-hand sides), and the index of each unknown among
@@ -342,7 +339,7 @@ class _Solved:
         with timed(self.plan.times, "solution"):
             for part in solution.slices(count, len(rows)):
                 picked = Picked.of(shape, mask, np.arange(part.start, part.stop))
-                forces = self._per_case(self._loads, picked)
+                forces = self._loads.acting(picked)
                 sound[part] = solution.run(picked, forces, rows, out[:, part, 0])
         doubtful, step = np.flatnonzero(~sound), self.solver.step(self.bands)
         for start in range(0, len(doubtful), step):
@@ -368,13 +365,12 @@ class _Solved:
         return out
 
     def _examine(self, matrices: Index, factor: StackedFactor) -> None:
-        with timed(self.plan.times, "solution"):
-            self._singular[matrices] = factor.singular
+        self._singular[matrices] = factor.singular
 
     def _part(self, matrices: Index, columns: Index, factor: StackedFactor) -> Array:
         """Solutions (size, m, right-hand sides) of m matrices for some of their right-hand sides."""
         with timed(self.plan.times, "solution"):
-            right = self._right(matrices, columns, self._entries(matrices, columns, factor))
+            right = self._loads.of(matrices, columns, self._entries(matrices, columns, factor))
             values = right * factor.root[..., None]
             factor.solve(np.arange(len(matrices)), values)
             values *= factor.root[..., None]
@@ -388,69 +384,10 @@ class _Solved:
                 self._refine(matrices, columns, hard, factor, right, values)
         return values
 
-    # -- loads --------------------------------------------------------------------------------------------------------
-
     def _entries(self, matrices: Index, columns: Index, factor: StackedFactor) -> Picked:
         """Batch entries of matrices and columns; those of the factor if they are the same, being evaluated already."""
         alike = len(matrices) == factor.count and (self.solver.by_units or self.solver.cases == 1)
         return factor.picked if alike else self.solver.entries(matrices, columns)
-
-    def _right(self, matrices: Index, columns: Index, picked: Picked, *, imposed: bool = True) -> Array:
-        """Loads (size, m, right-hand sides) in the order of elimination, by `imposed` displacements as well."""
-        solver, size = self.solver, self.bands.size
-        sums = self._loads if imposed else self._forces
-        if solver.by_units:
-            units = self._per_unit(sums, picked)[columns].transpose(1, 2, 0)
-            return np.ascontiguousarray(np.broadcast_to(units, (size, len(matrices), len(columns))))
-        whole = np.broadcast_to(self._per_case(sums, picked), (size, len(matrices) * len(columns)))
-        return np.ascontiguousarray(whole).reshape(size, len(matrices), len(columns))
-
-    def _per_unit(self, sums: Sums, picked: Picked) -> Array:
-        """Loads per unit of each right-hand-side parameter, (parameters, size, m), or (parameters, size, 1)."""
-        found: Array = sums.at(picked) if sums.varies else sums.constant
-        return found.reshape(len(self.solver.sources), self.bands.size, -1)
-
-    def _per_case(self, sums: Sums, picked: Picked) -> Array:
-        """Loads (size, m) on the unknowns, or (size, 1) if they do not vary; units if these are solved for."""
-        found = self._per_unit(sums, picked)
-        if self.solver.by_units:
-            one: Array = found[0]
-            return one
-        acting = picked.of_values(self._acting) if self._acting.plain is None else self._acting.plain[:, None]
-        whole: Array = found[0] * acting[0] if len(acting) == 1 else np.einsum("snm,sm->nm", found, acting)
-        return whole
-
-    @cached_property
-    def _acting(self) -> Together:
-        """Values of the right-hand-side parameters that act on the loaded unknowns."""
-        values = self.plan.rhs_parameters.values
-        return Together([values[source] for source in self.solver.sources.tolist()])
-
-    @cached_property
-    def _given(self) -> Together:
-        """Values of all right-hand-side parameters."""
-        return Together(self.plan.rhs_parameters.values)
-
-    @cached_property
-    def _loads(self) -> Sums:
-        """Loads per unit of each right-hand-side parameter, (parameters times size)."""
-        return self._by_parameters(imposed=True)
-
-    @cached_property
-    def _forces(self) -> Sums:
-        """Loads per unit of each right-hand-side parameter, without those by prescribed displacements."""
-        return self._by_parameters(imposed=False)
-
-    def _by_parameters(self, *, imposed: bool) -> Sums:
-        terms, loaded, place = self.coupling.pattern, self.solver.loaded, self.bands.place
-
-        def found() -> SumPattern:
-            acting = ~terms.stiff if imposed else terms.source >= terms.blocks[-2]
-            own, sources = np.flatnonzero(acting & loaded[terms.low]), self.solver.sources
-            target = np.searchsorted(sources, terms.high[own] - terms.size) * self.bands.size + place[terms.low[own]]
-            return SumPattern(terms, own, target, len(sources) * self.bands.size)
-
-        return Sums(self.coupling, terms.known(("loads", imposed, loaded.tobytes(), place.tobytes()), found))
 
     # -- refinement ---------------------------------------------------------------------------------------------------
 
@@ -500,8 +437,8 @@ class _Solved:
         given, forces = None, right
         if self.coupling.imposed:
             picked = solver.entries(matrices, columns)
-            given = picked.of_values(self._given)
-            forces = self._right(matrices, columns, picked, imposed=False)
+            given = picked.of_values(self._loads.given)
+            forces = self._loads.of(matrices, columns, picked, imposed=False)
         residual = SpringResidual(deformations, stiffness, forces.reshape(self.bands.size, -1), given)
         return BySprings(residual, in_pairs=self.bands.in_pairs)
 
