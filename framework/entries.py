@@ -38,7 +38,7 @@ def picked(array: Numbers, index: tuple[Index, ...], trailing: int = 0, leading:
         array = array.reshape(*array.shape[:leading], *(1,) * missing, *array.shape[leading:])
     behind = leading + len(index)
     sizes = array.shape[leading:behind]
-    if max(sizes, default=1) == 1:
+    if set(sizes) <= {1}:
         return array.reshape(*array.shape[:leading], 1, *array.shape[behind:])
     where = tuple(k if n != 1 else 0 for k, n in zip(index, sizes, strict=True))
     return array[(slice(None),) * leading + where]

@@ -229,7 +229,7 @@ class Sums:
     def constant(self) -> Array:
         """The sums of the terms that do not vary over the batch, (targets,)."""
         out, picked = None, Picked.first(self.coupling.grid.shape)
-        for part in self._fixed:
+        for part in self._fixed if self.coupling.grid.sizes[-1] else ():  # of a batch without entries none is the first
             assert part.whole is not None
             out = part.whole.add_to(out, np.ascontiguousarray(numbers_of(part.block, picked)[:, 0]))
         return np.zeros(self.count) if out is None else out
