@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Joint, Material, Section
+from linkframe.elements import Beam, Joint, Material, Section, Spring
 from linkframe.framework import Frame, Solution
 from linkframe.framework.solvers import stacked, stacked_pass
 from linkframe.framework.solvers.stacked import StackedSolver
@@ -129,3 +129,23 @@ def test_singular_before_any_value() -> None:
     each = np.linspace(0.8, 1.25, 300)
     solution = chain(12, lambda _: E * each).solve("banded")
     assert not solution.solver.singular(excited=True).any()
+
+
+@pytest.mark.filterwarnings("ignore::linkframe.framework.MechanismWarning")
+def test_entries_without_stiffness() -> None:
+    """Where a spring of a row is zero what lies behind it is a mechanism, beside ``F Σ 1/k`` at the other entries."""
+    count, entries, loose = 40, 600, np.arange(600) % 97 == 5
+    stiffness = np.linspace(1.0, 3.0, count)[:, None] * np.linspace(1.0, 2.0, entries)
+    given = np.where((np.arange(count) == 20)[:, None] & loose, 0.0, stiffness)
+    frame = Frame()
+    for k in range(count + 1):
+        frame.node(f"{k}", (float(k), 0.0, 0.0))
+        frame.fix(f"{k}", *(("ux",) if not k else ()), "uy", "uz", "rx", "ry", "rz")
+        if k:
+            frame.add(f"m{k}", Spring(given[k - 1]), f"{k - 1}", f"{k}")
+    frame.load(f"{count}", fx=2.0)
+    solution = in_one_pass(frame)
+    end = solution.displacement(f"{count}")[:, 0]
+    assert np.isnan(end[loose]).all()
+    assert (solution.status[loose] == "mechanism").all()
+    np.testing.assert_allclose(end[~loose], (2.0 / stiffness).sum(axis=0)[~loose], rtol=1e-14)
