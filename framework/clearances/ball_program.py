@@ -6,6 +6,7 @@ components of the balls alone, for all frames.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, cast
@@ -142,7 +143,7 @@ def _recorded(groups: Groups) -> BallPrograms:
     return BallPrograms(multipliers, minimum, (one, other))
 
 
-class _BallRecording:
+class _BallRecording(ABC):
     """The problem of one entry as terms of a recording."""
 
     def __init__(self, groups: Groups) -> None:
@@ -161,8 +162,9 @@ class _BallRecording:
         # what a round begins with varies, whatever it begins with first
         return in_order_of_need(program.over(program.masks[: program.given])), given
 
+    @abstractmethod
     def _outputs(self) -> list[Any]:
-        raise NotImplementedError
+        """The results of the program."""
 
     def _later(self, count: int) -> Array:
         out = np.empty((count, 1), dtype=object)
