@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any, cast
 
 import numpy as np
@@ -301,7 +300,6 @@ def _largest(place: Array) -> float:
     return max(map(abs, place.tolist())) if place.ndim == 1 else float(np.abs(place).max(initial=0.0))
 
 
-@cache
 def _sort(kind: type) -> str:
     """What an element of a class is: a member, a joint or a mass; empty where the class is of no element."""
     classes = {"member": LineElement, "joint": JointElement, "mass": PointElement}
