@@ -10,6 +10,7 @@ import numpy as np
 
 from ..framework.lazily import cached_property
 from ..framework.protocol import Array, proven
+from ..framework.shape_rules import work_equivalent
 from .beam_section_law import BeamSectionLaw
 from .bending import (
     Plane,
@@ -202,6 +203,9 @@ class Beam(BeamSectionLaw):
             for dof, sign, force in zip(direction.dofs, direction.signs, acting, strict=True):
                 forces[dof] = sign * force
         return forces
+
+    def consistent_loads(self, length: Array | float, x: Array, forces: Array) -> Array:
+        return np.asarray(work_equivalent(self.shape_functions(length, x), forces).sum(axis=0))
 
     # -- shape ------------------------------------------------------------------------------------------------------
 

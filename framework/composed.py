@@ -127,12 +127,17 @@ class Composed(OfAnother):
     def has_law(self) -> bool:
         return self.own.has_law
 
+    @property
+    def has_end_forces(self) -> bool:
+        return self.own.has_end_forces
+
     check = _as_own(LineElement.check)
     axes = _as_own(LineElement.axes)
     stiffness_matrix = _as_own(LineElement.stiffness_matrix)
     springs = _as_own(LineElement.springs)
     mass_matrix = _as_own(LineElement.mass_matrix)
     geometric_matrix = _as_own(LineElement.geometric_matrix)
+    consistent_loads = _as_own(LineElement.consistent_loads)
     end_forces = _as_own(LineElement.end_forces)
     resistance = _as_own(LineElement.resistance)
     shape_functions = _as_own(LineElement.shape_functions)

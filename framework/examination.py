@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .batch import Array
 from .checked import switch, whole_number
-from .dofs import DISPLACEMENTS
+from .dofs import DISPLACEMENTS, FORCES
 from .entries import Change, Stretch, flattened
 from .errors import FrameError
 from .examined import Examined, Unanswered, fits
@@ -30,6 +30,8 @@ _ALIKE = 1e-9
 _FINE = 32.0
 # Lengths at which a member is examined, by its own.
 _LENGTHS = (1.0, 1.25)
+# Places, as fractions of the length, of the forces by which consistent loads are examined.
+_PLACES = np.array([0.25, 0.625])
 # Batch entries of which springs are held against those of the batch cut, with as many others before.
 _FEW = 2
 _LEAST = 64
@@ -65,6 +67,7 @@ def examine_member(name: str, element: LineElement, chord: Array) -> None:
     if not own.has_springs:
         _rigid(some, length)
     _fields(some, length)
+    _loads(some, length)
     if own.has_law:
         _law(some, length)
     _along(some)
@@ -127,9 +130,26 @@ def _stiffness(own: Examined, length: Array) -> None:
     """Check that matrix, springs and end forces agree on one stiffness."""
     matrix, (summed, allowed) = own.stiffness_matrix(length), _summed(*own.springs(length))
     _same(own, "stiffness_matrix", "the sum of its springs, K = sum_i k_i b_i b_i^T", matrix, summed, allowed)
+    if not own.has_end_forces:
+        return
     unit = np.eye(12).reshape(12, *(1,) * length.ndim, 12)
     forces = np.moveaxis(own.end_forces(length, unit), 0, -1)
     _same(own, "end_forces", "its stiffness times the displacement", forces, summed, allowed)
+
+
+def _loads(own: Examined, length: Array) -> None:
+    """Check that consistent loads do the work of the shape functions, as frames take them."""
+    if own.releases or type(own.innermost).consistent_loads is LineElement.consistent_loads:
+        return
+    x, force = _PLACES.reshape(-1, *(1,) * length.ndim) * length, np.eye(6)
+    for k in range(6):
+        found = own.consistent_loads(length, x, np.broadcast_to(force[k], (*x.shape, 6)))
+        shapes = own.shape_functions(length, x)[..., k, :]
+        if np.any(np.abs(found - shapes.sum(axis=0)) > _ALIKE * np.abs(shapes).sum(axis=0)):
+            raise FrameError(
+                f"{own.what}: consistent_loads of {FORCES[k]} do not do the work of its shape_functions: give the sum "
+                "over the places of the shape functions there times the force"
+            )
 
 
 def _summed(k: Array, rows: Array) -> tuple[Array, Array]:

@@ -156,6 +156,17 @@ class Examined(OfAnother):
         batch = np.broadcast_shapes(np.shape(length), np.shape(displacement)[:-1])
         return self._asked("end_forces", batch, (12,), length, displacement)
 
+    @property
+    def has_end_forces(self) -> bool:
+        return self.own.has_end_forces
+
+    def consistent_loads(self, length: Array, x: Array, forces: Array) -> Array:
+        batch = np.broadcast_shapes(np.shape(length), np.shape(x)[1:], np.shape(forces)[1:-1])
+        return self._asked("consistent_loads", batch, (12,), length, x, forces)
+
+    def strain_loads(self, length: Array) -> Array:
+        return self._asked("strain_loads", np.shape(length), (12,), length)
+
     def resistance(self, length: Array, deformation: Array, pick: Change) -> tuple[Array, Array, Array]:
         found = self._answer("resistance", length, deformation, pick)
         count = len(deformation)

@@ -123,6 +123,11 @@ class FormedElement(Composed):
             out = out + summed(*self._springs(form, np.asarray(length, dtype=np.float64)))
         return out
 
+    @property
+    def has_end_forces(self) -> bool:
+        """False: those of the element leave out the forms."""
+        return False
+
     def end_forces(self, length: Array, displacement: Array) -> Array:
         """Forces of the element and of the forms on the ends, (..., 12)."""
         return LineElement.end_forces(self, length, displacement)

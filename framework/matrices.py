@@ -45,7 +45,7 @@ class FrameMatrices:
     K, M
         Stiffness of members and finite joint springs, and mass, sparse (6 nodes, 6 nodes).
     f
-        Forces and moments of the loads, those on members as equivalent nodal loads, (6 nodes,).
+        Forces and moments of the loads, those on members as consistent nodal loads, (6 nodes,).
     D
         Numbers of the supported displacements.
     x
@@ -267,7 +267,7 @@ class _Assembly:
         out = np.zeros((len(self.everywhere), 6))
         for node, vector in nodal_loads(self.plan.topology):
             out[node] += self._at(vector, 1)
-        for group, positions, local in member_loads(self.topology):
+        for group, positions, local in member_loads(self.topology, forms=True):
             back = np.swapaxes(group.local_axes[positions], -1, -2)
             both = rotated(back, local).reshape(len(positions), 2, 6)
             np.add.at(out, group.nodes[positions], both)

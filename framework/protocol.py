@@ -14,10 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .entries import Change
-from .orientation import default_axes, default_axis_numbers
-from .scikit_fem import integrals
-from .section_law import SectionLaw
-from .shape_rules import summed
+from .member_forms import MemberForms
+from .orientation import default_axis_numbers
 from .stacking import changed
 
 Array = NDArray[np.float64]
@@ -39,13 +37,13 @@ def is_proven(element: object) -> bool:
     return getattr(type(element), _PROVEN, None) is type(element)
 
 
-class LineElement(SectionLaw):
+class LineElement(MemberForms):
     """A straight member between two nodes: its stiffness, mass, loads and internal forces in local axes.
 
     A subclass defines `shape`, `shape_functions` and its stiffness, either by a section law, `section_flexibility`, or
-    by `springs`. Everything else has a default: matrices, equivalent loads and internal forces by quadrature of the
-    shape functions and the section law, matrices by the scikit-fem forms of `linkframe.elements.forms`. Override a
-    method where there is a closed form, or where axes, mass or stress differ. Arrays that do not vary along the member,
+    by `springs`. Everything else has a default: matrices, consistent loads and internal forces by the scikit-fem forms
+    of `linkframe.elements.forms` over the shape functions and the section law. Override a method where there is a
+    closed form, or where axes, mass or stress differ. Arrays that do not vary along the member,
     or over the batch, may be returned without those axes. What an element returns is checked when it is added to a
     frame, see `linkframe.framework.examined`.
 
@@ -213,23 +211,6 @@ class LineElement(SectionLaw):
             If the member cannot have that direction.
         """
 
-    def axes(self, chord: Array) -> Array:
-        """Local axes of a member as rows x, y, z.
-
-        By default z is as near to global z as can be; a member along global z has its local y along global y.
-
-        Parameters
-        ----------
-        chord
-            Vector from the first node to the second, (..., 3), length.
-
-        Returns
-        -------
-        ndarray
-            Unit vectors in global components, (..., 3, 3), in the precision of the chord.
-        """
-        return default_axes(chord)
-
     def axis_numbers(self, chord: Array) -> list[Array | float]:
         """The nine components of `axes` one by one, row by row.
 
@@ -248,26 +229,7 @@ class LineElement(SectionLaw):
         axes = self.axes(chord)
         return [axes[..., row, column] for row in range(3) for column in range(3)]
 
-    # -- matrices and forces ----------------------------------------------------------------------------------------
-
-    def stiffness_matrix(self, length: Array) -> Array:
-        """Stiffness in local axes, summed from the element's `springs` or integrated from its section law.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-
-        Returns
-        -------
-        ndarray
-            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
-        """
-        if not self.has_springs:
-            found: Array = integrals.integrated_stiffness(self, length)
-            return found
-        stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
-        return summed(stiffness, rows)
+    # -- springs and forces -----------------------------------------------------------------------------------------
 
     def spring_stiffness(self, length: Array) -> Array:
         """Stiffness of the springs alone.
@@ -321,61 +283,6 @@ class LineElement(SectionLaw):
             every member.
         """
         return self.spring_numbers(length)[1]
-
-    def mass_matrix(self, length: Array) -> Array:
-        """Consistent mass in local axes, integrated from `section_inertia`.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-
-        Returns
-        -------
-        ndarray
-            Mass matrix by the displacements and rotations of both ends, (..., 12, 12).
-        """
-        found: Array = integrals.integrated_mass(self, length)
-        return found
-
-    def geometric_matrix(self, length: Array, axial: Array) -> Array:
-        """Geometric stiffness under an axial force in local axes, integrated from `section_sway`.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-        axial
-            Axial force, (...), tension positive.
-
-        Returns
-        -------
-        ndarray
-            Forces and moments at both ends per unit displacement and rotation of the ends, (..., 12, 12).
-        """
-        found: Array = integrals.integrated_geometric(self, length, axial)
-        return found
-
-    def end_forces(self, length: Array, displacement: Array) -> Array:
-        """Force and moment on each end of the member, computed from the deformations of its springs.
-
-        Parameters
-        ----------
-        length
-            Length of the member, (...).
-        displacement
-            End displacements in local axes, (..., 12).
-
-        Returns
-        -------
-        ndarray
-            ``fx fy fz mx my mz`` at the start and then at the end, (..., 12), in local axes: the stiffness times the
-            displacement.
-        """
-        stiffness, rows = self.springs(np.asarray(length, dtype=np.float64))
-        forces = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
-        out: Array = (forces[..., None, :] @ rows)[..., 0, :]
-        return out
 
     def end_force_numbers(self, length: Array, displacement: Sequence[Any]) -> Sequence[Any] | None:
         """The values of `end_forces` one by one, by arithmetic alone, so that it can be recorded as a program.

@@ -185,6 +185,19 @@ def summed(stiffness: Array, rows: Array) -> Array:
     return out
 
 
+def spring_forces(stiffness: Array, rows: Array, displacement: Array) -> Array:
+    """End forces (..., 12) of springs (..., n) on deformations (..., n, 12) at the end displacements (..., 12)."""
+    forces = stiffness * (rows @ np.asarray(displacement)[..., None])[..., 0]
+    out: Array = (forces[..., None, :] @ rows)[..., 0, :]
+    return out
+
+
+def work_equivalent(shapes: Array, force: Array) -> Array:
+    """End forces (..., 12) that do the same work as a force and moment (..., 6) where the shapes are (..., 6, 12)."""
+    out: Array = np.einsum("...ij,...i->...j", shapes, force)
+    return out
+
+
 def straight_shapes(length: Array, x: Array) -> Array:
     """Shape functions (..., 6, 12) of a straight line between its ends, which turns as they move, and not with them.
 

@@ -65,8 +65,8 @@ class PieceEnds(GroupedPieces):
     def _by_arrays(self, piece: int) -> Array:
         group, position = self.group(piece)
         local = group.local(position, self.solution.stacked(self.rows(piece)))
-        loads = end_loads(self.topology, group, np.array([position]))[0]
-        found = group.of(position).end_forces(group.length[position], local) - loads
+        at = np.array([position])
+        found = group.end_forces(at, local[None])[0] - end_loads(self.topology, group, at)[0]
         return np.broadcast_to(found, (*self.solution.shape, 12))
 
     def written(self, once: Sweep) -> ForceNumbers:

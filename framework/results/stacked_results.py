@@ -129,4 +129,4 @@ class StackedResults:
     def _forces(self, group: Group, at: Index, ends: Array) -> Array:
         """Forces on the ends of pieces in their local axes, (n, ..., 12)."""
         with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
-            return group.of(at).end_forces(group.length[at], ends) - end_loads(self.topology, group, at)
+            return group.end_forces(at, ends) - end_loads(self.topology, group, at)

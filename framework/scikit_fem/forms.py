@@ -45,11 +45,17 @@ def _internal_forces(v: DiscreteField, w: Any) -> Array:
     return _dot(w.rigidity, strains(w.displacement), strains(v))
 
 
+def _restrained(v: DiscreteField, w: Any) -> Array:
+    """Work of given section forces ``w.forces`` (6, elements, points), such as those of a restrained free strain."""
+    return np.asarray(np.sum(np.asarray(w.forces) * strains(v), axis=0))
+
+
 stiffness = BilinearForm(_stiffness)
 mass = BilinearForm(_mass)
 geometric = BilinearForm(_geometric)
 load = LinearForm(_load)
 internal_forces = LinearForm(_internal_forces)
+restrained = LinearForm(_restrained)
 
 
 def section_forces(u: DiscreteField, rigidity: Array) -> Array:
@@ -63,28 +69,28 @@ def section_forces(u: DiscreteField, rigidity: Array) -> Array:
 
 def rigidity_of(member: Shaped, basis: Basis) -> Array:
     """Rigidities of `member` at the points of `basis`, (6, elements, points); 0 for a zero flexibility (no strain)."""
-    flexibility = _on_points(basis, member.section_flexibility(_stations(basis)))
+    flexibility = on_points(basis, member.section_flexibility(stations(basis)))
     return np.divide(1.0, flexibility, out=np.zeros_like(flexibility), where=flexibility > 0.0)
 
 
 def inertia_of(member: Shaped, basis: Basis) -> Array:
     """Inertias of `member` at the points of `basis`, (6, elements, points), for `mass`."""
-    return _on_points(basis, member.section_inertia(_stations(basis)))
+    return on_points(basis, member.section_inertia(stations(basis)))
 
 
 def initial_of(member: Shaped, basis: Basis, axial: Array) -> Array:
     """Axial force `axial` (...) in `member` at the points of `basis`, (6, elements, points), for `geometric`."""
-    return _on_points(basis, np.asarray(axial)[..., None] * member.section_sway(_stations(basis)))
+    return on_points(basis, np.asarray(axial)[..., None] * member.section_sway(stations(basis)))
 
 
-def _stations(basis: Basis) -> Array:
-    """Fractions of the length, (points, ...): the axis of the points leads the batch."""
+def stations(basis: Basis) -> Array:
+    """Fractions of the length at the points of `basis`, (points, ...): their axis leads the batch."""
     shape = (basis.nelems,) if basis.elem.shape is None else basis.elem.shape
     points = basis.X[0].T
     return np.asarray(points.reshape(-1, *(shape if points.ndim == 2 else (1,) * len(shape))))
 
 
-def _on_points(basis: Basis, values: Array) -> Array:
+def on_points(basis: Basis, values: Array) -> Array:
     """`values` (points, ..., 6) as scikit-fem lays them out, (6, elements, points)."""
     shape = (basis.nelems,) if basis.elem.shape is None else basis.elem.shape
     full = np.broadcast_to(values, (basis.X.shape[-1], *shape, 6))

@@ -1,4 +1,7 @@
-"""Matrices of any member, in its own axes, by quadrature of its own shape functions and section law in scikit-fem."""
+"""Matrices, loads and forces of any member, in its own axes, by scikit-fem forms.
+
+They are integrated by quadrature of the member's own shape functions and section law.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,23 @@ from skfem.assembly.form.coo_data import COOData
 
 from ..batch import Array, Shape
 from .arc_length import ArcLengthMapping
-from .forms import geometric, inertia_of, initial_of, mass, rigidity_of, stiffness
+from .forms import (
+    geometric,
+    inertia_of,
+    initial_of,
+    internal_forces,
+    load,
+    mass,
+    on_points,
+    restrained,
+    rigidity_of,
+    stations,
+    stiffness,
+)
 from .line_frame import ElementLineFrame
 from .shaped import Real, Shaped
+
+Rule = tuple[Array, Array]
 
 
 def integrated_stiffness(member: Shaped, length: Real) -> Array:
@@ -34,13 +51,59 @@ def integrated_geometric(member: Shaped, length: Real, axial: Real) -> Array:
     return _integrated(member, length, matrices, np.shape(axial))
 
 
+def integrated_loads(member: Shaped, length: Real, x: Array, forces: Array) -> Array:
+    """End forces (..., 12) that do the same work as `forces` (points, ..., 6) at the distances `x` (points, ...)."""
+    shape = np.broadcast_shapes(member.sections_shape, np.shape(length), x.shape[1:], forces.shape[1:-1])
+    # the forces stand for the integrals over their stretches: no length of the element enters by the quadrature
+    rule = np.asarray(x / length), np.broadcast_to(1.0 / np.asarray(length), x.shape)
+
+    def loads(basis: Basis) -> COOData:
+        return load.elemental(basis, load=on_points(basis, _led(forces, len(shape), 1)))
+
+    return _vectors(member, length, shape, loads, rule)
+
+
+def integrated_strain(member: Shaped, length: Real) -> Array:
+    """End forces of a member with a free strain, such as by heat, that are equivalent to it, (..., 12)."""
+    shape = np.broadcast_shapes(member.sections_shape, np.shape(length))
+
+    def forces(basis: Basis) -> COOData:
+        given = member.restrained_forces(stations(basis))
+        assert given is not None
+        return restrained.elemental(basis, forces=on_points(basis, given))
+
+    return _vectors(member, length, shape, forces)
+
+
+def integrated_forces(member: Shaped, length: Real, displacement: Array) -> Array:
+    """End forces of any member, (..., 12), at the displacements of its ends, (..., 12)."""
+    shape = np.broadcast_shapes(member.sections_shape, np.shape(length), displacement.shape[:-1])
+    moved = np.broadcast_to(displacement, (*shape, 12)).reshape(-1)
+
+    def forces(basis: Basis) -> COOData:
+        return internal_forces.elemental(
+            basis, rigidity=rigidity_of(member, basis), displacement=basis.interpolate(moved)
+        )
+
+    return _vectors(member, length, shape, forces)
+
+
 def _integrated(member: Shaped, length: Real, matrices: Callable[[Basis], COOData], more: Shape = ()) -> Array:
     """Matrices (..., 12, 12) of a member, whose batch shape is that of its sections, its length and `more`."""
     shape = np.broadcast_shapes(member.sections_shape, np.shape(length), more)
     return np.zeros((*shape, 12, 12)) if 0 in shape else _stack(matrices(detached(member, length, shape)), shape)
 
 
-def detached(member: Shaped, length: Real, shape: Shape) -> Basis:
+def _vectors(
+    member: Shaped, length: Real, shape: Shape, vectors: Callable[[Basis], COOData], rule: Rule | None = None
+) -> Array:
+    """Vectors (..., 12) of a member of a batch of this shape."""
+    if 0 in shape:
+        return np.zeros((*shape, 12))
+    return np.asarray(vectors(detached(member, length, shape, rule)).tolocal()).reshape(*shape, 12)
+
+
+def detached(member: Shaped, length: Real, shape: Shape, rule: Rule | None = None) -> Basis:
     """Basis over one member of each batch entry, in its own axes.
 
     Parameters
@@ -51,6 +114,8 @@ def detached(member: Shaped, length: Real, shape: Shape) -> Basis:
         Its length, (...).
     shape
         The batch; its entries, in C order, are the elements of the mesh.
+    rule
+        Points of the quadrature as fractions of the length, and weights, (points, ...); the member's own where None.
     """
     lengths = np.broadcast_to(length, shape).ravel()
     points = np.zeros((3, 2 * lengths.size))
@@ -58,16 +123,16 @@ def detached(member: Shaped, length: Real, shape: Shape) -> Basis:
     mesh = MeshLine1(points, np.ascontiguousarray(np.arange(2 * lengths.size).reshape(-1, 2).T))
     mapping = ArcLengthMapping(mesh)
     mapping.length = np.array(lengths, dtype=np.float64)
-    t, w = member.integration_points
+    t, w = member.integration_points if rule is None else rule
     if t.ndim > 1:
         t, w = (np.broadcast_to(_led(part, len(shape)), (len(part), *shape)).reshape(len(part), -1) for part in (t, w))
     element = ElementLineFrame(member, shape, local=True)
     return Basis(mesh, element, mapping, quadrature=(t.T[None] if t.ndim > 1 else t[None], w.T), disable_doflocs=True)
 
 
-def _led(part: Array, ndim: int) -> Array:
-    """(points, ...) with `ndim` axes after the leading one."""
-    return part.reshape(len(part), *(1,) * (ndim + 1 - part.ndim), *part.shape[1:])
+def _led(part: Array, ndim: int, trailing: int = 0) -> Array:
+    """(points, ...) with `ndim` axes between the leading one and the `trailing` ones."""
+    return part.reshape(len(part), *(1,) * (ndim + 1 + trailing - part.ndim), *part.shape[1:])
 
 
 def _stack(data: COOData, shape: Shape) -> Array:

@@ -38,6 +38,10 @@ class Shaped(Protocol):
         """Inertia per length, (..., 6)."""
         ...
 
+    def restrained_forces(self, fraction: Array) -> Array | None:
+        """Section forces that would cause the free strain, (..., 6); None for none."""
+        ...
+
     def section_sway(self, fraction: Array) -> Array:
         """Weights of ``ux' .. rz'`` squared in twice the work of a unit axial force, (..., 6)."""
         ...

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..batch import Array, aligned, rotated
-from ..shape_rules import strain_rows
+from ..shape_rules import strain_rows, work_equivalent
 from .topology import Group, Index, Topology
 
 PointForces = Iterator[tuple[Array, Array]]
@@ -103,9 +103,17 @@ def equivalent(group: Group, at: Index, forces: PointForces) -> Array:
     """End forces in local axes, (n, ..., 12), that are equivalent in work to point forces on pieces."""
     out: Array = np.zeros((*group.length[at].shape, 12))
     for x, force in forces:
-        shapes = group.of(at).shape_functions(group.length[at], x)
-        out = out + np.einsum("...ij,...i->...j", shapes, force)
+        out = out + work_equivalent(group.of(at).shape_functions(group.length[at], x), force)
     return out
+
+
+def consistent(group: Group, at: Index, forces: PointForces) -> Array:
+    """The same by the elements' own `consistent_loads`, scikit-fem forms where they have no closed form."""
+    length, found = group.length[at], list(forces)
+    if not found:
+        return np.zeros((*length.shape, 12))
+    x, force = (np.stack(np.broadcast_arrays(*each)) for each in zip(*found, strict=True))
+    return group.of(at).consistent_loads(length, x, force)
 
 
 def strain_forces(group: Group, at: Index, sizes: bool = False) -> Array:

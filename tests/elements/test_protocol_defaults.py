@@ -10,7 +10,7 @@ import skfem
 from linkframe.elements import Beam, Material, Rectangle, Spring
 from linkframe.elements.forms import internal_forces, rigidity_of
 from linkframe.framework import Frame, FrameError, LineElement, cubic_shapes, straight_shapes
-from linkframe.framework.scikit_fem.integrals import detached, integrated_stiffness
+from linkframe.framework.scikit_fem.integrals import detached, integrated_loads, integrated_stiffness
 from linkframe.framework.shape_rules import gradients, section_springs
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
@@ -67,6 +67,9 @@ def test_closed_forms_are_the_forms(name: str) -> None:
     close(integrated_stiffness(beam, LENGTHS), beam.stiffness_matrix(LENGTHS))
     close(LineElement.mass_matrix(beam, LENGTHS), beam.mass_matrix(LENGTHS))
     close(LineElement.geometric_matrix(beam, LENGTHS, axial), beam.geometric_matrix(LENGTHS, axial))
+    x, forces = LENGTHS * np.array([[0.1], [0.5], [0.9]]), np.random.default_rng(2).normal(size=(3, 2, 6))
+    loads = beam.consistent_loads(LENGTHS, x, forces)
+    assert_allclose(integrated_loads(beam, LENGTHS, x, forces), loads, rtol=0.0, atol=1e-13 * np.abs(loads).max())
     k, rows = section_springs(beam, LENGTHS)
     close(np.swapaxes(rows, -1, -2) @ (k[..., None] * rows), beam.stiffness_matrix(LENGTHS))
 
@@ -80,6 +83,72 @@ def test_internal_forces_are_the_form(name: str) -> None:
     )
     expected = beam.end_forces(LENGTHS, moved)
     assert_allclose(by_form.reshape(2, 12), expected, atol=1e-13 * np.abs(beam.stiffness_matrix(LENGTHS)).max())
+
+
+@dataclass(frozen=True, eq=False)
+class Heated(Slender):
+    """A beam by its section law, warmer by one degree below than above."""
+
+    def free_strain(self, fraction: Array) -> Array:
+        return np.broadcast_to([0.0, 0.0, 0.0, 0.0, 0.0, 1e-5], (*np.broadcast_shapes(np.shape(fraction), ()), 6))
+
+
+def test_end_forces_by_default_are_the_form() -> None:
+    """Of a section law, those of the closed form of a beam; frames sum them over springs."""
+    moved = np.random.default_rng(1).normal(size=(5, 2, 12))
+    own, expected = Slender(LAW).end_forces(LENGTHS, moved), Beam(BAR, STEEL).end_forces(LENGTHS, moved)
+    assert_allclose(own, expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("q", [-40.0, np.array([-40.0, 7.0])], ids=["one", "batch"])
+def test_loads_by_default_are_forms(monkeypatch: pytest.MonkeyPatch, q: Array) -> None:
+    """Of a clamped beam: ``q L / 2`` and ``q L^2 / 12`` (Roark, table 8.1), a force P at a by
+    ``P b^2 (3 a + b) / L^3`` and ``P a b^2 / L^2``, and ``E I k`` of a free curvature k."""
+    seen: list[str] = []
+    elemental = skfem.LinearForm.elemental
+
+    def counted(self: skfem.LinearForm, *args: object, **given: object) -> object:
+        seen.append(self.form.__name__.strip("_"))
+        return elemental(self, *args, **given)
+
+    frame, length, a, push = Frame(), 1.4, 0.5, 30.0
+    for name, place in {"A": (0.0, 0.0, 0.0), "B": (length, 0.0, 0.0)}.items():
+        frame.node(name, place)
+    frame.add("AB", Heated(LAW), "A", "B")
+    frame.fix("A")
+    frame.line_load("AB", fy=q)
+    frame.point_load("AB", at=a, fy=push)
+    frame.solve().displacement("B")
+    monkeypatch.setattr(skfem.LinearForm, "elemental", counted)
+    b, bend = length - a, E * float(BAR.Iz) * 1e-5
+    last = np.reshape(q, -1)[-1]
+    wanted = np.zeros(12)
+    wanted[1] = last * length / 2.0 + push * b**2 * (3.0 * a + b) / length**3
+    wanted[5] = last * length**2 / 12.0 + push * a * b**2 / length**2 - bend
+    wanted[7] = last * length / 2.0 + push * a**2 * (3.0 * b + a) / length**3
+    wanted[11] = -last * length**2 / 12.0 - push * a**2 * b / length**2 + bend
+    by = frame.matrices(*(() if np.ndim(q) == 0 else (1,)))
+    assert_allclose(by.f, wanted, rtol=0.0, atol=1e-13 * np.abs(wanted).max())
+    assert sorted(set(seen)) == ["load", "restrained"]
+    seen.clear()
+    # all entries at once by sums over the same points
+    moved = skfem.solve(*skfem.condense(by.K, by.f, x=by.x, D=by.D)).reshape(-1, 6)[1]
+    found = frame.solve().displacement("B")
+    assert_allclose(found.reshape(-1, 6)[-1], moved, rtol=0.0, atol=1e-11 * np.abs(moved).max())
+    assert not seen
+
+
+def test_consistent_loads_that_differ_from_the_shape_functions_are_refused() -> None:
+    class Lumped(Slender):
+        def consistent_loads(self, length: Array, x: Array, forces: Array) -> Array:
+            half = 0.5 * np.sum(forces, axis=0)
+            return np.concatenate([half, half], axis=-1)
+
+    frame = Frame()
+    frame.node("A", (0.0, 0.0, 0.0))
+    frame.node("B", (1.0, 0.0, 0.0))
+    with pytest.raises(FrameError, match="Lumped of member 'AB': consistent_loads of fx do not do the work"):
+        frame.add("AB", Lumped(LAW), "A", "B")
 
 
 def test_gradients_in_extended_precision() -> None:
