@@ -138,6 +138,21 @@ def test_loads_by_default_are_forms(monkeypatch: pytest.MonkeyPatch, q: Array) -
     assert not seen
 
 
+def test_strain_loads_are_in_equilibrium() -> None:
+    """Whatever section forces would restrain the strain: no resultant, and no moment about the start."""
+
+    @dataclass(frozen=True, eq=False)
+    class Restrained(Heated):
+        def restrained_forces(self, fraction: Array) -> Array:
+            return np.broadcast_to([3.0, -2.0, 5.0, 7.0, -1.0, 4.0], (*np.shape(fraction), 6))
+
+    start, end = np.split(Restrained(LAW).strain_loads(LENGTHS), 2, axis=-1)
+    assert_allclose(start[:, 0], -3.0, rtol=1e-13)
+    assert_allclose(start[:, :3] + end[:, :3], 0.0, atol=1e-13)
+    arm = LENGTHS[:, None] * np.array([1.0, 0.0, 0.0])
+    assert_allclose(start[:, 3:] + end[:, 3:] + np.cross(arm, end[:, :3]), 0.0, atol=1e-13)
+
+
 def test_consistent_loads_that_differ_from_the_shape_functions_are_refused() -> None:
     class Lumped(Slender):
         def consistent_loads(self, length: Array, x: Array, forces: Array) -> Array:
