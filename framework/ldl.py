@@ -1,18 +1,20 @@
-"""LDLᵀ of many symmetric matrices of one pattern at once: arrays (entries, ...), the batch axes last.
+"""LDLᵀ of symmetric matrices of one pattern, in two forms of storage.
 
-A `PivotStep` lists the entries that the elimination of one unknown changes. The steps are found once for each pattern:
-for full matrices row by row (`full_steps`), each row a slice, and for sparse ones for all entries of the lower half at
-once (`sparse_steps`). The numbers may be of any type that NumPy multiplies, in double or extended precision, or terms
-of a program that is being recorded.
+One step is `_eliminate`, and one of back substitution `_solved`; they leave open how entries are stored.
 
-The recurrence stands once more in `batched.stage`, for sums of parts that vary over different axes of a batch, as one
-text takes longer for either: that one 1.9 to 6.9 times as long for numbers of one shape, and this one, given sums as
-elements of arrays or lists, up to three times as long for sums.
+Arrays (entries, ...), the batch axes last: a `PivotStep` lists the entries that the elimination of one unknown changes.
+The steps are found once for each pattern: for full matrices row by row (`full_steps`), each row a slice, and for sparse
+ones for all entries of the lower half at once (`sparse_steps`). The numbers may be of any type that NumPy multiplies,
+in double or extended precision, or terms of a program that is being recorded.
+
+Sums of parts that vary over different axes of a batch (`eliminated_parts` and the like), see `structure.parts`: entries
+have batch shapes of their own, most columns are short, and many numbers are the same for all entries.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,11 +23,45 @@ from numpy.typing import NDArray
 from .batch import Array
 from .cache import KERNELS
 from .elementwise import contracted, maximum
+from .structure.parts import Loads, Matrix, Parts, Value, collapsed_each, pivot_column
 
 Numbers = NDArray[Any]
 Places = slice | NDArray[np.int64]
 # The column of L and the inverse pivot of each step.
 Columns = list[tuple[Numbers, Numbers]]
+
+
+def _eliminate(column: Any, over: Any, pairs: Iterable[tuple[Any, Any, Any]], take: Callable[[Any, Any], None]) -> Any:
+    """Eliminate one unknown: ``l = a / d``, and ``a_ij - l_i a_j`` for each pair of the unknowns below.
+
+    Parameters
+    ----------
+    column
+        Entries a that couple it with those below: an array (below, ...), or a list of numbers of any shapes.
+    over
+        The inverse pivot 1 / d.
+    pairs
+        Triples (target, i, j) with the positions of a pair in the column, or of many pairs at once.
+    take
+        ``take(target, product)`` subtracts a product from the entry of its pair.
+
+    Returns
+    -------
+    array or list
+        The column l of L.
+    """
+    lower = column * over if isinstance(column, np.ndarray) else [entry * over for entry in column]
+    for target, i, j in pairs:
+        take(target, lower[i] * column[j])
+    return lower
+
+
+def _solved(load: Any, over: Any, below: Iterable[tuple[Any, Any]]) -> Any:
+    """An unknown by back substitution: its load times the inverse pivot, less ``l x`` for the pairs (l, x) below it."""
+    value = load * over
+    for lower, other in below:
+        value = value - lower * other
+    return value
 
 
 class PivotStep(NamedTuple):
@@ -128,14 +164,14 @@ def eliminated(
         For each step the column of L, (below, ...), and the inverse pivot, (...).
     """
     done = []
+
+    def take(target: Places, product: Numbers) -> None:
+        work[target] -= product
+
     for step in steps:
         pivot = work[step.pivot]
         over = np.divide(1.0, pivot) if inverse is None else inverse(step.unknown, pivot)
-        entries = work[step.column]
-        lower = entries * over
-        for target, first, second in step.updates:
-            work[target] -= lower[first] * entries[second]
-        done.append((lower, over))
+        done.append((_eliminate(work[step.column], over, step.updates, take), over))
     return done
 
 
@@ -166,9 +202,7 @@ def backward(columns: Columns, load: Numbers) -> None:
     """
     for k in range(len(load) - 1, -1, -1):
         lower, over = columns[k]
-        load[k] = load[k] * over
-        for i, each in enumerate(lower, k + 1):
-            load[k] = load[k] - each * load[i]
+        load[k] = _solved(load[k], over, zip(lower, load[k + 1 :], strict=True))
 
 
 def _added(lower: Numbers, solved: Numbers) -> Numbers:
@@ -177,6 +211,127 @@ def _added(lower: Numbers, solved: Numbers) -> Numbers:
         product: Numbers = lower[0] * solved[0]
         return product
     return contracted("im,im->m" if solved.ndim == 2 else "im,ijm->jm", lower, solved)
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One step for sums of parts: its mask, the inverse pivot, and the column of L by unknown."""
+
+    mask: int
+    inverse: Value
+    lower: dict[int, Value]
+
+
+def eliminated_parts(
+    matrix: Matrix, scale: dict[int, Parts], ratio: Parts, steps: Iterable[tuple[int, list[int], int]]
+) -> dict[int, Pivot]:
+    """Factorise a matrix of sums of parts, as far as some steps go.
+
+    Parameters
+    ----------
+    matrix
+        Its rows, from which the steps take away what they eliminate.
+    scale
+        Parts of the scale of each diagonal entry, which grows with the elimination.
+    ratio
+        Least pivot ratio by mask, which is lowered. With the earlier unknowns relaxed, a unit motion of an unknown has
+        a shape z; the pivot is its energy ``z.A z``, whose rounding is that of ``z.diag(A) z``. The scale is an upper
+        bound on the latter.
+    steps
+        Triples (unknown, below, mask): the unknowns in its column, and the axes over which the column varies.
+
+    Returns
+    -------
+    dict
+        The steps by unknown.
+    """
+    done = {}
+    for k, below, mask in steps:
+        (varying, pivot), (over, weight), entries = pivot_column(matrix.pop(k, {}), k, below, scale.pop(k, {}))
+        inverse = reciprocal(pivot)
+        carried = weight * inverse
+        least = reciprocal(carried)
+        axes = varying | over
+        ratio[axes] = np.minimum(ratio[axes], least) if axes in ratio else least
+
+        def take(entry: tuple[int, int, int], product: Value, over: int = over, carried: Value = carried) -> None:
+            i, j, axes = entry
+            filled = matrix.setdefault(i, {})
+            if i == j:
+                parts, wider, term = scale.setdefault(i, {}), axes | over, product * carried
+                parts[wider] = parts[wider] + term if wider in parts else term
+            if j not in filled:
+                filled[j] = matrix.setdefault(j, {})[i] = {}
+            subtract(filled[j], axes, product)
+
+        pairs = [
+            ((i, j, own | other | varying), a, b)
+            for a, (i, own, _) in enumerate(entries)
+            for b, (j, other, _) in enumerate(entries[a:], a)
+        ]
+        for i in below:
+            del matrix[i][k]
+        lower = _eliminate([value for _, _, value in entries], inverse, pairs, take)
+        done[k] = Pivot(mask, inverse, dict(zip(below, lower, strict=True)))
+    return done
+
+
+def forward_parts(steps: Iterable[tuple[int, Pivot]], forces: Loads, wanted: Sequence[bool]) -> bool:
+    """Forward substitution of the loads of eliminated unknowns, by unknown and source, as far as masks are `wanted`.
+
+    Returns whether all were.
+    """
+    complete = True
+    for k, step in steps:
+        for source, parts in forces.get(k, {}).items():
+            for mask, value in parts.items():
+                axes = mask | step.mask
+                if not wanted[axes]:
+                    complete = False
+                    continue
+                for j, low in step.lower.items():
+                    subtract(forces.setdefault(j, {}).setdefault(source, {}), axes, low * value)
+    return complete
+
+
+def backward_parts(
+    pivots: Sequence[int],
+    steps: Mapping[int, Pivot],
+    forces: Loads,
+    sources: Sequence[Value],
+    known: dict[int, Value],
+) -> None:
+    """Back substitution with sums of parts.
+
+    Parameters
+    ----------
+    pivots
+        Unknowns in order of elimination, with all those on which they depend.
+    steps
+        The steps by unknown.
+    forces
+        Loads by unknown and source, as `forward_parts` left them.
+    sources
+        Values of the sources.
+    known
+        Values by unknown, to which those of `pivots` are added.
+    """
+    last = pivots[::-1]
+    loads = collapsed_each([forces.get(k, {}) for k in last], sources)
+    for k, load in zip(last, loads, strict=True):
+        below = [(low, known[j]) for j, low in steps[k].lower.items()]
+        below = [(low, other) for low, other in below if isinstance(other, np.ndarray) or other != 0.0]
+        known[k] = _solved(load, steps[k].inverse, below)
+
+
+def subtract(parts: Parts, mask: int, value: Value) -> None:
+    """Subtract `value`, which varies over `mask`, from a sum of parts."""
+    parts[mask] = parts[mask] - value if mask in parts else -value
+
+
+def reciprocal(value: Value) -> Value:
+    """1 / value; inf for an exact zero, which makes the pivot ratio zero."""
+    return np.inf if not isinstance(value, np.ndarray) and value == 0.0 else 1.0 / value
 
 
 def factorised(matrix: Array, share: float, *, raised: bool = True) -> Columns:

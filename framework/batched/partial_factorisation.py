@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..ldl import backward_parts
 from ..program.recording import Term
 from ..structure.parts import (
     Factors,
@@ -23,7 +24,7 @@ from ..structure.parts import (
     combine_each,
 )
 from .order import Masks, Order, Springs
-from .stage import Forces, Stage, backward, carried, closure, mapped_forces, mapped_row
+from .stage import Forces, Stage, carried, closure, mapped_forces, mapped_row
 
 Wanted = Sequence[bool]
 
@@ -87,9 +88,12 @@ class PartialFactorisation:
         ends = {a for a in inside if a not in inner.below}
         wanted = (asked - inside) | {k for a in ends for k in self.rows[a] if k >= 0}
         known = {-1 - s: value for s, value in enumerate(self.rhs_parameters)}
-        backward(outer, closure(outer, wanted), known, self.outer, self.rhs_parameters)
+        needed = closure(outer, wanted)
+        stage, pivots = self.outer, [k for k in outer.pivots if k in needed]
+        backward_parts(pivots, stage.pivots, stage.forces, self.rhs_parameters, known)
         at_ends = dict(zip(ends, combine_each([self.rows[a] for a in ends], known), strict=True))
-        backward(inner, inside, at_ends, self.inner, self.rhs_parameters)
+        stage, pivots = self.inner, [k for k in inner.pivots if k in inside]
+        backward_parts(pivots, stage.pivots, stage.forces, self.rhs_parameters, at_ends)
         known.update({k: at_ends[k] for k in inside & set(inner.below)})
         return combine_each(rows, known)
 
@@ -192,7 +196,8 @@ class PartialFactorisation:
     def load(self, wanted: Wanted) -> None:
         """Forward substitution of the loads, as far as the masks of results are `wanted`."""
         inner, outer = self.orders
-        self.inner.forward(inner, wanted)
+        if self.inner.pivots:
+            self.inner.forward(inner, wanted)
         for i, by_source in self.imposed.items():
             for source, parts in by_source.items():
                 self.outer.force(i, source).update(parts)

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..ldl import backward_parts
 from ..program.direct import Arithmetic, double
 from ..structure.parts import Grid, Parts, Row, Value, entry, is_zero, total
 from .order import in_turn, pattern_of
-from .stage import Stage, backward
+from .stage import Stage
 
 # A coupling below this share of the geometric mean of its two diagonal entries is less than the rounding, in extended
 # precision, of the terms that it came from. Such couplings occur: the forces in a statically determinate linkage do not
@@ -88,7 +89,7 @@ class TrailingSchurComplement:
         stage.eliminate(order, wanted)
         stage.forward(order, wanted)
         found: dict[int, Value] = {}
-        backward(order, set(range(size)), found, stage, [1.0])
+        backward_parts(order.pivots, stage.pivots, stage.forces, [1.0], found)
         least = None if self.pivot_ratio else total(stage.pivot_ratio)[1]
         return Recorded({k: found[place] for place, k in enumerate(self.pivots)} | known, least)
 

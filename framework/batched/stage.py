@@ -1,9 +1,6 @@
-"""LDL^T with broadcasting: every entry of the matrix and of the loads has a batch shape of its own.
+"""Equations in the course of their elimination: each entry of matrix and loads has a batch shape of its own.
 
-The recurrence is that of `framework.ldl`, for entries that are sums of parts over different batch axes. It has a text
-of its own because most columns hold few entries, many of them single numbers: a step then takes some ten microseconds,
-and up to three times as long where its entries are first gathered for operations on whole columns. It also tracks the
-scale of each diagonal entry, and eliminates only the steps that are wanted.
+The steps, of which only those are carried out that are wanted, are those of `framework.ldl`.
 """
 
 from __future__ import annotations
@@ -11,36 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from ..structure.parts import (
-    Loads,
-    Matrix,
-    Parts,
-    Row,
-    Value,
-    add,
-    add_row,
-    collapsed_each,
-    column,
-    enter,
-    total,
-)
+from ..ldl import Pivot, eliminated_parts, forward_parts
+from ..structure.parts import Loads, Matrix, Parts, Row, Value, add, add_row, enter, total
 from .order import Order
 
 # A pivot ratio below this suggests a singular matrix, which is then examined more closely.
 SUSPECT = 1e-11
 
 Forces = Loads
-
-
-@dataclass(frozen=True)
-class Pivot:
-    """One step of LDL^T: its mask, the inverse pivot, and the column of L by unknown."""
-
-    mask: int
-    inverse: Value
-    lower: dict[int, Value]
 
 
 @dataclass
@@ -119,52 +94,15 @@ class Stage:
 
     def eliminate(self, order: Order, wanted: Sequence[bool]) -> None:
         """Carry out the steps of `order` whose mask is `wanted`."""
-        for k in order.pivots:
-            if wanted[order.masks[k]]:
-                self._step(k, order.below[k], order.masks[k])
-
-    def _step(self, k: int, below: list[int], mask: int) -> None:
-        row = self.matrix.pop(k, {})
-        (varying, pivot), (over, weight), columns = column(row, k, below, self.scale.pop(k, {}))
-        inverse = reciprocal(pivot)
-        lower = {j: value * inverse for j, _, value in columns}
-        carried = weight * inverse
-        self._judge(varying | over, carried)
-        for a, (i, own, value) in enumerate(columns):
-            del self.matrix[i][k]
-            low = lower[i]
-            filled = self.matrix.setdefault(i, {})
-            taken = low * value
-            scale, axes, term = self.scale.setdefault(i, {}), own | varying | over, taken * carried
-            scale[axes] = scale[axes] + term if axes in scale else term
-            for j, other, value in columns[a:]:
-                if j not in filled:
-                    filled[j] = self.matrix.setdefault(j, {})[i] = {}
-                subtract(filled[j], own | other | varying, taken if j == i else low * value)
-        self.pivots[k] = Pivot(mask, inverse, lower)
-
-    def _judge(self, mask: int, carried: Value) -> None:
-        """Update the least pivot ratio, where `carried` is the scale over the pivot.
-
-        With the earlier unknowns relaxed, a unit motion of an unknown has a shape z; the pivot is its energy ``z.A z``,
-        whose rounding is that of ``z.diag(A) z``. The scale is an upper bound on the latter.
-        """
-        ratio = reciprocal(carried)
-        self.pivot_ratio[mask] = np.minimum(self.pivot_ratio[mask], ratio) if mask in self.pivot_ratio else ratio
+        steps = [(k, order.below[k], order.masks[k]) for k in order.pivots if wanted[order.masks[k]]]
+        if steps:
+            self.pivots |= eliminated_parts(self.matrix, self.scale, self.pivot_ratio, steps)
 
     def forward(self, order: Order, wanted: Sequence[bool]) -> None:
         """Forward substitution of the loads of eliminated unknowns, as far as the mask of the result is `wanted`."""
-        for k in order.pivots:
-            if k not in self.pivots:
-                continue
-            step = self.pivots[k]
-            for source, parts in self.forces.get(k, {}).items():
-                for mask, value in parts.items():
-                    if not wanted[mask | step.mask]:
-                        self.complete = False
-                        continue
-                    for j, low in step.lower.items():
-                        subtract(self.force(j, source), mask | step.mask, low * value)
+        steps = [(k, self.pivots[k]) for k in order.pivots if k in self.pivots]
+        if any(self.forces.get(k) for k, _ in steps):
+            self.complete &= forward_parts(steps, self.forces, wanted)
 
 
 def mapped_forces(forces: Forces, change: Callable[[Value], Value]) -> Forces:
@@ -186,22 +124,6 @@ def closure(order: Order, wanted: set[int]) -> set[int]:
     return needed
 
 
-def backward(
-    order: Order, needed: set[int], known: dict[int, Value], stage: Stage, rhs_parameters: Sequence[Value]
-) -> None:
-    """Back substitution: add the values of the `needed` unknowns to those `known`."""
-    pivots = [k for k in reversed(order.pivots) if k in needed]
-    loads = collapsed_each([stage.forces.get(k, {}) for k in pivots], rhs_parameters)
-    for k, load in zip(pivots, loads, strict=True):
-        step = stage.pivots[k]
-        value = load * step.inverse
-        for j, low in step.lower.items():
-            other = known[j]
-            if isinstance(other, np.ndarray) or other != 0.0:
-                value = value - low * other
-        known[k] = value
-
-
 def carried(order: Order, row: Row, stage: Stage) -> Row:
     """`row` with the unknowns that `stage` has eliminated expressed in the others and the right-hand-side parameters.
 
@@ -219,13 +141,3 @@ def carried(order: Order, row: Row, stage: Stage) -> Row:
                 term = low * factor
                 out[j] = out[j] - term if j in out else -term
     return out
-
-
-def subtract(parts: Parts, mask: int, value: Value) -> None:
-    """Subtract `value`, which varies over `mask`, from a sum of parts."""
-    parts[mask] = parts[mask] - value if mask in parts else -value
-
-
-def reciprocal(value: Value) -> Value:
-    """1 / value; inf for an exact zero, which makes the pivot ratio zero."""
-    return np.inf if not isinstance(value, np.ndarray) and value == 0.0 else 1.0 / value

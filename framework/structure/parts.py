@@ -152,7 +152,7 @@ def totals(row: dict[int, Parts], keys: Iterable[int]) -> list[tuple[int, int, V
     return [(key, *total(row[key])) for key in keys if row.get(key)]
 
 
-def column(
+def pivot_column(
     row: dict[int, Parts], k: int, keys: Iterable[int], scale: Parts
 ) -> tuple[tuple[int, Value], tuple[int, Value], list[tuple[int, int, Value]]]:
     """Mask and value of the entry `k` of a row, those of its `scale`, and the `totals` of the entries `keys`."""

@@ -1,5 +1,5 @@
-"""The recurrence of LDLᵀ stands in `ldl`, for arrays, and in `batched.stage`, for sums of parts: both in 50 digits
-against a factorisation in fractions, and with each other to the last bit."""
+"""LDLᵀ of arrays and of sums of parts over several axes of a batch: both in 50 digits against a factorisation in
+fractions, and with each other to the last bit."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import mpmath
 import numpy as np
 import pytest
 from linkframe.framework.batched.order import Order, Pattern, in_turn, link, order, pattern_of
-from linkframe.framework.batched.stage import Stage, backward, carried
-from linkframe.framework.ldl import PivotStep, eliminated, full_steps, sparse_steps, substitute
+from linkframe.framework.batched.stage import Stage, carried
+from linkframe.framework.ldl import PivotStep, backward_parts, eliminated, full_steps, sparse_steps, substitute
 from linkframe.framework.structure.parts import Grid, Value, add, mask_of
 from mpmath import mpf
 from numpy.typing import NDArray
@@ -146,7 +146,7 @@ def test_parts_over_several_axes_are_eliminated_as_their_sums(seed: int) -> None
         # so much does it vary, and no more
         assert mask_of(np.broadcast_arrays(*map(np.asarray, step.lower.values()), step.inverse)[0]) == found.masks[k]
     known: dict[int, Value] = {}
-    backward(found, set(range(SIZE)), known, stage, [mpf(1)])
+    backward_parts(found.pivots, stage.pivots, stage.forces, [mpf(1)], known)
     row = {k: mpf(n + 1) for n, k in enumerate(found.pivots[::2])}
     (by_rows,) = carried(found, row, stage).values()
     for k, value in known.items():
@@ -179,7 +179,7 @@ def test_arrays_are_eliminated_in_any_order(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_both_texts_give_the_same_bits_for_full_matrices_of_one_shape(seed: int) -> None:
+def test_both_storages_give_the_same_bits_for_full_matrices_of_one_shape(seed: int) -> None:
     given = equations(seed, SHAPES[-1:], share=1.0)
     stage = staged(given, float)
     stage.eliminate(in_turn(pattern_of(stage.matrix, ()), range(SIZE)), WANTED)
