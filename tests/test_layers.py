@@ -52,7 +52,7 @@ LAYERS = {
         "results/constrained_by_springs results/motions_across results/consistent_mechanisms results/singular"
     ),
     "linear solution, as others see it": "results/linear",
-    "files and figures": "results/base results/tabulated paraview/* graphics/* results/saved",
+    "files and figures": "results/by_name results/base results/tabulated paraview/* graphics/* results/saved",
     "results": "results/*",
     "clearances": "clearances/*",
     "bounds": "error_bounds/bounds error_bounds/sensitivity",
