@@ -19,9 +19,10 @@ from .results.under_load import at_entry, geometric_stacks
 from .solution import Solution
 from .solvers.node_blocks import Stack, summed
 from .states import SolutionState
-from .structure.assembly import member_loads, nodal_loads
+from .structure.assembly import nodal_loads
 from .structure.edge import ABOUT, ALONG, Edge
 from .structure.matrices import Matrices
+from .structure.member_loads import consistent
 from .structure.topology import Group, Index, Topology
 
 Condensed = tuple[scipy.sparse.csr_matrix, Any, Array, tuple[Index, Callable[[Array], Array]]]
@@ -267,7 +268,7 @@ class _Assembly:
         out = np.zeros((len(self.everywhere), 6))
         for node, vector in nodal_loads(self.plan.topology):
             out[node] += self._at(vector, 1)
-        for group, positions, local in member_loads(self.topology, forms=True):
+        for group, positions, local in consistent(self.topology):
             back = np.swapaxes(group.local_axes[positions], -1, -2)
             both = rotated(back, local).reshape(len(positions), 2, 6)
             np.add.at(out, group.nodes[positions], both)

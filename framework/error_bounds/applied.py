@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,7 +11,7 @@ from ..batch import Array, rotated
 from ..batched.plan import Plan
 from ..entries import Change
 from ..structure.assembly import member_loads, nodal_loads
-from ..structure.member_loads import applied_forces, strain_forces, weight_forces
+from ..structure.member_loads import PointForces, applied_stacks, loaded, strain_forces, weight_forces
 from ..structure.topology import Group, Index
 from .deformations import Springs
 from .kinematic_edge import Real, extended
@@ -126,23 +125,27 @@ def _sizes(plan: Plan, group: Group, positions: Index) -> Array:
     a few of the distances and the products with them.
     """
     roundings = 2.0 * group.element.roundings + group.element.quadrature + _FEW
-    each = []
-    for position in positions.tolist():
-        at = np.array([position])
-        forces = [*weight_forces(plan.topology, group, at), *applied_forces(plan.topology, group, position)]
-        strain = strain_forces(group, at, sizes=True)[0] if group.strained else 0.0
-        each.append(_summed(group, at, forces)[0] + strain)
-    shape = np.broadcast_shapes(*(size.shape for size in each))
-    return roundings * _ROUNDING * np.stack([np.broadcast_to(size, shape) for size in each])
+    sizes = _summed(group, positions, weight_forces(plan.topology, group, positions))
+    if group.strained:
+        sizes = sizes + strain_forces(group, positions, sizes=True)
+    own = set(positions.tolist())
+    for at, forces in applied_stacks(plan.topology, group, [k for k in loaded(plan.topology, group) if k in own]):
+        size = _summed(group, at, forces)
+        shape = np.broadcast_shapes(sizes.shape[1:], size.shape[1:])
+        sizes = np.array(np.broadcast_to(sizes, (len(positions), *shape)))
+        sizes[np.searchsorted(positions, at)] += size
+    return roundings * _ROUNDING * sizes
 
 
-def _summed(group: Group, at: Index, forces: Sequence[tuple[Array, Array]]) -> Array:
-    """Size of the equivalent forces of one member, (1, ..., 12)."""
-    length = group.length[at]
-    used = np.zeros((6, 12), dtype=bool)
+def _summed(group: Group, at: Index, points: PointForces) -> Array:
+    """Size of the equivalent forces of members, (n, ..., 12)."""
+    length, element, forces = group.length[at], group.of(at), list(points)
+    used = np.zeros((len(at), 6, 12), dtype=bool)
     for x, _ in forces:
-        used |= (group.of(at).shape_functions(length, x) != 0.0).reshape(-1, 6, 12).any(axis=0)
-    rigid = used * _rigid(length)
+        acting = element.shape_functions(length, x) != 0.0
+        whole = np.broadcast_to(acting, np.broadcast_shapes(acting.shape, (*x.shape, 6, 12)))
+        used |= whole.reshape(len(at), -1, 6, 12).any(axis=1)
+    rigid = used.reshape(len(at), *(1,) * (length.ndim - 1), 6, 12) * _rigid(length)
     out: Array = np.zeros((*length.shape, 12))
     for _, force in forces:
         out = out + np.einsum("...ij,...i->...j", rigid, _greatest(force))

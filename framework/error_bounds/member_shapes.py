@@ -19,7 +19,7 @@ from ..batched.plan import Plan
 from ..composed import OfAnother
 from ..errors import FrameError
 from ..protocol import LineElement
-from ..structure.member_loads import applied_forces, equivalent, strain_forces, weight_forces
+from ..structure.member_loads import applied_stacks, equivalent, strain_forces, weight_forces
 from ..structure.topology import Group, Piece
 from .adjoint import Adjoint
 from .equilibrium import Statics
@@ -276,11 +276,10 @@ def _loads(plan: Plan, group: Group) -> Array:
     """Equivalent forces on both ends of the pieces, (n, ..., 12), local."""
     every = np.arange(len(group.pieces))
     out = equivalent(group, every, weight_forces(plan.topology, group, every)) + strain_forces(group, every)
-    for at, piece in enumerate(group.pieces):
-        if plan.frame.member_loads.get(plan.topology.pieces[piece].member):
-            own = equivalent(group, every[at : at + 1], applied_forces(plan.topology, group, at))
-            out = np.broadcast_to(out, np.broadcast_shapes(out.shape, (len(every), *own.shape[1:]))).copy()
-            out[at] = out[at] + own[0]
+    for at, forces in applied_stacks(plan.topology, group):
+        own = equivalent(group, at, forces)
+        out = np.array(np.broadcast_to(out, (len(every), *np.broadcast_shapes(out.shape[1:], own.shape[1:]))))
+        out[at] += own
     return out
 
 

@@ -240,8 +240,9 @@ def _tension(group: Group) -> Array | None:
 def _between(topology: Topology, group: Group) -> Iterator[tuple[Index, Array, Array]]:
     """Point forces on pieces, in local axes: which pieces, where, how much; refused where there are moments."""
     for position, x, force in loads_between(topology, group):
-        if np.any(force[..., 3:]):
-            member = topology.pieces[group.pieces[position[0]]].member
+        turned = np.any(force[..., 3:].reshape(len(force), -1), axis=1)
+        if turned.any():
+            member = topology.pieces[group.pieces[position[np.argmax(turned)]]].member
             raise FrameError(f"point load on {member!r} has a moment: put a node there and load it")
         yield position, x, force
 

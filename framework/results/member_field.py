@@ -13,7 +13,7 @@ import numpy as np
 from ..arm import transferred_along_x
 from ..batch import Array
 from ..errors import FrameError
-from ..structure.member_loads import applied_forces, equivalent, strain_forces, together, weight_forces
+from ..structure.member_loads import applied_forces, applied_stacks, equivalent, strain_forces, together, weight_forces
 from ..structure.topology import Group, Index, Topology
 
 # A station within this share of the length from an end counts as being there.
@@ -89,16 +89,12 @@ def end_loads(topology: Topology, group: Group, at: Index) -> Array:
     out = equivalent(group, at, weight_forces(topology, group, at))
     if group.strained:
         out = out + strain_forces(group, at)
-    own = {i: _own_loads(topology, group, int(at[i])) for i in _loaded(topology, group, at)}
-    out = np.array(np.broadcast_to(out, np.broadcast_shapes(out.shape, *(load.shape for load in own.values()))))
-    for i, load in own.items():
-        out[i] += load[0]
+    index = _loaded(topology, group, at)
+    for some, forces in applied_stacks(topology, group, at[index].tolist()):
+        load, here, index = equivalent(group, some, forces), index[: len(some)], index[len(some) :]
+        out = np.array(np.broadcast_to(out, (len(at), *np.broadcast_shapes(out.shape[1:], load.shape[1:]))))
+        out[here] += load
     return out
-
-
-def _own_loads(topology: Topology, group: Group, position: int) -> Array:
-    """End forces in local axes, (1, ..., 12), that are equivalent in work to the line and point loads on one piece."""
-    return equivalent(group, np.array([position]), applied_forces(topology, group, position))
 
 
 def deflection(topology: Topology, group: Group, at: Index, x: Array, ends: Array) -> Array:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..batch import Array, Shape, aligned, block_diagonal, rotated
 from ..batched.condensation import Condensation
 from ..batched.stage import Forces
-from .member_loads import applied_forces, consistent, equivalent, strain_forces, weight_forces
+from .member_loads import applied_stacks, equivalent, strain_forces, weight_forces
 from .parts import Grid, Matrix, RightHandSideParameters, Row, Value, add, enter_all, is_zero, mask_of, scaled
 from .topology import Group, Index, Topology
 from .varying import Varying
@@ -179,25 +179,17 @@ def offset_weights(topology: Topology) -> Iterator[tuple[int, Array, Array]]:
         yield topology.number[point.node], mass * frame.weight, arm
 
 
-def member_loads(topology: Topology, *, forms: bool = False) -> Iterator[tuple[Group, Index, Array]]:
-    """Equivalent end forces of loads on members: group, positions in it (n,), and forces in local axes (n, ..., 12).
-
-    With `forms` by the elements' own methods, which are scikit-fem forms where there is no closed form, else by sums
-    for whole stacks, which take a tenth of the time and less.
-    """
-    frame, shared = topology.frame, consistent if forms else equivalent
+def member_loads(topology: Topology) -> Iterator[tuple[Group, Index, Array]]:
+    """Equivalent end forces of loads on members: group, positions in it (n,), and forces in local axes (n, ..., 12)."""
+    frame = topology.frame
     for group in topology.groups:
         everywhere = np.arange(len(group.pieces))
         if group.strained:
-            strained = group.element.strain_loads(group.length) if forms else strain_forces(group, everywhere)
-            yield group, everywhere, strained
+            yield group, everywhere, strain_forces(group, everywhere)
         if frame.weight is not None:
-            yield group, everywhere, shared(group, everywhere, weight_forces(topology, group, everywhere))
-        if frame.member_loads:
-            loaded = [k for k, piece in enumerate(group.pieces) if topology.pieces[piece].member in frame.member_loads]
-            for position in loaded:
-                at = np.array([position])
-                yield group, at, shared(group, at, applied_forces(topology, group, position))
+            yield group, everywhere, equivalent(group, everywhere, weight_forces(topology, group, everywhere))
+        for at, forces in applied_stacks(topology, group):
+            yield group, at, equivalent(group, at, forces)
 
 
 def point_masses(topology: Topology) -> Iterator[tuple[int, Array]]:
