@@ -66,6 +66,7 @@ def test_each_beam_carries_its_own_loads(method: str | None) -> None:
     """Clamps carry the closed forms (Roark, table 8.1), inside the error bounds."""
     frame, expected = clamped(list(range(17)))
     solution = frame.solve(method)
+    all_ends = solution.all_end_forces()
     for k, (force, moment) in expected.items():
         for side, node in enumerate((f"A{k}", f"B{k}")):
             found, bound = solution.reaction(node), solution.error_bound(node, "reaction")
@@ -74,6 +75,7 @@ def test_each_beam_carries_its_own_loads(method: str | None) -> None:
                 assert (off <= 1e-13 * np.abs(wanted).max()).all()
                 assert (off <= bound[:, component] + 1e-15 * np.abs(wanted).max()).all()
         ends = solution.end_forces(f"{k}")
+        np.testing.assert_allclose(all_ends[:, k], ends, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(ends[:, 1], np.broadcast_to(force[0], 3), rtol=1e-12, atol=1e-12)
         middle = solution.forces(f"{k}", [0.0])[:, 0, 5]
         np.testing.assert_allclose(middle, np.broadcast_to(-moment[0], 3), rtol=1e-12, atol=1e-12)
