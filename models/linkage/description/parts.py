@@ -20,6 +20,9 @@ from .joints import Kind
 GROUND = "ground"
 # Rounding error below which directions count as parallel, perpendicular or zero.
 ROUNDING = 1e-9
+# Axes along the global ones.
+UNTURNED = np.eye(3)
+UNTURNED.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,7 +210,7 @@ def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
     If the axis is within some 25° of global x, x is as near to global y as possible.
     """
     if second is None and axis.ndim == 1 and axis.tolist() == [0.0, 0.0, 1.0]:  # as most often
-        return np.eye(3)
+        return UNTURNED
     z = _unit(axis, f"axis of joint {what!r}")
     if second is None:
         along_x = np.abs(z[..., :1]) > 0.9
