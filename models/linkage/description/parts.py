@@ -99,6 +99,11 @@ class Pair:
     def __getstate__(self) -> dict[str, object]:
         return given_state(self)
 
+    @property
+    def is_unturned(self) -> bool:
+        """Whether its axes are the global ones in the reference configuration, at all entries."""
+        return self.axes is UNTURNED or (self.axes.ndim == 2 and self.axes.tolist() == UNTURNED.tolist())
+
     @cached_property
     def full_stiffness(self) -> Array:
         """Six springs in joint axes, (..., 6): as given, or inf where the joint constrains and 0 where it is free."""

@@ -31,8 +31,6 @@ from .link_builder import LinkBuilder, joint_element
 from .loading import accelerate_idle, add_inertia_loads, add_loads
 from .nodes import Nodes
 
-# Axes along those of the link.
-UNTURNED = np.eye(3).tolist()
 # Rotation about z.
 ABOUT = 5
 
@@ -196,7 +194,7 @@ class Builder(LinkBuilder):
             axes = np.array(self._there(self.motion.joint_axes(pair.name), pair.axes, 2))
         elif pair.first == GROUND:
             axes = np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
-        elif pair.axes.tolist() == UNTURNED:  # as most often
+        elif pair.is_unturned:  # as most often
             axes = self.frame.bodies[pair.first].axes
         else:
             axes = np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
