@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...elements.parameters import Real, shape_of
 from ...framework.batch import Array
 from ...framework.frame import Frame
 from ..linkage.description.elastic_axis import Ends, neighbours
@@ -79,17 +80,20 @@ def coupler_ends(four_bar: FourBarDescription) -> list[Ends]:
 
 def _places(four_bar: FourBarDescription) -> dict[str, dict[str, Array]]:
     """Positions of the points of each link in its axes, those of the coupler from B towards D."""
-    x, y = four_bar.point
+    crank, coupler, rocker, ground = four_bar.lengths
+    x, y = (np.asarray(each, dtype=np.float64) for each in four_bar.point)
     return {
-        "crank": {"A": ORIGIN, "B": _along(four_bar.crank)},
-        "coupler": {"B": ORIGIN, "P": _along(x, y), "D": _along(four_bar.coupler)},
-        "rocker": {"D": _along(four_bar.rocker), "E": ORIGIN},
-        GROUND: {"E": _along(four_bar.ground)},
+        "crank": {"A": ORIGIN, "B": _along(crank)},
+        "coupler": {"B": ORIGIN, "P": _along(x, y), "D": _along(coupler)},
+        "rocker": {"D": _along(rocker), "E": ORIGIN},
+        GROUND: {"E": _along(ground)},
     }
 
 
-def _along(x: ArrayLike, y: ArrayLike = 0.0) -> Array:
-    return vector(np.asarray(x) + 1j * np.asarray(y))
+def _along(x: Real, y: Real = 0.0) -> Array:
+    place = np.zeros((*shape_of(x, y), 3))
+    place[..., 0], place[..., 1] = x, y
+    return place
 
 
 class _Names(Nodes):
