@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..framework.batch import numbers, rotation
+from ..framework.batch import any_of, numbers, rotation
 from ..framework.errors import FrameError
 from ..framework.joint_protocol import JointElement
 from ..framework.lazily import cached_property
@@ -110,16 +110,11 @@ class Joint(JointElement):
         if not _is_zero(self.pitch):
             advance = numbers(self.pitch, "Joint: pitch")
             require("Joint", "pitch", advance, np.isfinite(advance), "finite; give the advance per turn")
-        shapes = springs.shape[:-1], () if rotated is None else rotated.shape[:-2], gap.shape, advance.shape
-        shape: tuple[int, ...] = ()
-        if not any(shapes[1:]):
-            shape = shapes[0]
-        else:
-            shape = common_shape("Joint", dict(zip(("stiffness", "axes", "clearance", "pitch"), shapes, strict=True)))
+        shape = _joined(springs, rotated, gap, advance)
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
-        directions = () if none and not gap.any() else checked_directions(springs, names)
+        directions = () if none and not any_of(gap) else checked_directions(springs, names)
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )
@@ -147,11 +142,11 @@ class Joint(JointElement):
         FrameError
             If their shapes do not broadcast.
         """
+        if type(self) is Joint:
+            return known_joint(self.stiffness, axes, self.clearance, self.clearance_directions, self.pitch)
         clone = object.__new__(type(self))
         vars(clone).update(given_state(self), axes=axes)
-        if axes.ndim > 2:
-            shapes = {"stiffness": self.stiffness.shape[:-1], "axes": axes.shape[:-2]}
-            common_shape("Joint", shapes | {"clearance": self.clearance.shape, "pitch": self.pitch.shape})
+        _joined(self.stiffness, axes, self.clearance, self.pitch)
         return clone
 
     @cached_property
@@ -188,6 +183,46 @@ class Joint(JointElement):
             Joint with a stiffness (6,) that does not vary over the batch, and with the same axes and pitch.
         """
         return Joint(self.stiffness.reshape(-1, 6).max(axis=0), self.axes, pitch=self.pitch)
+
+
+def known_joint(
+    stiffness: Array,
+    axes: Array | None = None,
+    clearance: Array = _NONE,
+    clearance_directions: tuple[int, ...] = (),
+    pitch: Array = _NONE,
+) -> Joint:
+    """A joint of numbers that are known to be right, as those of a linkage: neither checked nor copied.
+
+    Parameters
+    ----------
+    stiffness, axes, clearance, clearance_directions, pitch
+        As the attributes of `Joint`, read-only.
+
+    Raises
+    ------
+    FrameError
+        If their shapes do not broadcast.
+    """
+    made = object.__new__(Joint)
+    vars(made).update(
+        stiffness=stiffness,
+        axes=axes,
+        clearance=clearance,
+        clearance_directions=clearance_directions,
+        pitch=pitch,
+        shape=_joined(stiffness, axes, clearance, pitch),
+    )
+    return made
+
+
+def _joined(stiffness: Array, axes: Array | None, clearance: Array, pitch: Array) -> tuple[int, ...]:
+    """Batch shape of a joint; a `FrameError` if the shapes of its numbers do not broadcast."""
+    turned = () if axes is None else axes.shape[:-2]
+    if not (turned or clearance.shape or pitch.shape):
+        return stiffness.shape[:-1]
+    shapes = {"stiffness": stiffness.shape[:-1], "axes": turned, "clearance": clearance.shape, "pitch": pitch.shape}
+    return common_shape("Joint", shapes)
 
 
 def _is_zero(value: ArrayLike) -> bool:

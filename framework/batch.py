@@ -229,6 +229,8 @@ def aligned(array: Array, ndim: int, trailing: int = 0) -> Array:
 def rotated(axes: Array, vectors: Array) -> Array:
     """Each three components of `vectors` (..., 3 n) multiplied by the matrices `axes` (..., 3, 3)."""
     fine = axes.dtype != np.float64 or vectors.dtype != np.float64
+    if not fine and axes.ndim == 2 and vectors.shape == (3,):  # the same sum, with less to look at
+        return np.asarray(np.einsum("ij,j->i", axes, vectors))
     if axes.size > 9 and not fine and axes.size * vectors.size > _LONG:
         return _rotated_one_by_one(axes, vectors)
     split = vectors.reshape(*vectors.shape[:-1], vectors.shape[-1] // 3, 3)

@@ -28,7 +28,9 @@ def renamed_keywords(**new: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
     def decorated(function: Callable[P, R]) -> Callable[P, R]:
         @wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
-            for old in new.keys() & kwargs.keys():
+            for old in new:
+                if old not in kwargs:
+                    continue
                 if new[old] in kwargs:
                     raise TypeError(f"{function.__name__} was given {old}= and {new[old]}=: give {new[old]}= alone")
                 _warn(f"{old}= is now {new[old]}=")

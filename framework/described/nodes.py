@@ -168,7 +168,10 @@ class DescribedNodes:
         name = new("node", name, self.nodes, self.aliases)
         if body is not None and not (type(body) is str and body in self.bodies):
             body = found(f"node {name!r}: body", body, self.bodies)
-        place = vector(coordinates, f"coordinates of node {name!r}")
+        self._put(name, vector(coordinates, f"coordinates of node {name!r}"), body)
+
+    def _put(self, name: str, place: Array, body: str | None) -> None:
+        """Add a node whose name, place and body are known to be right."""
         if place.ndim > 1:
             self._join({f"node {name!r}": place.shape[:-1]})
         self.nodes[name] = Node(place, body)
@@ -176,7 +179,10 @@ class DescribedNodes:
             self.size = max(self.size, *map(abs, place.tolist()))
         elif body is None or self.bodies[body].far + _farthest(place) > self.size:
             there = self._place(name)
-            self.size = max(self.size, float(there.max(initial=0.0)), -float(there.min(initial=0.0)))
+            if there.ndim == 1:
+                self.size = max(self.size, *map(abs, there.tolist()))
+            else:
+                self.size = max(self.size, float(there.max(initial=0.0)), -float(there.min(initial=0.0)))
 
     def alias(self, name: str, node: str) -> None:
         """Give a node a second name, for loads, supports and results.

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, any_of
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError
 from ..joint_protocol import JointElement
+from ..lazily import cached_property
 from ..protocol import LineElement, PointElement
 
 
@@ -33,6 +33,8 @@ class Body:
     @cached_property
     def far(self) -> float:
         """Largest absolute coordinate of its origin over the batch."""
+        if self.origin.ndim == 1:
+            return float(max(map(abs, self.origin.tolist())))
         return float(np.abs(self.origin).max(initial=0.0))
 
 
@@ -113,8 +115,7 @@ def check_ideal(what: str, stiffness: Array) -> None:
     FrameError
         Naming the component, an entry at which it is ideal, and one at which it is not.
     """
-    infinite = np.isinf(stiffness)
-    if infinite.ndim == 1 or not infinite.any():
+    if stiffness.ndim == 1 or not any_of(infinite := np.isinf(stiffness)):
         return
     mixed = infinite.reshape(-1, 6).any(axis=0) & ~infinite.reshape(-1, 6).all(axis=0)
     for k in np.flatnonzero(mixed)[:1].tolist():

@@ -11,11 +11,8 @@ from numpy.typing import ArrayLike
 from ...framework.batch import Array
 from ..linkage.graphics.places import ReferencePoses
 from ..linkage.linkage import Linkage
-from .description import JOINTS, check_joints
-from .frame import JOINT_LINKS, coupler_ends
+from .frame import POINTS, add_joints, add_links
 from .kinematics import FourBarKinematics
-
-POINTS = ("A", "B", "P", "D", "E")
 
 
 def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Linkage:
@@ -28,16 +25,10 @@ def linkage(drawn: FourBarKinematics, clearance: Mapping[str, ArrayLike]) -> Lin
     clearance
         Radial clearance, (...), of some of the joints ``"B"``, ``"D"``, ``"E"``.
     """
-    four_bar = drawn.four_bar
-    check_joints(clearance, "clearance")
     found = Linkage({point: drawn.position(point) for point in POINTS})
-    found.link("crank", "A", "B", beam=four_bar.link_beam("crank"))
-    found.link("coupler", "B", "P", "D", beam=four_bar.link_beam("coupler"), beams=coupler_ends(four_bar))
-    found.link("rocker", "D", "E", beam=four_bar.link_beam("rocker"))
+    add_links(found, drawn.four_bar)
     found.revolute("A", "ground", "crank", drive=True, reference=drawn.theta)
-    for joint in JOINTS:
-        stiffness = four_bar.joint_stiffness(joint)
-        found.revolute(joint, *JOINT_LINKS[joint], stiffness=stiffness, clearance=clearance.get(joint))
+    add_joints(found, drawn.four_bar, clearance)
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +44,7 @@ def each_joint(given: PerJoint) -> dict[str, ArrayLike]:
     return {joint: given.get(joint, 0.0) if isinstance(given, Mapping) else given for joint in JOINTS}
 
 
+@cache
 def _bar() -> Beam:
     return Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=2e11, nu=0.3, density=7850.0))
 

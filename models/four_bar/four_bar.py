@@ -79,7 +79,7 @@ class FourBarMotion(DrawnMotion, FourBarKinematics):
         >>> frame.solve().displacement("P").shape
         (2, 6)
         """
-        return frame(self, clearance)
+        return frame(self, clearance or {})
 
     def reactions(
         self,

@@ -309,14 +309,14 @@ def test_frames_of_many_poses_are_built_at_once(monkeypatch: pytest.MonkeyPatch)
     """No step of the way counts poses: as many nodes are placed for a thousand poses as for one."""
     calls = {1: 0, 1000: 0}
     for poses in calls:
-        original = Frame.node
+        original = Frame._put
 
         def counted(self: Frame, *args: object, n: int = poses, node: object = original) -> None:
             calls[n] += 1
             node(self, *args)  # type: ignore[operator]
 
         with monkeypatch.context() as patch:
-            patch.setattr(Frame, "node", lambda self, *a, f=counted, **k: f(self, *a, *k.values()))
+            patch.setattr(Frame, "_put", lambda self, *a, f=counted, **k: f(self, *a, *k.values()))
             drawn(FourBar()).move(A=np.linspace(0.5, 2.0, poses)).frame()
     assert calls[1] == calls[1000] == 9
 

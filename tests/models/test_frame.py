@@ -6,9 +6,11 @@ from itertools import product
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Rectangle
+from linkframe.elements import Beam, Joint, Material, Rectangle
+from linkframe.framework import Frame
+from linkframe.framework.errors import FrameError
 from linkframe.models import FourBar, Link
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 
 THETA = np.radians([10.0, 30.0, 60.0, 90.0, 150.0, 230.0, 300.0, 350.0])
 ROCKING = FourBar(0.3, 0.9, 0.8, 0.7, point=(0.5, 0.2), branch="open")
@@ -135,3 +137,70 @@ def test_batch_of_poses_and_stiffnesses():
     one = FourBar(stiffness=springs[1]).move(THETA[2]).frame()
     one.load("P", fy=100.0)
     assert_allclose(frame.solve().displacement("P")[2, 1], one.solve().displacement("P"), rtol=1e-13, atol=1e-18)
+
+
+def described(motion, clearance):
+    """The frame as its docstring tells it, by the verbs of a frame."""
+    four_bar, frame = motion.four_bar, Frame()
+    (x, y), (a, b, c, d), zero = four_bar.point, four_bar.lengths, (0.0, 0.0, 0.0)
+    for link in ("crank", "coupler", "rocker"):
+        start, along = motion.origin(link), motion.direction(link)
+        origin, cos, sin = np.stack([start.real, start.imag, 0.0 * start.real], axis=-1), along.real, along.imag
+        axes = np.zeros((*np.shape(cos), 3, 3))
+        axes[..., 0, 0], axes[..., 0, 1], axes[..., 1, 0], axes[..., 1, 1], axes[..., 2, 2] = cos, -sin, sin, cos, 1.0
+        frame.body(link, origin, axes)
+    for node, on, place in (
+        ("A", "crank", zero), ("B.crank", "crank", (a, 0.0, 0.0)),
+        ("B.coupler", "coupler", zero), ("P", "coupler", (x, y, 0.0)), ("D.coupler", "coupler", (b, 0.0, 0.0)),
+        ("D.rocker", "rocker", (c, 0.0, 0.0)), ("E.rocker", "rocker", zero), ("E", None, (d, 0.0, 0.0)),
+    ):  # fmt: skip
+        frame.node(node, np.stack(np.broadcast_arrays(*place), axis=-1), on)
+    frame.add("crank", four_bar.link_beam("crank"), "A", "B.crank")
+    frame.add("coupler.1", four_bar.link_beam("coupler"), "B.coupler", "P")
+    frame.add("coupler.2", four_bar.link_beam("coupler"), "P", "D.coupler")
+    frame.add("rocker", four_bar.link_beam("rocker"), "D.rocker", "E.rocker")
+    for joint, ends in {"B": ("B.crank", "B.coupler"), "D": ("D.coupler", "D.rocker"), "E": ("E.rocker", "E")}.items():
+        across = ("ux", "uy") if joint in clearance else None
+        pin = four_bar.joint_stiffness(joint)
+        frame.add(joint, Joint(pin, clearance=clearance.get(joint, 0.0), clearance_directions=across), *ends)
+    frame.fix("A")
+    frame.fix("E")
+    return frame
+
+
+@pytest.mark.parametrize("clearance", [{}, {"B": 1e-4, "E": 2e-4}])
+def test_the_frame_is_bit_by_bit_the_one_described_by_hand(clearance):
+    """Of random four-bars, with joints that are not alike along global x and y, alone and in a batch."""
+    rng = np.random.default_rng(5)
+    lengths = rng.uniform((0.05, 0.2, 0.2, 0.2), (0.1, 0.3, 0.3, 0.3), (200, 4)).T
+    theta, point = rng.uniform(-6.0, 6.0, 200), (rng.uniform(0.05, 0.15, 200), rng.uniform(0.01, 0.1, 200))
+    good = FourBar(*lengths).assembles(theta)
+    pins = [rng.uniform(1e6, 1e8, 6) for _ in "BDE"]
+    for pin in pins if clearance else ():
+        pin[1] = pin[0]
+    stiffness = dict(zip("BDE", pins, strict=True))
+    batches = [good, *np.flatnonzero(good)[:10]]
+    for at in batches:
+        motion = FourBar(*lengths[:, at], point=(point[0][at], point[1][at]), stiffness=stiffness).move(theta[at])
+        frames = motion.frame(clearance), described(motion, clearance)
+        for frame in frames:
+            frame.load("P", fx=20.0, fy=-50.0, fz=3.0, mz=1.0)
+        one, other = (frame.solve() for frame in frames)
+        for parts in ("bodies", "nodes", "members", "joints", "supports"):
+            assert list(getattr(frames[0], parts)) == list(getattr(frames[1], parts))
+        assert frames[0].size == frames[1].size
+        for node in frames[0].nodes:
+            assert_array_equal(frames[0].position(node), frames[1].position(node))
+            assert_array_equal(one.displacement(node), other.displacement(node))
+        for joint in "BDE":
+            assert_array_equal(one.joint_force(joint), other.joint_force(joint))
+
+
+def test_it_refuses_a_clearance_where_the_joint_is_not_equally_stiff():
+    motion = FourBar(stiffness=(1e6, 2e6, 1e6, 1e6, 1e6, 0.0)).move(1.0)
+    with pytest.raises(FrameError, match=r"joint 'B' has clearance in ux uy, where its stiffness is 1e\+06, 2e\+06"):
+        motion.frame({"B": 1e-4})
+    with pytest.raises(FrameError, match=r"clearance of joint 'B' is -0\.0001: give zero or above"):
+        motion.frame({"B": -1e-4})
+    with pytest.raises(FrameError, match="passive joints are B, D, E"):
+        motion.frame({"A": 1e-4})

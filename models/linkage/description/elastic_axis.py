@@ -33,6 +33,8 @@ def neighbours(link: str, points: Sequence[str], places: Mapping[str, Array], be
         entries only.
     """
     pairs = list(pairwise(points))
+    if len(pairs) < 2:
+        return pairs
     chords = [places[end] - places[start] for start, end in pairs]
     lengths = [np.sqrt(np.vecdot(chord, chord)) for chord in chords]
     if all(_leads_on(*both) for both in pairwise(zip(chords, lengths, strict=True))):

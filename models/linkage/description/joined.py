@@ -7,13 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, finite, numbers, vector
+from ....framework.batch import Array, all_of, finite, numbers, vector
 from ....framework.checked import not_negative
 from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
 from .acting import LoadedSketch
 from .joints import COMPONENTS, KINDS, Kind
 from .parts import GROUND, Pair, axes_along
+
+# Direction of an axis where none is given.
+Z = (0.0, 0.0, 1.0)
+ALONG_Z = vector(Z, "axis")
 
 
 class JoinedSketch(LoadedSketch):
@@ -90,7 +94,7 @@ class JoinedSketch(LoadedSketch):
         if driven and len(links) > 2:
             raise FrameError(f"{what} joins {len(links)} links: drive one of its joints by name, drive({name!r})")
         second = None if second_axis is None else vector(second_axis, f"second axis of {what}", flat=True)
-        given = vector(axis, f"axis of {what}", flat=True), second
+        given = ALONG_Z if axis is Z else vector(axis, f"axis of {what}", flat=True), second
         axes = axes_along(name, *given)
         angles = self._coordinates(what, kind.freedom, reference)
         turn = finite(pitch, f"pitch of {what}") if kind_name == "screw" else None
@@ -132,9 +136,12 @@ class JoinedSketch(LoadedSketch):
 
     def _between(self, kind: Kind, point: str, links: tuple[str, ...]) -> Pair | None:
         """A joint of a kind at a point between the first and any other of the links."""
-        ends = [pair for other in links[1:] for pair in ((links[0], other), (other, links[0]))]
-        there = (own for own in self.joints.values() if own.kind == kind and own.point == point)
-        return next((own for own in there if (own.first, own.second) in ends), None)
+        first, *others = links
+        for own in self.joints.values():
+            forth = own.first == first and own.second in others
+            if (forth or (own.second == first and own.first in others)) and own.point == point and own.kind == kind:
+                return own
+        return None
 
     def _check_links(self, what: str, point: str, links: tuple[str, ...]) -> None:
         if len(links) < 2:
@@ -187,8 +194,9 @@ def driven_coordinates(joint: str, kind: Kind, names: bool | Sequence[str]) -> t
 
 def _springs(what: str, kind: Kind, value: ArrayLike) -> Array:
     springs = numbers(value, f"stiffness of {what}")
-    if springs.shape[-1:] != (6,) or np.any(np.isnan(springs)) or np.any(springs < 0.0):
+    if springs.shape[-1:] != (6,) or not all_of(springs >= 0.0):  # NaN is not
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
-    # an infinite stiffness on a free coordinate has a message of its own, see `check_free`
-    check_ideal(what, np.where([name not in kind.coordinates for name in COMPONENTS], springs, 0.0))
+    if springs.ndim > 1:
+        # an infinite stiffness on a free coordinate has a message of its own, see `check_free`
+        check_ideal(what, np.where([name not in kind.coordinates for name in COMPONENTS], springs, 0.0))
     return springs

@@ -8,7 +8,8 @@ from typing import Self
 from numpy.typing import ArrayLike
 
 from ....framework.renamed import renamed_keywords
-from .simple_joints import SimpleJoints, Z
+from .joined import Z
+from .simple_joints import SimpleJoints
 
 
 class LinkageDescription(SimpleJoints):

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from numpy.typing import ArrayLike
 
 from ....framework.renamed import renamed_keywords
-from .joined import JoinedSketch
-
-Z = (0.0, 0.0, 1.0)
+from .joined import JoinedSketch, Z
 
 
 class SimpleJoints(JoinedSketch):

@@ -227,6 +227,8 @@ class Sketch:
 
         With `instead` they replace earlier shapes of the same names.
         """
+        if not instead and not any(given.values()):  # as most often
+            return
         known = {what: shape for what, shape in self._shapes.items() if not (instead and what in given)}
         whole = np.broadcast_shapes(*known.values()) if len(known) < len(self._shapes) else self._shape
         for what, shape in given.items():

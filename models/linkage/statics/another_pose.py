@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from ....elements import Joint
 from ....framework.batch import Array, rotated
 from ....framework.described.parts import Body
 from ....framework.frame import Frame
-from ..description.parts import GROUND, about_first
+from ..description.parts import GROUND, UNTURNED, about_first
 from ..poses.classified import ClassifiedPoses
 from .inertia import is_given
 
@@ -31,13 +29,16 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
     """Copy of `frame` moved to the pose of `motion`, a single pose for which `differs_in_place_only` holds."""
     clone = frame.copy()
     clone.made_from, clone.tolerance = motion, motion.tolerance
-    axes = {GROUND: np.eye(3)}
+    axes = {GROUND: UNTURNED}
     for name, origin, turned in motion.origins_and_axes():
-        axes[name] = _own(turned)
-        clone.bodies[name] = Body(_own(origin), axes[name])
+        axes[name] = _read_only(turned)
+        clone.bodies[name] = Body(_read_only(origin), axes[name])
     for name, pair in motion.linkage.joints.items():
         cross = pair.kind.name == "universal"
-        along = _own(motion.joint_axes(name) if cross else axes[pair.first] @ pair.axes)
+        if cross:
+            along = _read_only(motion.joint_axes(name))
+        else:
+            along = axes[pair.first] if pair.is_unturned else _read_only(axes[pair.first] @ pair.axes)
         for own in (name, about_first(pair)) if cross else (name,):
             joint = clone.joints[own]
             assert isinstance(joint.element, Joint)
@@ -48,12 +49,10 @@ def at_another_pose(frame: Frame, motion: ClassifiedPoses) -> Frame:
         if node.body is not None:
             body = clone.bodies[node.body]
             place = body.origin + rotated(body.axes, place)
-        clone.size = max(clone.size, float(np.abs(place).max()))
+        clone.size = max(clone.size, *map(abs, place.tolist()))
     return clone
 
 
-def _own(values: Array) -> Array:
-    """A read-only copy."""
-    out = np.array(values)
-    out.setflags(write=False)
-    return out
+def _read_only(values: Array) -> Array:
+    values.setflags(write=False)
+    return values

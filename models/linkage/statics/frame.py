@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 
@@ -17,23 +16,21 @@ from ....framework.described.parts import IdleRotation
 from ....framework.errors import FrameError
 from ....framework.factor_cache import share
 from ....framework.frame import Frame
-from ....framework.protocol import LineElement
 from ....framework.solution import Solution
 from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND, LinkageLink, Pair, about_first, joint_axes
+from ..description.parts import GROUND, Pair, about_first, joint_axes
 from ..description.sketch import place, places
 from ..poses.classified import ClassifiedPoses
 from .actions import rotated_tensor, tension, whole_shape
 from .another_pose import at_another_pose, differs_in_place_only
 from .contact import impose_contacts, without_contacts
-from .guides import Ends, Layout, Slider, contact_stiffness
-from .inertia import beams_with_mass, inertia, is_given
-from .loading import Pieces, accelerate_idle, add_inertia_loads, add_loads
+from .guides import Layout, Slider, contact_stiffness
+from .inertia import inertia, is_given
+from .link_builder import LinkBuilder, joint_element
+from .loading import accelerate_idle, add_inertia_loads, add_loads
 from .nodes import Nodes
 
-# Axes along those of the link.
-UNTURNED = np.eye(3).tolist()
 # Rotation about z.
 ABOUT = 5
 
@@ -72,7 +69,7 @@ def release_springs(built: Frame, springs: list[str]) -> None:
         built.members[name] = member._replace(element=Line(member.element.stiffness))
 
 
-class Builder:
+class Builder(LinkBuilder):
     """Builds the frame of a motion, without loads.
 
     Poses that are not assembled get the reference configuration and are excluded from the solution.
@@ -91,16 +88,14 @@ class Builder:
         if 0 in motion.shape:
             raise FrameError(f"the motion has no poses, its shape is {motion.shape}: give the drives values")
         whole_shape(motion)
-        self.motion, self.linkage, self.clamped = motion, motion.linkage, clamped
-        self.frame = Frame(tolerance=motion.tolerance, made_from=motion)
-        self.nodes = Nodes(motion.linkage)
-        self.pieces: Pieces = {}
+        super().__init__(motion.linkage, Frame(tolerance=motion.tolerance, made_from=motion), Nodes(motion.linkage))
+        self.motion, self.clamped = motion, clamped
         self.spins = _spins(self.linkage)
         self.lost = ~motion.is_assembled
         if self.lost.any():
             self.frame.exclude(self.lost)
         for point in self.nodes.on_ground:
-            self._ground(self.nodes.on[GROUND][point], self.linkage.points[point])
+            self.add_ground(self.nodes.on[GROUND][point], self.linkage.points[point])
         for name, origin, axes in motion.origins_and_axes():
             self.link(name, origin, axes)
         for pair in self.linkage.joints.values():
@@ -151,47 +146,31 @@ class Builder:
 
     def link(self, name: str, origin: Array, axes: Array) -> None:
         """Add a link: its body, nodes, beams or rigid connections, and mass."""
-        link = self.linkage.links[name]
-        self.frame.body(name, self._there(origin, np.zeros(3)), self._there(axes, np.eye(3), 2))
-        at = places(self.linkage, name)
-        for point, node in self.nodes.on[name].items():
-            self.frame.node(node, at[point], body=name)
         sliders = list(self._sliders(name))
-        layout = Layout.of(link.beams, at, sliders)
-        for node in layout.fractions:
-            self.frame.node(node, layout.at[node], body=name)
-        self._beams(name, link, layout)
-        self._rigid(name, link, at)
+        origin, axes = self._there(origin, np.zeros(3)), self._there(axes, np.eye(3), 2)
+        layout = self.add_link(name, origin, axes, places(self.linkage, name), sliders)
         for slider in sliders:
             self._bear(name, slider, layout)
-        if is_given(link):
+        if is_given(self.linkage.links[name]):
             self._mass(name)
 
     def joint(self, pair: Pair, *, clearance: bool) -> None:
         """Add a joint element; driven directions without a given stiffness are rigid."""
         stiffness = pair.full_stiffness
-        drives = self.linkage.drives.get(pair.name, ())
-        driven = np.array([name in drives for name in COMPONENTS])
-        constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
-        stiffness = np.where(driven & constrained, np.inf, stiffness)
-        # with a given contact angle the clearance is an offset, which `frame` imposes
-        gap = pair.clearance if clearance and pair.clearance is not None and pair.contact is None else 0.0
-        if np.any(gap):
-            _check_contact(pair, stiffness)
+        if pair.name in self.linkage.drives:
+            driven = np.array([name in self.linkage.drives[pair.name] for name in COMPONENTS])
+            constrained = self.clamped | ((stiffness == 0.0) & (pair.stiffness is None))
+            stiffness = np.where(driven & constrained, np.inf, stiffness)
         axes = self._axes(pair)
         first, second = self._guide(pair), self.nodes.on[pair.second][pair.point]
         if pair.kind.name == "universal":
             first, stiffness = self._cross(pair, first, stiffness, axes)
-        element = Joint(
-            stiffness,
-            clearance=gap,
-            clearance_directions=pair.kind.clearance if np.any(gap) else None,
-            pitch=0.0 if pair.pitch is None else pair.pitch,
-        ).along(axes)
+        # with a given contact angle the clearance is an offset, which `frame` imposes
+        element = joint_element(pair, stiffness, axes, pair.clearance if clearance and pair.contact is None else None)
         if pair.name in self.spins:
             self._constrain_spin(pair, element, first, second)
         else:
-            self.frame.add(pair.name, element, first, second)
+            self.add_joint(pair.name, element, first, second)
 
     def _constrain_spin(self, pair: Pair, ball: Joint, first: str, second: str) -> None:
         """Add a spherical joint about which a rod can spin, with the spin constrained while no load works on it.
@@ -215,7 +194,7 @@ class Builder:
             axes = np.array(self._there(self.motion.joint_axes(pair.name), pair.axes, 2))
         elif pair.first == GROUND:
             axes = np.broadcast_to(pair.axes, (*self.motion.shape, 3, 3))
-        elif pair.axes.tolist() == UNTURNED:  # as most often
+        elif pair.is_unturned:  # as most often
             axes = self.frame.bodies[pair.first].axes
         else:
             axes = np.asarray(self.frame.bodies[pair.first].axes @ pair.axes)
@@ -227,7 +206,7 @@ class Builder:
         name = self.nodes.guide(pair)
         if pair.kind.slides and pair.first == GROUND:
             there = self.motion.position(pair.point, pair.second)
-            self._ground(name, self._there(there, self.linkage.points[pair.point]))
+            self.add_ground(name, self._there(there, self.linkage.points[pair.point]))
         return name
 
     def _cross(self, pair: Pair, first: str, stiffness: Array, axes: Array) -> tuple[str, Array]:
@@ -270,10 +249,6 @@ class Builder:
             return values
         return np.where(self.lost.reshape(*self.lost.shape, *(1,) * trailing), reference, values)
 
-    def _ground(self, name: str, position: Array) -> None:
-        self.frame.node(name, position)
-        self.frame.fix(name)
-
     def _sliders(self, link: str) -> Iterator[Slider]:
         """The sliders that run on a link, with their positions in its axes."""
         for pair in self.linkage.joints.values():
@@ -300,33 +275,6 @@ class Builder:
             self.frame.rigid(nodes.get(bearing_point, bearing_point), foot)
             self.frame.add(foot, Joint(np.where(here[..., None], hold, 0.0)), foot, guide)
 
-    def _beams(self, name: str, link: LinkageLink, layout: Layout) -> None:
-        pieces: list[tuple[LineElement, Ends]] = []
-        for pair, beam in beams_with_mass(self.linkage, link).items():
-            chain = layout.chains[pair]
-            parts = layout.parts(pair, beam) if len(chain) > 2 else [beam]
-            pieces += zip(parts, pairwise(chain), strict=True)
-        nodes = self.nodes.on[name]
-        for index, (beam, ends) in enumerate(pieces, start=1):
-            member = name if len(pieces) == 1 else f"{name}.{index}"
-            self.frame.add(member, beam, *(nodes.get(end, end) for end in ends))
-            self.pieces.setdefault(name, []).append((member, beam, layout.at[ends[0]], layout.at[ends[1]]))
-
-    def _rigid(self, name: str, link: LinkageLink, at: dict[str, Array]) -> None:
-        """Connect rigidly what no beam joins to the link's first beam, each to the nearest point joined to that beam.
-
-        A link without beams becomes rigid as a whole.
-        """
-        main = _reached(link, next(iter(link.beams), link.points)[0])
-        joined = set(main)
-        for point in link.points:
-            if point not in joined:
-                part = _reached(link, point)
-                pairs = [(_apart(at[there], at[here]), there, here) for there in sorted(main) for here in sorted(part)]
-                _, there, here = min(pairs)
-                self.frame.rigid(self.nodes.on[name][there], self.nodes.on[name][here])
-                joined |= part
-
     def _mass(self, name: str) -> None:
         """Add a given mass, rigidly attached to the link's point nearest to it."""
         own = inertia(self.linkage, name)
@@ -346,18 +294,6 @@ class FramedPoses(ClassifiedPoses):
     def bare(self) -> Builder:
         """The frame of the motion without loads, whose plan serves all load cases."""
         return Builder.of(self)
-
-
-def _check_contact(pair: Pair, stiffness: Array) -> None:
-    """Refuse a clearance if the joint's stiffness is not the same in all clearance directions."""
-    own = stiffness[..., [COMPONENTS.index(name) for name in pair.kind.clearance]]
-    wrong = np.any((own != own[..., :1]) | (own == 0.0), axis=-1)
-    if np.any(wrong):
-        raise FrameError(
-            f"joint {pair.name!r} has clearance in {' '.join(pair.kind.clearance)}, where its stiffness is "
-            f"{', '.join(f'{each:g}' for each in own[wrong][0])}: give one stiffness above 0 for all of these, or "
-            "leave the clearance out, by frame(clearance=False) for a frame alone"
-        )
 
 
 def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str, tuple[str, str]]]:
@@ -384,16 +320,3 @@ def _spins(linkage: LinkageDescription) -> dict[str, tuple[str, str, str, tuple[
 def is_even(stiffness: Array) -> bool:
     """Whether a spherical joint is equally stiff in all directions, so that its axes do not matter."""
     return bool(np.all(stiffness[..., :3] == stiffness[..., :1]))
-
-
-def _reached(link: LinkageLink, point: str) -> set[str]:
-    """Points that beams join to `point`, itself included."""
-    reached, grown = {point}, True
-    while grown:
-        more = {other for pair in link.beams if reached & set(pair) for other in pair} - reached
-        reached, grown = reached | more, bool(more)
-    return reached
-
-
-def _apart(one: Array, other: Array) -> float:
-    return float(np.max(np.linalg.norm(other - one, axis=-1)))

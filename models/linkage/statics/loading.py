@@ -18,10 +18,8 @@ from ....framework.structure.topology import Topology
 from ..poses.kinematics import Kinematics
 from .actions import applied, centre_of, inertia_force, rotated_tensor
 from .inertia import inertia, is_massive
+from .link_builder import Pieces
 from .nodes import Nodes
-
-# By link: member, beam, start and end in the link's axes.
-Pieces = dict[str, list[tuple[str, LineElement, Array, Array]]]
 
 
 class Rule(NamedTuple):

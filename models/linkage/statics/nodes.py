@@ -1,4 +1,4 @@
-"""Names of the nodes of a linkage's frame."""
+"""Names of the nodes and members of a linkage's frame."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from ....framework.batch import Array
 from ..description.linkage_description import LinkageDescription
-from ..description.parts import GROUND, Pair
+from ..description.parts import GROUND, LinkageLink, Pair
 from ..description.sketch import places
 
 # Distances that differ by less than this share of the largest count as equal.
@@ -14,7 +14,7 @@ ALIKE = 1e-9
 
 
 class Nodes:
-    """Which node stands for a point of a link.
+    """Which node stands for a point of a link, and what its members are called.
 
     Parameters
     ----------
@@ -41,6 +41,10 @@ class Nodes:
     def of(self, link: str, point: str) -> str:
         """Node of a link's point."""
         return point if len(self._carriers[point]) < 2 else f"{point}.{link}"
+
+    def members(self, link: LinkageLink, count: int) -> list[str]:
+        """Names of the `count` members of a link: that of the link, followed by a number if there are several."""
+        return [link.name] if count == 1 else [f"{link.name}.{index}" for index in range(1, count + 1)]
 
     @property
     def by_point(self) -> dict[str, str]:
