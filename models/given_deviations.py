@@ -21,7 +21,7 @@ _KIND = r"\s*(?P<kind>uniform|normal)?\s*"
 _PERCENT = re.compile(rf"\s*(?:±|\+/-|\+-)?\s*(?P<half>{_NUMBER})\s*%{_KIND}")
 _SHARE = re.compile(rf"\s*(?P<sign>±)?\s*(?P<share>[+-]?{_NUMBER})\s*%\s*")
 _HALF_WIDTH = re.compile(rf"\s*(?P<half>{_NUMBER}){_KIND}")
-_DEVIATION = re.compile(rf"\s*(?P<words>[±+-].*?){_KIND}")
+_DEVIATION = re.compile(rf"\s*(?P<words>(?:[±+-]|0\s*/).*?){_KIND}")
 # Largest distance of the nominal value from the mean of a bounded distribution, in standard deviations.
 MOST_DEVIATIONS = 3.0
 ROUNDING = 1e-9

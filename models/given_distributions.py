@@ -18,10 +18,11 @@ _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _SYMMETRIC = re.compile(
     rf"(?P<nominal>{_NUMBER})?\s*(?:±|\+/-|\+-)\s*(?P<half>{_NUMBER})\s*(?P<percent>%?)\s*(?P<kind>\w*)"
 )
-# A sign of percent behind the second number is that of both.
+# Of two limits each has a sign or is zero. A sign of percent behind the second number is that of both.
+_LIMIT = rf"(?:(?=[+-]){_NUMBER}|0(?![.\d]))"
 _LIMITS = re.compile(
-    rf"(?P<nominal>{_NUMBER})?\s+(?P<up>\+{_NUMBER})\s*(?P<first>%?)\s*/?\s*(?P<down>-{_NUMBER})\s*(?P<percent>%?)"
-    r"\s*(?P<kind>\w*)"
+    rf"(?P<nominal>{_NUMBER})?\s+(?P<one>{_LIMIT})\s*(?P<first>%?)(?:\s*/\s*|\s+|(?=[+-]))(?P<other>{_LIMIT})"
+    r"\s*(?P<percent>%?)\s*(?P<kind>\w*)"
 )
 _CALL = re.compile(r"(?P<name>[A-Za-z_]\w*)\((?P<numbers>[^()]*)\)")
 
@@ -52,7 +53,8 @@ def tolerance(nominal: float, text: str, distribution: str = "uniform", sigmas: 
     nominal
         Nominal value, in the unit of the input.
     text
-        Tolerance: ``"± 0.1"``, ``"± 5 %"`` of the nominal value, or ``"+0.2/-0.1"``; ``+/-`` may replace ``±``.
+        Tolerance: ``"± 0.1"``, ``"± 5 %"`` of the nominal value, or two limits, ``"+0.2/-0.1"``, which may be on one
+        side, ``"-0.007/-0.020"``; ``+/-`` may replace ``±``.
     distribution
         ``"uniform"`` between the limits, or ``"normal"`` about their middle.
     sigmas
@@ -84,7 +86,9 @@ def tolerance(nominal: float, text: str, distribution: str = "uniform", sigmas: 
 def _toleranced(nominal: float, match: re.Match[str], text: str, kind: str, sigmas: float) -> Distribution:
     parts = match.groupdict()
     up, down = (
-        (float(parts["half"]), -float(parts["half"])) if "half" in parts else (float(parts["up"]), float(parts["down"]))
+        (float(parts["half"]), -float(parts["half"]))
+        if "half" in parts
+        else sorted((float(parts["one"]), float(parts["other"])), reverse=True)
     )
     if parts.get("first") and not parts["percent"]:
         raise FrameError(f"tolerance {text!r} has one limit in percent: give both so, '+0.2 %/-0.1 %', or neither")

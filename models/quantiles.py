@@ -16,6 +16,8 @@ Function = Callable[[Array], Array]
 
 # Largest normal score used: the probability beyond it is still above zero in double precision.
 FARTHEST = 37.5
+# Step in a normal score that changes any quantile but those between the steps of an input with separate values.
+SMALL = 1e-4
 
 
 def quantiles(distribution: Distribution, probabilities: Array) -> Array:
@@ -116,3 +118,9 @@ def normal_scores(name: str, distribution: Distribution, x: Array) -> Array:
         return np.asarray(scores)
     above = ndtri(np.clip(np.asarray(found.sf(x), dtype=np.float64), 2.0**-1022, 1.0 - 2.0**-53))
     return np.where(below > 0.5, -above, scores)
+
+
+def is_stepped(distribution: Distribution) -> bool:
+    """Whether an input takes separate values only, such as counts, so that small steps seldom change a quantile."""
+    scores = np.linspace(-2.9, 3.1, 61)
+    return bool(np.mean(at_scores(distribution, scores + SMALL) == at_scores(distribution, scores - SMALL)) > 0.5)

@@ -15,6 +15,7 @@ from ..distributions import Uncertain
 from ..intervals import ConfidenceInterval, checked_level
 from ..propagation.correlation import GaussianCopula, Pairs
 from ..propagation.inputs import JointInputs
+from ..quantiles import is_stepped
 from ..sampling import Seed, root_seed
 from .design_points import DesignPoints, design_points
 from .limit_state import Function, LimitState, check_called
@@ -234,7 +235,7 @@ def reliability(
     ------
     FrameError
         If an argument is invalid, a method that needs a design point finds none, or a plane or paraboloid cannot
-        represent the limit state at the design point.
+        represent the limit state at the design point, as where an input takes separate values only.
 
     Warns
     -----
@@ -257,6 +258,12 @@ def reliability(
     joint = JointInputs.of(distributions, correlation)
     if not joint.names:
         raise FrameError("reliability was given no distributions: nothing is uncertain")
+    for name, distribution in joint.distributions.items():
+        if method in ("form", "sorm") and is_stepped(distribution):
+            raise FrameError(
+                f"{method}: {name!r} takes separate values only, so that the limit state has no slope: use the method "
+                "'importance'"
+            )
     check_called(limit, joint.names, count is not None)
     if gradient is not None and not callable(gradient):
         raise FrameError(f"gradient is {gradient!r}: give a function that is called like limit, or leave it out")

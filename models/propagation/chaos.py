@@ -251,7 +251,8 @@ def polynomial_chaos(
     Raises
     ------
     FrameError
-        If an input or option cannot be meant, there are more nodes than a million, or samples are too few.
+        If an input or option cannot be meant, one of correlated inputs takes separate values only, there are more nodes
+        than a million, or samples are too few.
 
     Warns
     -----

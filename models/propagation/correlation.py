@@ -23,13 +23,14 @@ from ...framework.batch import finite
 from ...framework.errors import FrameError
 from ..distributions import Distribution, Interval, Normal
 from ..quantiles import at_scores
+from .pieces import by_pieces, resolved
 
 Array = NDArray[np.float64]
 Pairs = Mapping[tuple[str, str], float]
 
 OF = ("inputs", "ranks", "scores")
-# Scores beyond which tails of inputs are neglected: the larger one if a distribution has an inverse survival function
-# (`isf`) that is finite there, else the one up to which a probability can be told from 1.
+# Scores beyond which tails of inputs are neglected: the largest one at which a distribution's inverse survival function
+# (`isf`) is finite, or without one that up to which a probability can be told from 1.
 FAR, NEARER, WITHOUT_TAIL = 14.0, 8.6, 8.1
 # Greatest ratio of the grid's step to the narrower width of the joint density: an error of exp(-2 (pi/0.65)²) = 5e-21.
 FINE = 0.65
@@ -240,12 +241,17 @@ class _Correlated:
 
 
 def over_scores(name: str, distribution: Distribution) -> tuple[Array, Array]:
-    """Values of an input, and their weights by the trapezoidal rule over its normal score, (m,) each."""
+    """Values of an input, and their weights over its normal score, (m,) each.
+
+    The trapezoidal rule has the digits of the quantiles where these are smooth; where they are not, pieces have them.
+    """
     scores = _scores(COARSEST, distribution)
-    values = at_scores(distribution, scores)
+    values, weights = at_scores(distribution, scores), normal_weights(scores)
     if not np.isfinite(values).all():
         raise FrameError(f"distribution of {name!r} has quantiles that are not finite: its moments are not known")
-    return values, normal_weights(scores)
+    if resolved(values, weights):
+        return values, weights
+    return by_pieces(lambda at: at_scores(distribution, at), float(scores[-1]))
 
 
 def _scores(step: float, *distributions: Distribution) -> Array:
@@ -257,7 +263,10 @@ def _scores(step: float, *distributions: Distribution) -> Array:
 def _far(distribution: Distribution) -> float:
     if not hasattr(distribution, "isf"):
         return WITHOUT_TAIL
-    return FAR if np.isfinite(at_scores(distribution, np.array([-FAR, FAR]))).all() else NEARER
+    for far in (FAR, NEARER):
+        if np.isfinite(at_scores(distribution, np.array([-far, far]))).all():
+            return far
+    return WITHOUT_TAIL
 
 
 def normal_weights(scores: Array) -> Array:

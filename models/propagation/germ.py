@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...framework.errors import FrameError
 from ..distributions import Distribution, Normal
-from ..quantiles import normal_scores, probability
+from ..quantiles import is_stepped, normal_scores, probability
 from .correlation import is_normal
 from .inputs import JointInputs
 from .orthogonal import Orthonormal
@@ -42,6 +43,12 @@ class Germ:
     def of(cls, joint: JointInputs, degree: int) -> Germ:
         """The inputs themselves as variables or, if they are correlated, their independent normal scores."""
         if joint.scores is not None:
+            for name, distribution in joint.distributions.items():
+                if is_stepped(distribution):
+                    raise FrameError(
+                        f"{name!r} takes separate values only and is correlated with others, which a polynomial of "
+                        "normal scores cannot follow: leave the correlation out, or take propagate"
+                    )
             return cls(
                 joint,
                 (Orthonormal.of("score", STANDARD, degree),) * len(joint.names),
@@ -102,8 +109,8 @@ class Germ:
 
 
 def _with_tail(distribution: Distribution) -> bool:
-    """Whether a distribution is unbounded, not normal, and has a cumulative distribution function."""
-    if is_normal(distribution) or not hasattr(distribution, "cdf"):
+    """Whether a distribution is unbounded, neither normal nor stepped, and has a cumulative distribution function."""
+    if is_normal(distribution) or not hasattr(distribution, "cdf") or is_stepped(distribution):
         return False
     with np.errstate(all="ignore"):
         ends = np.asarray(distribution.ppf(np.array([0.0, 1.0])), dtype=np.float64)

@@ -70,6 +70,36 @@ def test_a_normal_tolerance_is_three_standard_deviations():
     assert_allclose(law.cdf(law.ppf(np.array([0.1, 0.9]))), [0.1, 0.9], rtol=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("-0.007/-0.020", 24.98, 24.993),  # ISO 286: g6 of 25 mm
+        ("-0.020/-0.007", 24.98, 24.993),
+        ("-0.007 -0.020", 24.98, 24.993),
+        ("0/-0.013", 24.987, 25.0),  # h6
+        ("+0.021/0", 25.0, 25.021),  # H7
+        ("+0.035/+0.022", 25.022, 25.035),  # p6
+        ("+2 %/+1 %", 25.25, 25.5),
+    ],
+)
+def test_limits_on_one_side_as_on_a_drawing(text: str, low: float, high: float) -> None:
+    for found in (
+        tolerance(25.0, text),
+        distribution_of("pin", f"25 {text}"),
+        deviation("pin", 25.0, text).about(25.0),
+    ):
+        assert isinstance(found, Interval)
+        assert_allclose((found.low, found.high), (low, high), rtol=1e-15)
+    normal = distribution_of("pin", f"25 {text} normal")
+    assert_allclose((normal.mean(), normal.std()), (0.5 * (low + high), (high - low) / 6.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("text", ["-0.10", "+0.1", "0.2/0.1", "0/0.1", "0"])
+def test_one_limit_or_limits_without_sign_are_no_tolerance(text: str) -> None:
+    with pytest.raises(FrameError, match=r"write it as '± 0\.1'"):
+        tolerance(25.0, text)
+
+
 @pytest.mark.parametrize("text", ["+5/-2 %", "+5 %/-2 %", "+5% -2%"])
 def test_limits_in_percent(text):
     """A sign of percent behind both stands for both: 5 % of 200 is 10, not 5."""
