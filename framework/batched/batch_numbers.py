@@ -255,6 +255,7 @@ class BatchNumbers(Blocks):
             grid.shape,
             self.pattern,
             tuple([(head, ends) for head, ends, _ in heads]),
+            tuple([(link.pitch, *link.offsets) for link in self.links]),
             (*self.order,),
             tuple([None if body is None else places[body] for body in topology.bodies]),
             (*self.units.items(),),
