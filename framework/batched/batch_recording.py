@@ -33,13 +33,14 @@ from ..structure.parts import (
 from ..structure.tree import JointTree, Matrix3, edges_of
 from ..structure.varying import Entry, Varying
 from . import entry_machine
-from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, Blocks, PieceNumbers, Piecewise
+from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, PieceNumbers, Piecewise
 from .batch_program import BatchProgram
 from .block import Block
 from .chunks import large_masks
 from .entry_program import EntrySolution, Way, values_of
 from .entry_recording import TermTree, Writable, square
 from .medium_program import MediumProgram
+from .number_blocks import Blocks
 from .partial_factorisation import PartialFactorisation
 from .replay import MOST, operations
 from .stage import Forces, Stage
@@ -122,23 +123,27 @@ class _BatchWriter:
         self._pushes = self._terms(loads, self.later)
         self.rhs_parameters = RightHandSideParameters(grid, plan.rhs_parameters.geometry)
         self.parameters: list[tuple[bool, int]] = []
-        self._used = np.concatenate(numbers.used)
+        self._used = numbers.used
         self.tree = self._tree()
 
     def _terms(self, numbers: Blocks, mask: int) -> list[Value]:
         return [
             term
             for block, own in zip(numbers.blocks, numbers.masks, strict=True)
-            for term in self.recording.later_ones(own | mask, block.shape[-1])
+            for term in self.recording.later_ones(own | mask, len(block))
         ]
 
     def _numbers(self, places: Sequence[int]) -> list[Value]:
         """Terms of numbers by index; those that are zero, or part of the program, themselves."""
-        return [0.0 if k == ABSENT else self.numbers.units.get(k, self._given[k]) for k in places]
+        return [0.0 if k == ABSENT else self._number(k) for k in places]
+
+    def _several(self, start: int, count: int) -> list[Value]:
+        """`_numbers` of as many as belong together from the first of them; of none if that is not there."""
+        return self._numbers([ABSENT] * count if start == ABSENT else range(start, start + count))
 
     def _row(self, place: int, *, load: bool) -> Row:
         """A load or an offset as a row over the right-hand-side parameters, to which it is added if need be."""
-        if place == ABSENT:
+        if place == ABSENT or not (load or self._used[place]):
             return {}
         term = self._pushes[place] if load else self._given[place]
         if not mask_of(term) & ~self.rhs_parameters.geometry:
@@ -153,10 +158,10 @@ class _BatchWriter:
         given = [self._edge(edge, k) for k, edge in enumerate(edges)]
         links = numbers.links
         axes: dict[int, Matrix3] = {
-            k: square(self._numbers(link.axes)) for k, link in enumerate(links) if link.axes is not None
+            k: square(self._several(link.axes, 9)) for k, link in enumerate(links) if link.axes is not None
         }
         bodies: dict[str | None, Matrix3] = {None: None}
-        bodies |= {body: square(self._numbers(places)) for body, places in numbers.turns.items()}
+        bodies |= {body: square(self._several(start, 9)) for body, start in numbers.turns.items()}
         tree = TermTree(
             topology,
             numbers.grid,
@@ -164,7 +169,7 @@ class _BatchWriter:
             given,
             turns=tuple(bodies[body] for body in topology.bodies),
             edge_axes=axes,
-            arms={k: self._numbers(link.arm) for k, link in enumerate(links) if link.arm is not None},
+            arms={k: self._several(link.arm, 3) for k, link in enumerate(links) if link.arm is not None},
             places={edge: k for k, edge in enumerate(given)},
         )
         tree.grow(*spanning([given[k] for k in numbers.order]))
@@ -175,7 +180,7 @@ class _BatchWriter:
         link = self.numbers.links[place]
         (pitch,) = self._numbers([link.pitch])
         offset = tuple(self._row(k, load=False) for k in link.offsets)
-        return replace(edge, stiffness=tuple(self._numbers(link.springs)), pitch=pitch, offset=offset)
+        return replace(edge, stiffness=tuple(self._several(link.springs, 6)), pitch=pitch, offset=offset)
 
     @property
     def matrix(self) -> Matrix | None:
@@ -211,12 +216,12 @@ class _BatchWriter:
             for piece, places in zip(group.pieces.tolist(), found.pieces, strict=True)
         }
         pieces = [piece for group, _ in varying.groups for piece in group.pieces.tolist()]
-        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT]
+        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT and self._used[k]]
         return varying.values(self._numbers(used))
 
     def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
         """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
-        stiffness = [self._member(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
+        stiffness = [self._number(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
         rows = self._deformations(numbers, piece)
         weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
         found: dict[tuple[int, int], Value] = {}
@@ -232,7 +237,7 @@ class _BatchWriter:
         """For each spring of a member, its deformation per unit of the twelve displacements in the nodes' axes."""
         rows: list[list[Value]] = [[0.0] * 12 for _ in range(numbers.springs)]
         for (spring, a), given in numbers.deformations:
-            number = given if isinstance(given, float) else self._member(given + piece)
+            number = given if isinstance(given, float) else self._number(given + piece)
             if not numbers.axes:
                 rows[spring][a] = number
                 continue
@@ -240,11 +245,11 @@ class _BatchWriter:
             start = numbers.axes[a // 6 % len(numbers.axes)] + 3 * (a % 3) * numbers.pieces + piece
             block = a - a % 3
             rows[spring][block : block + 3] = [
-                product(number, self._member(start + c * numbers.pieces)) for c in range(3)
+                product(number, self._number(start + c * numbers.pieces)) for c in range(3)
             ]
         return rows
 
-    def _member(self, k: int) -> Value:
+    def _number(self, k: int) -> Value:
         return self.numbers.units.get(k, self._given[k]) if self._used[k] else 0.0
 
     @property
@@ -320,13 +325,12 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
         given=program.given,
-        given_columns=numbers.columns(program.given),
         wide=tuple(numbers.wide[k] for k in program.given),
         constants=program.constants,
         shared=program.shared,
         loads=program.loads,
-        load_columns=loads.columns(program.loads),
         loaded=program.loaded,
+        widths=(numbers.count, loads.count),
         nodes=tuple(program.outputs[:a]),
         unknowns=dict(zip(known, program.outputs[a:b], strict=True)),
         least=tuple(program.outputs[b:]),

@@ -147,17 +147,16 @@ class Group:
         return start, end
 
     @property
-    def distinct_axes(self) -> list[Array]:
-        """`end_axes`, those of the end only where they differ from those of the start."""
+    def axis_components(self) -> list[Array]:
+        """The components of `end_axes`, row by row, (9, n, ...); those of the end only where they differ."""
         if all(axes is None for axes in self.axes) and "rows" not in vars(self):
-            numbers = self.element.axis_numbers(self.chord)
-            # component by component in memory, as they are computed
             out = np.empty((9, *self.chord.shape[:-1]))
-            for k, number in enumerate(numbers):
+            for k, number in enumerate(self.element.axis_numbers(self.chord)):
                 out[k] = number
-            return [out.transpose(*range(1, out.ndim), 0).reshape(*out.shape[1:], 3, 3)]
+            return [out]
         start, end = self.end_axes
-        return [start] if end is start else [start, end]
+        each = [start] if end is start else [start, end]
+        return [axes.reshape(*axes.shape[:-2], 9).transpose(-1, *range(axes.ndim - 2)) for axes in each]
 
     @property
     def nodes(self) -> Index:
