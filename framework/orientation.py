@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from .batch import Array
@@ -32,15 +34,29 @@ def default_axis_numbers(chord: Array) -> list[Array | float]:
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
     length = np.hypot(horizontal, z)
-    upright = None if np.count_nonzero(horizontal) == horizontal.size else horizontal == 0.0
-    across = horizontal if upright is None else np.where(upright, 1.0, horizontal)
+    if np.count_nonzero(horizontal) == horizontal.size:
+        return level_axis_numbers(x, y, z, horizontal, length)
+    upright = horizontal == 0.0
+    found = level_axis_numbers(x, y, z, np.where(upright, 1.0, horizontal), length)
+    found[4], found[6] = np.where(upright, 1.0, found[4]), np.where(upright, -np.sign(z), found[6])
+    found[8] = horizontal / length
+    return found
+
+
+def level_axis_numbers(x: Any, y: Any, z: Any, horizontal: Any, length: Any) -> list[Any]:
+    """The nine numbers of `default_axes` of members none of which is along global z.
+
+    Parameters
+    ----------
+    x, y, z
+        Components of the chord: arrays (...), or terms of a recording, 0.0 for one that is zero for every member.
+    horizontal, length
+        Length of the chord's projection on the plane of x and y, and of the chord; one object where they are the same.
+    """
     climb = z / length
-    sideways, forwards = -y / across, x / across
-    back = -climb * forwards
-    if upright is not None:
-        forwards, back = np.where(upright, 1.0, forwards), np.where(upright, -np.sign(z), back)
-    along = [x / length, y / length, climb]
-    return [*along, sideways, forwards, 0.0, back, climb * sideways, horizontal / length]
+    sideways, forwards = -y / horizontal, x / horizontal
+    upwards = 1.0 if length is horizontal else horizontal / length
+    return [x / length, y / length, climb, sideways, forwards, 0.0, -climb * forwards, climb * sideways, upwards]
 
 
 def axes_towards(chord: Array, up: Array) -> Array:

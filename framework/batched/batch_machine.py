@@ -82,6 +82,7 @@ class BatchMachineCode:
             "done:",
             "  ret void",
             "}",
+            f"declare {_DOUBLE} @llvm.sqrt.f64({_DOUBLE})",
         ]
         address = ctypes.c_void_p
         kind = ctypes.CFUNCTYPE(None, address, address, address, address, ctypes.c_int64)

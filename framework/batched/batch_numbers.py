@@ -19,6 +19,7 @@ from ..structure.group import Group, precise
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Topology
 from ..structure.varying import spring_values
+from .member_formulas import ABSENT, member_formulas
 from .number_blocks import Blocks
 from .one_entry import UNITS, Head
 
@@ -29,8 +30,6 @@ MEDIUM = 2**14
 # Numbers are gathered, and a program is recorded, after this many solutions of batches that look alike: recording takes
 # as long as two of them, and saves half of each that follows.
 FEW = 2
-# A number that is not there.
-ABSENT = -1
 _NONE = (ABSENT,) * 6
 
 
@@ -126,7 +125,9 @@ class BatchNumbers(Blocks):
         Those of the numbers of axes, arms and deformations that are 0, 1 or -1 at all entries, and so are part of the
         program.
     members
-        The groups of members.
+        The groups of members; none where the program computes their springs.
+    formulas
+        The members whose springs the program computes, all or none.
     key
         What each number belongs to, over which axes it varies, and which are zero.
     former
@@ -145,8 +146,13 @@ class BatchNumbers(Blocks):
             if body is not None and body not in self.turns:
                 self.turns[body] = self._turned(topology.frame.bodies[body].axes)
         places = {body: k for k, body in enumerate(self.turns)}
-        own = self._springs if self.short else self._pieces
-        self.members: list[Piecewise | PieceNumbers] = [own(group) for group in topology.groups]
+        self.formulas = (member_formulas(self, topology) if self.short else None) or ()
+        self.members: list[Piecewise | PieceNumbers] = []
+        on: tuple[Hashable, ...] = (topology.ends.tobytes(),)
+        if not self.formulas:
+            own = self._springs if self.short else self._pieces
+            self.members = [own(group) for group in topology.groups]
+            on = tuple([group.dofs.tobytes() for group in topology.groups])
         self.former: tuple[Any, Any] | None = None
         self.key: Hashable = (
             grid.shape,
@@ -156,7 +162,8 @@ class BatchNumbers(Blocks):
             (*self.order,),
             tuple([None if body is None else places[body] for body in topology.bodies]),
             (*self.units.items(),),
-            tuple([(group.dofs.tobytes(), found) for group, found in zip(topology.groups, self.members, strict=True)]),
+            on,
+            (*self.members, *self.formulas),
         )
 
     @property

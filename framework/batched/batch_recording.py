@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from typing import cast
 
 import numpy as np
 
 from ..cache import PROGRAMS
+from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST
 from ..structure.edge import Edge
@@ -31,15 +33,16 @@ from ..structure.parts import (
     product,
 )
 from ..structure.tree import JointTree, Matrix3, edges_of
-from ..structure.varying import Entry, Varying
+from ..structure.varying import Entry, Springs, Varying
 from . import entry_machine
-from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, PieceNumbers, Piecewise
+from .batch_numbers import BatchLoads, BatchNumbers, PieceNumbers, Piecewise
 from .batch_program import BatchProgram
 from .block import Block
 from .chunks import large_masks
 from .entry_program import EntrySolution, Way, values_of
 from .entry_recording import TermTree, Writable, square
 from .medium_program import MediumProgram
+from .member_formulas import ABSENT, MemberFormulas
 from .number_blocks import Blocks
 from .partial_factorisation import PartialFactorisation
 from .replay import MOST, operations
@@ -192,12 +195,14 @@ class _BatchWriter:
         for entry in self.plan.varying.entries:
             i, j = entry.at
             matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
-        for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True):
-            if isinstance(numbers, PieceNumbers):
+        springs = self._springs()
+        for group in self.plan.topology.groups:
+            pieces = group.pieces.tolist()
+            if pieces[0] not in springs:
                 continue
             stack = group.extended_stiffness()
             used = np.triu((stack != 0.0).any(axis=tuple(range(1, stack.ndim - 2))))
-            found = {(p, *at): value for p in range(numbers.pieces) for at, value in self._sums(numbers, p).items()}
+            found = {(p, *at): value for p, k in enumerate(pieces) for at, value in _sums(*springs[k]).items()}
             places = [*zip(*(each.tolist() for each in np.nonzero(used)), strict=True)]
             if places != [*found]:
                 return None
@@ -219,19 +224,33 @@ class _BatchWriter:
         used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT and self._used[k]]
         return varying.values(self._numbers(used))
 
-    def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
-        """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
+    def _springs(self) -> dict[int, Springs]:
+        """Stiffness and deformations of the springs of the pieces whose stiffness is summed for all entries at once."""
+        if self.numbers.formulas:
+            return {k: self._by_formulas(each) for k, each in enumerate(self.numbers.formulas)}
+        return {
+            piece: self._given_springs(numbers, place)
+            for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True)
+            if isinstance(numbers, Piecewise)
+            for place, piece in enumerate(group.pieces.tolist())
+        }
+
+    def _by_formulas(self, numbers: MemberFormulas) -> Springs:
+        chord = [self._number(numbers.chord + k) for k in range(3)]
+        squares = [part * part for part in chord]
+        length = np.sqrt(squares[0] + squares[1] + squares[2])
+        inputs = [self._number(k) for k in numbers.inputs]
+        stiffness = [self.recording.write(Operation.WIDEN, each) for each in numbers.stiffness(inputs, length)]
+        axes = numbers.axes(chord, self._number)
+        rows: list[list[Value]] = [[0.0] * 12 for _ in stiffness]
+        for (spring, a), number in numbers.deformations(length).items():
+            block, start = a - a % 3, 3 * (a % 3)
+            rows[spring][block : block + 3] = [product(number, axes[start + c]) for c in range(3)]
+        return cast("list[Value]", stiffness), rows
+
+    def _given_springs(self, numbers: Piecewise, piece: int) -> Springs:
         stiffness = [self._number(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
-        rows = self._deformations(numbers, piece)
-        weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
-        found: dict[tuple[int, int], Value] = {}
-        for a in range(12):
-            for b in range(a, 12):
-                for row, other in zip(rows, weighted, strict=True):
-                    if not (is_zero(row[a]) or is_zero(other[b])):
-                        term = row[a] * other[b]
-                        found[a, b] = found[a, b] + term if (a, b) in found else term
-        return found
+        return stiffness, self._deformations(numbers, piece)
 
     def _deformations(self, numbers: Piecewise, piece: int) -> list[list[Value]]:
         """For each spring of a member, its deformation per unit of the twelve displacements in the nodes' axes."""
@@ -272,6 +291,19 @@ class _BatchWriter:
         for dof, place in self.loads.shares:
             put(dof, 0, self._pushes[place])
         return forces
+
+
+def _sums(stiffness: list[Value], rows: list[list[Value]]) -> dict[tuple[int, int], Value]:
+    """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
+    weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
+    found: dict[tuple[int, int], Value] = {}
+    for a in range(12):
+        for b in range(a, 12):
+            for row, other in zip(rows, weighted, strict=True):
+                if not (is_zero(row[a]) or is_zero(other[b])):
+                    term = row[a] * other[b]
+                    found[a, b] = found[a, b] + term if (a, b) in found else term
+    return found
 
 
 def _suits(plan: Writable, numbers: BatchNumbers) -> bool:

@@ -23,7 +23,7 @@ from .parts import Extended, Grid
 Index = NDArray[np.int64]
 
 # Stacks of up to this many stiffness matrices are summed in extended precision.
-_EXTENDED = 4096
+EXTENDED = 4096
 ALL = slice(None)
 # Up to this many matrices it is faster to rotate all entries than to skip those that are zero.
 _TOGETHER = 128
@@ -302,7 +302,7 @@ class Group:
 
 def precise(stiffness: Array) -> bool:
     """Whether matrices of springs of a stiffness (n, ..., springs) are summed in extended precision."""
-    return stiffness[..., 0].size <= _EXTENDED
+    return stiffness[..., 0].size <= EXTENDED
 
 
 def _by_nodes(rows: Array, start: Array, end: Array) -> Array:
