@@ -7,7 +7,8 @@ ch. 11 and 15; Friedman & Kosmatka, Comput. Struct. 47 (1993) 473-481).
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -69,6 +70,14 @@ def prismatic_springs(flexibility: Array, length: Array) -> Array:
     return np.divide(1.0, out, out=out)
 
 
+def stiffness_of(inputs: Sequence[Any], length: Any) -> list[Any]:
+    """`prismatic_springs` one by one, without shear deformation, from E, G, A, Iy, Iz and J; for terms as well."""
+    E, G, A, Iy, Iz, J = inputs
+    tension, torsion, about_y, about_z = (1.0 / (a * b) * length for a, b in ((E, A), (G, J), (E, Iy), (E, Iz)))
+    across = [bend * length * length * (0.25 - 1.0 / 6.0) for bend in (about_z, about_y)]
+    return [1.0 / each for each in (tension, *across, torsion, about_y, about_z)]
+
+
 def prismatic_rows(length: Array) -> Array:
     """Deformations of the springs per unit end displacement, (6, 12, ...); they are linear in the length.
 
@@ -80,12 +89,13 @@ def prismatic_rows(length: Array) -> Array:
     return out
 
 
-def prismatic_deformations(length: Array) -> dict[tuple[int, int], Array | float]:
-    """The numbers of `prismatic_rows` that are not zero, by spring and end displacement.
+def prismatic_deformations(length: Any) -> dict[tuple[int, int], Any]:
+    """The numbers of `prismatic_rows` that are not zero, by spring and end displacement; for terms as well.
 
     Equal ones that vary are one object.
     """
-    arms = {0.5: 0.5 * length, -0.5: -0.5 * length}
+    half = 0.5 * length
+    arms = {0.5: half, -0.5: -half}
     return {at: arms.get(number, number) for at, number in _OF_UNIT.items()}
 
 

@@ -7,8 +7,8 @@ axes, start node before end node, each ``ux uy uz rx ry rz``.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Hashable, Sequence
-from typing import Any, Self, TypeVar
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,29 @@ from .stacking import changed
 
 Array = NDArray[np.float64]
 _Element = TypeVar("_Element", bound=type)
+
+
+class SpringFormulas(NamedTuple):
+    """How the springs of an element follow from its numbers, by arithmetic on arrays or on terms of a recording.
+
+    They give the bits of `LineElement.springs`.
+
+    Attributes
+    ----------
+    inputs
+        Numbers of the element, each (...) or a float.
+    stiffness
+        Function from the inputs and the length of the member to the stiffnesses of the springs, all of which vary with
+        the batch of the element.
+    deformations
+        Function from the length to the deformations, see `LineElement.deformation_numbers`.
+    """
+
+    inputs: tuple[Array | float, ...]
+    stiffness: Callable[[Sequence[Any], Any], list[Any]]
+    deformations: Callable[[Any], Mapping[tuple[int, int], Any]]
+
+
 _PROVEN = "_proven"
 
 
@@ -133,6 +156,11 @@ class LineElement(MemberForms):
 
         None, as by default, where axes or deformations depend on the element's own numbers.
         """
+        return None
+
+    @property
+    def formulas(self) -> SpringFormulas | None:
+        """Formulas of the springs of an element with the default axes, for programs; None, as by default, for none."""
         return None
 
     @property

@@ -28,35 +28,39 @@ class BatchMachineCode:
     Parameters
     ----------
     given
-        For each given number, whether it is converted to extended precision.
+        By their column in the table of numbers: whether each given number is converted to extended precision.
     constants
         Constants of the program.
     shared, loaded
         Steps that do not depend on the loads, and those that do.
     loads
-        Number of loads.
+        Columns of the given loads in the table of loads.
+    widths
+        Columns of both tables.
     nodes, others
         Places of the results in double precision, and of those in extended precision.
     """
 
     def __init__(
         self,
-        given: Sequence[bool],
+        given: Mapping[int, bool],
         constants: Sequence[Value],
         shared: Sequence[Step],
-        loads: int,
+        loads: Sequence[int],
         loaded: Sequence[Step],
+        widths: tuple[int, int],
         nodes: Sequence[int],
         others: Sequence[int],
     ) -> None:
         begin = len(given) + len(constants)
         first = begin + len(shared)
-        known = [*given, *(isinstance(value, np.longdouble) for value in constants)]
-        made = [*kinds_of(known, shared), *(False for _ in range(loads))]
+        known = [*given.values(), *(isinstance(value, np.longdouble) for value in constants)]
+        made = [*kinds_of(known, shared), *(False for _ in loads)]
         wide = [*kinds_of(made, loaded)]
         self._nodes, self._others = len(nodes), len(others)
-        steps = {**dict(enumerate(shared, begin)), **dict(enumerate(loaded, first + loads))}
-        entry = _Entry(steps, wide, [k for k, each in enumerate(given) if each])
+        steps = {**dict(enumerate(shared, begin)), **dict(enumerate(loaded, first + len(loads)))}
+        columns = dict(enumerate(given))
+        entry = _Entry(steps, wide, {k: column for k, column in columns.items() if wide[k]})
         lines = [
             "define void @run(ptr %table, ptr %loads, ptr %first, ptr %second, i64 %count) {",
             "entry:",
@@ -64,12 +68,12 @@ class BatchMachineCode:
             "  br label %entries",
             "entries:",
             "  %i = phi i64 [0, %entry], [%next, %entries]",
-            _row("a", "table", 8 * len(given)),
-            _row("b", "loads", 8 * loads),
+            _row("a", "table", 8 * widths[0]),
+            _row("b", "loads", 8 * widths[1]),
             _row("c", "first", 8 * len(nodes)),
             _row("d", "second", 16 * len(others)),
-            *load_lines("a", _DOUBLE, {k: k for k, each in enumerate(given) if not each}),
-            *load_lines("b", _DOUBLE, {first + k: k for k in range(loads)}),
+            *load_lines("a", _DOUBLE, {k: column for k, column in columns.items() if not wide[k]}),
+            *load_lines("b", _DOUBLE, {first + k: column for k, column in enumerate(loads)}),
             *entry.lines("d", others, _WIDE),
             *entry.lines("c", nodes, _DOUBLE),
             "  %next = add i64 %i, 1",
@@ -78,6 +82,7 @@ class BatchMachineCode:
             "done:",
             "  ret void",
             "}",
+            f"declare {_DOUBLE} @llvm.sqrt.f64({_DOUBLE})",
         ]
         address = ctypes.c_void_p
         kind = ctypes.CFUNCTYPE(None, address, address, address, address, ctypes.c_int64)
@@ -87,7 +92,7 @@ class BatchMachineCode:
         """Results in double precision and in extended precision, (entries, n) each, of tables (entries, m)."""
         size = len(given)
         nodes, others = np.empty((size, self._nodes)), np.empty((size, self._others), dtype=Extended)
-        self._function(*(array.ctypes.data for array in (given, loads, nodes, others)), size)
+        self._function(*[array.ctypes.data for array in (given, loads, nodes, others)], size)
         return nodes, others
 
 
@@ -110,11 +115,11 @@ class _Entry:
     wide
         For each place, whether its number is in extended precision.
     widened
-        Places of the given numbers that are converted to extended precision.
+        Columns of the given numbers that are converted to extended precision, by their place.
     """
 
-    def __init__(self, steps: Mapping[int, Step], wide: Sequence[bool], widened: Iterable[int]) -> None:
-        self._steps, self._wide, self._widened = steps, wide, set(widened)
+    def __init__(self, steps: Mapping[int, Step], wide: Sequence[bool], widened: Mapping[int, int]) -> None:
+        self._steps, self._wide, self._widened = steps, wide, widened
         self._made: set[int] = set()
         self._fresh = count(len(wide))
 
@@ -151,7 +156,7 @@ class _Entry:
         for k in places:
             found.append(next(self._fresh) if k in self._widened else k)
             if k in self._widened:
-                lines.append(f"  %p{found[-1]} = getelementptr double, ptr %a, i64 {k}")
+                lines.append(f"  %p{found[-1]} = getelementptr double, ptr %a, i64 {self._widened[k]}")
                 lines.append(f"  %x{found[-1]} = load volatile {_DOUBLE}, ptr %p{found[-1]}, align 8")
                 lines.append(f"  %v{found[-1]} = fpext {_DOUBLE} %x{found[-1]} to {_WIDE}")
         return lines, found

@@ -19,7 +19,7 @@ from ..batch import Array, Shape
 from ..solvers.method import Method
 from ..structure.parts import Extended, Value
 from .batch_machine import BatchMachineCode
-from .batch_numbers import BatchLoads, BatchNumbers, Columns
+from .batch_numbers import BatchLoads, BatchNumbers
 from .entry_program import EntrySolution, Way
 from .entry_steps import Step
 from .numpy_calls import NumpyCalls, carry_out
@@ -105,15 +105,16 @@ class BatchProgram:
 
     Attributes
     ----------
-    given, given_columns, wide
-        Which of the frame's numbers are given to the program, where these are, and whether each is converted to
-        extended precision.
+    given, wide
+        Which of the frame's numbers are given to the program, and whether each is converted to extended precision.
     constants
         Constants of the program.
     shared
         Steps that do not depend on the loads.
-    loads, load_columns
-        Which of the loads are given to the program, and where these are.
+    loads
+        Which of the loads are given to the program.
+    widths
+        How many numbers and how many loads there are, given ones and others.
     loaded
         Steps that depend on the loads.
     nodes
@@ -127,13 +128,12 @@ class BatchProgram:
     """
 
     given: tuple[int, ...]
-    given_columns: Columns
     wide: tuple[bool, ...]
     constants: tuple[Value, ...]
     shared: tuple[Step, ...]
     loads: tuple[int, ...]
-    load_columns: Columns
     loaded: tuple[Step, ...]
+    widths: tuple[int, int]
     nodes: tuple[int, ...]
     unknowns: dict[int, int]
     least: tuple[int, ...]
@@ -154,7 +154,7 @@ class BatchProgram:
         return batch_solution(self, results, numbers, loads, way, size, again=again)
 
     def _by_machine(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InTables, bool] | None:
-        nodes, others = self.machine.run(numbers.table(self.given_columns), loads.table(self.load_columns))
+        nodes, others = self.machine.run(numbers.table(), loads.table())
         count = len(self.least)
         if not (others[:, :count] > SUSPECT).all():
             return None
@@ -163,8 +163,10 @@ class BatchProgram:
     @cached_property
     def machine(self) -> BatchMachineCode:
         """The steps as machine code."""
+        given = dict(zip(self.given, self.wide, strict=True))
+        steps = self.shared, self.loads, self.loaded
         asked = [*self.least, *self.unknowns.values()]
-        return BatchMachineCode(self.wide, self.constants, self.shared, len(self.loads), self.loaded, self.nodes, asked)
+        return BatchMachineCode(given, self.constants, *steps, self.widths, self.nodes, asked)
 
     def _by_numpy(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InLists, bool] | None:
         former, calls = numbers.former, self.calls

@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from typing import cast
 
 import numpy as np
 
 from ..cache import PROGRAMS
+from ..program.program import Operation
 from ..program.recording import Recording, Term
 from ..solvers.method import BROADCAST
 from ..structure.edge import Edge
@@ -31,15 +33,17 @@ from ..structure.parts import (
     product,
 )
 from ..structure.tree import JointTree, Matrix3, edges_of
-from ..structure.varying import Entry, Varying
+from ..structure.varying import Entry, Springs, Varying
 from . import entry_machine
-from .batch_numbers import ABSENT, BatchLoads, BatchNumbers, Blocks, PieceNumbers, Piecewise
+from .batch_numbers import BatchLoads, BatchNumbers, PieceNumbers, Piecewise
 from .batch_program import BatchProgram
 from .block import Block
 from .chunks import large_masks
 from .entry_program import EntrySolution, Way, values_of
 from .entry_recording import TermTree, Writable, square
 from .medium_program import MediumProgram
+from .member_formulas import ABSENT, MemberFormulas
+from .number_blocks import Blocks
 from .partial_factorisation import PartialFactorisation
 from .replay import MOST, operations
 from .stage import Forces, Stage
@@ -122,23 +126,27 @@ class _BatchWriter:
         self._pushes = self._terms(loads, self.later)
         self.rhs_parameters = RightHandSideParameters(grid, plan.rhs_parameters.geometry)
         self.parameters: list[tuple[bool, int]] = []
-        self._used = np.concatenate(numbers.used)
+        self._used = numbers.used
         self.tree = self._tree()
 
     def _terms(self, numbers: Blocks, mask: int) -> list[Value]:
         return [
             term
             for block, own in zip(numbers.blocks, numbers.masks, strict=True)
-            for term in self.recording.later_ones(own | mask, block.shape[-1])
+            for term in self.recording.later_ones(own | mask, len(block))
         ]
 
     def _numbers(self, places: Sequence[int]) -> list[Value]:
         """Terms of numbers by index; those that are zero, or part of the program, themselves."""
-        return [0.0 if k == ABSENT else self.numbers.units.get(k, self._given[k]) for k in places]
+        return [0.0 if k == ABSENT else self._number(k) for k in places]
+
+    def _several(self, start: int, count: int) -> list[Value]:
+        """`_numbers` of as many as belong together from the first of them; of none if that is not there."""
+        return self._numbers([ABSENT] * count if start == ABSENT else range(start, start + count))
 
     def _row(self, place: int, *, load: bool) -> Row:
         """A load or an offset as a row over the right-hand-side parameters, to which it is added if need be."""
-        if place == ABSENT:
+        if place == ABSENT or not (load or self._used[place]):
             return {}
         term = self._pushes[place] if load else self._given[place]
         if not mask_of(term) & ~self.rhs_parameters.geometry:
@@ -153,10 +161,10 @@ class _BatchWriter:
         given = [self._edge(edge, k) for k, edge in enumerate(edges)]
         links = numbers.links
         axes: dict[int, Matrix3] = {
-            k: square(self._numbers(link.axes)) for k, link in enumerate(links) if link.axes is not None
+            k: square(self._several(link.axes, 9)) for k, link in enumerate(links) if link.axes is not None
         }
         bodies: dict[str | None, Matrix3] = {None: None}
-        bodies |= {body: square(self._numbers(places)) for body, places in numbers.turns.items()}
+        bodies |= {body: square(self._several(start, 9)) for body, start in numbers.turns.items()}
         tree = TermTree(
             topology,
             numbers.grid,
@@ -164,7 +172,7 @@ class _BatchWriter:
             given,
             turns=tuple(bodies[body] for body in topology.bodies),
             edge_axes=axes,
-            arms={k: self._numbers(link.arm) for k, link in enumerate(links) if link.arm is not None},
+            arms={k: self._several(link.arm, 3) for k, link in enumerate(links) if link.arm is not None},
             places={edge: k for k, edge in enumerate(given)},
         )
         tree.grow(*spanning([given[k] for k in numbers.order]))
@@ -175,7 +183,7 @@ class _BatchWriter:
         link = self.numbers.links[place]
         (pitch,) = self._numbers([link.pitch])
         offset = tuple(self._row(k, load=False) for k in link.offsets)
-        return replace(edge, stiffness=tuple(self._numbers(link.springs)), pitch=pitch, offset=offset)
+        return replace(edge, stiffness=tuple(self._several(link.springs, 6)), pitch=pitch, offset=offset)
 
     @property
     def matrix(self) -> Matrix | None:
@@ -187,12 +195,14 @@ class _BatchWriter:
         for entry in self.plan.varying.entries:
             i, j = entry.at
             matrix.setdefault(i, {})[j] = matrix.setdefault(j, {})[i] = {}
-        for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True):
-            if isinstance(numbers, PieceNumbers):
+        springs = self._springs()
+        for group in self.plan.topology.groups:
+            pieces = group.pieces.tolist()
+            if pieces[0] not in springs:
                 continue
             stack = group.extended_stiffness()
             used = np.triu((stack != 0.0).any(axis=tuple(range(1, stack.ndim - 2))))
-            found = {(p, *at): value for p in range(numbers.pieces) for at, value in self._sums(numbers, p).items()}
+            found = {(p, *at): value for p, k in enumerate(pieces) for at, value in _sums(*springs[k]).items()}
             places = [*zip(*(each.tolist() for each in np.nonzero(used)), strict=True)]
             if places != [*found]:
                 return None
@@ -211,28 +221,42 @@ class _BatchWriter:
             for piece, places in zip(group.pieces.tolist(), found.pieces, strict=True)
         }
         pieces = [piece for group, _ in varying.groups for piece in group.pieces.tolist()]
-        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT]
+        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT and self._used[k]]
         return varying.values(self._numbers(used))
 
-    def _sums(self, numbers: Piecewise, piece: int) -> dict[tuple[int, int], Value]:
-        """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
-        stiffness = [self._member(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
-        rows = self._deformations(numbers, piece)
-        weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
-        found: dict[tuple[int, int], Value] = {}
-        for a in range(12):
-            for b in range(a, 12):
-                for row, other in zip(rows, weighted, strict=True):
-                    if not (is_zero(row[a]) or is_zero(other[b])):
-                        term = row[a] * other[b]
-                        found[a, b] = found[a, b] + term if (a, b) in found else term
-        return found
+    def _springs(self) -> dict[int, Springs]:
+        """Stiffness and deformations of the springs of the pieces whose stiffness is summed for all entries at once."""
+        if self.numbers.formulas:
+            return {k: self._by_formulas(each) for k, each in enumerate(self.numbers.formulas)}
+        return {
+            piece: self._given_springs(numbers, place)
+            for group, numbers in zip(self.plan.topology.groups, self.numbers.members, strict=True)
+            if isinstance(numbers, Piecewise)
+            for place, piece in enumerate(group.pieces.tolist())
+        }
+
+    def _by_formulas(self, numbers: MemberFormulas) -> Springs:
+        chord = [self._number(numbers.chord + k) for k in range(3)]
+        squares = [part * part for part in chord]
+        length = np.sqrt(squares[0] + squares[1] + squares[2])
+        inputs = [self._number(k) for k in numbers.inputs]
+        stiffness = [self.recording.write(Operation.WIDEN, each) for each in numbers.stiffness(inputs, length)]
+        axes = numbers.axes(chord, self._number)
+        rows: list[list[Value]] = [[0.0] * 12 for _ in stiffness]
+        for (spring, a), number in numbers.deformations(length).items():
+            block, start = a - a % 3, 3 * (a % 3)
+            rows[spring][block : block + 3] = [product(number, axes[start + c]) for c in range(3)]
+        return cast("list[Value]", stiffness), rows
+
+    def _given_springs(self, numbers: Piecewise, piece: int) -> Springs:
+        stiffness = [self._number(numbers.stiffness + k * numbers.pieces + piece) for k in range(numbers.springs)]
+        return stiffness, self._deformations(numbers, piece)
 
     def _deformations(self, numbers: Piecewise, piece: int) -> list[list[Value]]:
         """For each spring of a member, its deformation per unit of the twelve displacements in the nodes' axes."""
         rows: list[list[Value]] = [[0.0] * 12 for _ in range(numbers.springs)]
         for (spring, a), given in numbers.deformations:
-            number = given if isinstance(given, float) else self._member(given + piece)
+            number = given if isinstance(given, float) else self._number(given + piece)
             if not numbers.axes:
                 rows[spring][a] = number
                 continue
@@ -240,11 +264,11 @@ class _BatchWriter:
             start = numbers.axes[a // 6 % len(numbers.axes)] + 3 * (a % 3) * numbers.pieces + piece
             block = a - a % 3
             rows[spring][block : block + 3] = [
-                product(number, self._member(start + c * numbers.pieces)) for c in range(3)
+                product(number, self._number(start + c * numbers.pieces)) for c in range(3)
             ]
         return rows
 
-    def _member(self, k: int) -> Value:
+    def _number(self, k: int) -> Value:
         return self.numbers.units.get(k, self._given[k]) if self._used[k] else 0.0
 
     @property
@@ -267,6 +291,19 @@ class _BatchWriter:
         for dof, place in self.loads.shares:
             put(dof, 0, self._pushes[place])
         return forces
+
+
+def _sums(stiffness: list[Value], rows: list[list[Value]]) -> dict[tuple[int, int], Value]:
+    """Entries of the upper triangle of the stiffness of a member that are not zero, in order."""
+    weighted = [[product(value, k) for value in row] for row, k in zip(rows, stiffness, strict=True)]
+    found: dict[tuple[int, int], Value] = {}
+    for a in range(12):
+        for b in range(a, 12):
+            for row, other in zip(rows, weighted, strict=True):
+                if not (is_zero(row[a]) or is_zero(other[b])):
+                    term = row[a] * other[b]
+                    found[a, b] = found[a, b] + term if (a, b) in found else term
+    return found
 
 
 def _suits(plan: Writable, numbers: BatchNumbers) -> bool:
@@ -320,13 +357,12 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
         given=program.given,
-        given_columns=numbers.columns(program.given),
         wide=tuple(numbers.wide[k] for k in program.given),
         constants=program.constants,
         shared=program.shared,
         loads=program.loads,
-        load_columns=loads.columns(program.loads),
         loaded=program.loaded,
+        widths=(numbers.count, loads.count),
         nodes=tuple(program.outputs[:a]),
         unknowns=dict(zip(known, program.outputs[a:b], strict=True)),
         least=tuple(program.outputs[b:]),

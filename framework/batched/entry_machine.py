@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..program import machine_code
 from ..structure.parts import Extended, Value
-from .entry_steps import Step, divided, kept_places, least, most, negative, widen
+from .entry_steps import Step, divided, kept_places, least, most, negative, square_root, widen
 
 _WIDE, _DOUBLE = "x86_fp80", "double"
 _INF = {_WIDE: "0xK7FFF8000000000000000", _DOUBLE: "0x7FF0000000000000"}
@@ -211,6 +211,8 @@ def step_line(kind: str, step: Step, k: int) -> Iterator[str]:
         yield f"  %v{k} = {_PLAIN[operation]} {kind} {a}, {b}"
     elif operation is widen:
         yield f"  %v{k} = fpext {_DOUBLE} {a} to {_WIDE}"
+    elif operation is square_root:
+        yield f"  %v{k} = call {_DOUBLE} @llvm.sqrt.f64({_DOUBLE} {a})"
     elif operation is negative:
         yield f"  %v{k} = fneg {kind} {a}"
     elif operation is divided:

@@ -118,6 +118,10 @@ def negative(a: Any, _: Any) -> Any:
     return -a
 
 
+def square_root(a: Any, _: Any) -> Any:
+    return np.sqrt(a)
+
+
 def least(a: Any, b: Any) -> Any:
     """The smaller of two numbers; NaN if b is NaN, as in `numpy.minimum`."""
     return b if b < a or b != b else a
@@ -135,8 +139,9 @@ OPERATIONS: dict[Operation, Callable[[Any, Any], Any]] = {
     Operation.NEGATE: negative,
     Operation.MINIMUM: least,
     Operation.MAXIMUM: most,
+    Operation.SQUARE_ROOT: square_root,
 }
-# The operations as Python source.
+# The operations of single batch entries as Python source.
 _TEXTS: dict[Callable[[Any, Any], Any], str] = {
     operator.add: "{a} + {b}",
     operator.sub: "{a} - {b}",

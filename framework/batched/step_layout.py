@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..program.program import ProgramStep
+from ..program.program import Operation, ProgramStep
 from ..program.recording import Recording, Term
 from ..structure.parts import Extended, Value, is_zero
 from .entry_steps import OPERATIONS, Step, widen
@@ -96,6 +96,9 @@ class StepLayout:
 
     def _step(self, number: int, step: ProgramStep) -> None:
         a = self._place[step.a]
+        if step.operation is Operation.WIDEN:
+            self._place[number] = self._as_wide(a)
+            return
         b = self._place[step.b] if step.b >= 0 else a
         wide = self._wide[a] or self._wide[b]
         if wide:

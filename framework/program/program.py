@@ -40,6 +40,8 @@ class Operation(IntEnum):
     # a b - c and c - a b, rounded once or twice.
     MULTIPLY_SUBTRACT = 22
     SUBTRACT_PRODUCT = 23
+    # Conversion to extended precision, in programs whose steps have either precision.
+    WIDEN = 24
 
 
 # Operations whose values are true or false.

@@ -24,7 +24,7 @@ from .parts import Extended, Grid
 Index = NDArray[np.int64]
 
 # Stacks of up to this many stiffness matrices are summed in extended precision.
-_EXTENDED = 4096
+EXTENDED = 4096
 ALL = slice(None)
 # Up to this many matrices it is faster to rotate all entries than to skip those that are zero.
 _TOGETHER = 128
@@ -148,17 +148,16 @@ class Group:
         return start, end
 
     @property
-    def distinct_axes(self) -> list[Array]:
-        """`end_axes`, those of the end only where they differ from those of the start."""
+    def axis_components(self) -> list[Array]:
+        """The components of `end_axes`, row by row, (9, n, ...); those of the end only where they differ."""
         if all(axes is None for axes in self.axes) and "rows" not in vars(self):
-            numbers = self.element.axis_numbers(self.chord)
-            # component by component in memory, as they are computed
             out = np.empty((9, *self.chord.shape[:-1]))
-            for k, number in enumerate(numbers):
+            for k, number in enumerate(self.element.axis_numbers(self.chord)):
                 out[k] = number
-            return [out.transpose(*range(1, out.ndim), 0).reshape(*out.shape[1:], 3, 3)]
+            return [out]
         start, end = self.end_axes
-        return [start] if end is start else [start, end]
+        each = [start] if end is start else [start, end]
+        return [axes.reshape(*axes.shape[:-2], 9).transpose(-1, *range(axes.ndim - 2)) for axes in each]
 
     @property
     def nodes(self) -> Index:
@@ -314,7 +313,7 @@ class Group:
 
 def precise(stiffness: Array) -> bool:
     """Whether matrices of springs of a stiffness (n, ..., springs) are summed in extended precision."""
-    return stiffness[..., 0].size <= _EXTENDED
+    return stiffness[..., 0].size <= EXTENDED
 
 
 def _by_nodes(rows: Array, start: Array, end: Array) -> Array:

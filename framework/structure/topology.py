@@ -24,7 +24,7 @@ from .parts import Extended
 __all__ = ["Group", "Index", "Piece", "Topology"]
 
 # Cached properties that follow from the positions of nodes alone, and from the elements of members alone.
-_OF_NODES, _OF_ELEMENTS = ("plain_positions", "_chords"), ("strained",)
+_OF_NODES, _OF_ELEMENTS = ("plain_positions", "chords"), ("strained",)
 
 
 @dataclass(slots=True)
@@ -100,7 +100,7 @@ class Topology(NumberedPieces):
         kinds: dict[Hashable, int] = {}
         leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
-        chords = self._chords
+        chords = self.chords
         if len(leaders) == 1 and isinstance(chords, np.ndarray):
             groups = [self._group(np.arange(len(chords)), chords)]
             self._check_kind(groups[0])
@@ -178,7 +178,7 @@ class Topology(NumberedPieces):
         known = self.gathered
         if "groups" in vars(self):
             known = FormerStacks(self.groups, frozenset(), set())
-        if known is None or not (len(self.ends) == len(self.counts) and _alike_in_shape(self._chords, clone._chords)):
+        if known is None or not (len(self.ends) == len(self.counts) and _alike_in_shape(self.chords, clone.chords)):
             return clone
         if all(_alike_in_stack(*each) for each in zip(before, after, strict=True)):
             clone.gathered = FormerStacks(known.groups, known.changed.union(others), others)
@@ -186,7 +186,7 @@ class Topology(NumberedPieces):
 
     def _remade(self, group: Group, changed: frozenset[int]) -> Group:
         """A group with the positions, and the elements of the `changed` members, of this frame."""
-        chords, pieces = self._chords, group.pieces.tolist()
+        chords, pieces = self.chords, group.pieces.tolist()
         each = chords[group.pieces] if isinstance(chords, np.ndarray) else np.array([chords[k] for k in pieces])
         chord = each.reshape(group.chord.shape)
         if changed and not changed.isdisjoint(pieces):
@@ -208,12 +208,12 @@ class Topology(NumberedPieces):
         list of ndarray or None
             Stiffness as by `Group.extended_stiffness`, (n, 12, 12) for each group; None where groups are not reused.
         """
-        if self.gathered is None or not isinstance(self._chords, np.ndarray):
+        if self.gathered is None or not isinstance(self.chords, np.ndarray):
             return None
-        assert isinstance(former._chords, np.ndarray)
+        assert isinstance(former.chords, np.ndarray)
         groups, others = self.gathered.groups, self.gathered.others
-        if self._chords is not former._chords:
-            others = others.union(np.not_equal(self._chords, former._chords).nonzero()[0].tolist())
+        if self.chords is not former.chords:
+            others = others.union(np.not_equal(self.chords, former.chords).nonzero()[0].tolist())
         each = enumerate(zip(groups, known, strict=True))
         return [self._stiffness(number, group, stack, others) for number, (group, stack) in each]
 
@@ -224,10 +224,10 @@ class Topology(NumberedPieces):
             return stack
         if len(at) == len(stack) or stack.dtype != Extended or not group.element.elementwise:
             return self.groups[number].extended_stiffness()
-        assert isinstance(self._chords, np.ndarray)
+        assert isinstance(self.chords, np.ndarray)
         pieces, out = group.pieces[at], stack.copy()
         element = self._stacked(self._elements_of(pieces.tolist()))
-        chord = self._chords[pieces].reshape(len(at), *group.chord.shape[1:])
+        chord = self.chords[pieces].reshape(len(at), *group.chord.shape[1:])
         some = Group(element, pieces, group.dofs[at], chord, group.counts[at], group.axes, group.body)
         out[at] = some.extended_stiffness()
         return out
@@ -240,9 +240,13 @@ class Topology(NumberedPieces):
     @cached_property
     def strained(self) -> bool:
         """Whether members have a free strain, such as by heat; may be True where such elements have been replaced."""
-        known = self.gathered is None or "groups" in vars(self)
-        groups, changed = (self.groups, ()) if known or self.gathered is None else self.gathered[:2]
-        elements = [group.element for group in groups] + (self._elements_of(changed) if changed else [])
+        if "groups" in vars(self):
+            elements = [group.element for group in self.groups]
+        elif self.gathered is None:
+            elements = self._elements
+        else:
+            changed = self.gathered.changed
+            elements = [group.element for group in self.gathered.groups] + self._elements_of(changed)
         return any(elements[k].free_strain(ZERO) is not None for k in distinct(elements)[0])
 
     @cached_property
@@ -259,7 +263,7 @@ class Topology(NumberedPieces):
         return plain.tobytes(), self.counts.tobytes(), *forms, *pieces
 
     @cached_property
-    def _chords(self) -> Array | list[Array]:
+    def chords(self) -> Array | list[Array]:
         """Chord of each piece's member, (..., 3)."""
         if (plain := self.plain_chords(np.float64)) is not None:
             return plain

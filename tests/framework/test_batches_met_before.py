@@ -238,6 +238,35 @@ def test_all_numbers_changed_in_place(poses: tuple[int, ...], way: Way) -> None:
     assert solution.plan.entry.way is way
 
 
+def misfit(what: str, seed: int) -> Frame:
+    """Two bars on one joint whose two parts do not fit, or with a support that has moved, each by one component."""
+    rng = np.random.default_rng(seed)
+    frame, scale = Frame(), rng.uniform(1.0, 1.1, (7, 1))
+    for name, place in {"A": (0.0, 0.0), "B": (1.0, 0.3), "C": (1.0, 0.3), "D": (1.6, -0.2)}.items():
+        frame.node(name, scale * (*place, 0.0))
+    frame.add("AB", steel(rng, 7), "A", "B")
+    pitch = rng.uniform(0.01, 0.1, 7) if what == "pitch" else 0.0
+    frame.add("pin", Joint(stiffness=rng.uniform(1e5, 1e7, (7, 6)), pitch=pitch), "B", "C")
+    frame.add("CD", steel(rng, 7), "C", "D")
+    frame.fix("A")
+    by = rng.uniform(1e-4, 1e-3, 7)
+    if what.startswith("support"):
+        frame.prescribe("A", **{what.split()[1]: by})
+    elif what != "pitch":
+        frame.offset("pin", **{what: by})
+    frame.load("D", fy=rng.normal(size=7), fz=rng.normal(size=7))
+    return frame
+
+
+@pytest.mark.parametrize("what", ["uy", "rz", "pitch", "support uy", "support rx"])
+def test_one_number_of_another_component(what: str, way: Way) -> None:
+    """Batches with as many numbers, one of which belongs to something else, have another program."""
+    met(lambda: misfit("ux", 3))
+    np.testing.assert_array_equal(misfit(what, 4).solve().displacement("D"), unmet(misfit(what, 4)).displacement("D"))
+    met(lambda: misfit("support ux", 3))
+    np.testing.assert_array_equal(misfit(what, 5).solve().displacement("D"), unmet(misfit(what, 5)).displacement("D"))
+
+
 def by_hand(seed: int, poses: tuple[int, ...]) -> Frame:
     """That of `linked`, without bodies."""
     linkage, frame = linked(seed, poses), Frame()

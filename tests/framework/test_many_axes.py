@@ -9,7 +9,7 @@ import pytest
 from linkframe.elements import Beam, Circle, Material
 from linkframe.framework import Frame, FrameError
 from linkframe.framework.batch import norms, placed, rotation
-from numpy.testing import assert_array_equal
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -88,3 +88,25 @@ def test_members_that_leave_the_x_axis_late_in_the_batch() -> None:
     bent = 10.0 * ends[:, 0] ** 3 / (3.0 * 200e9 * np.linspace(1.0, 2.0, 2 * MANY) * np.pi * 0.02**4 / 64.0)
     np.testing.assert_allclose(found[:-1, 1], bent[:-1], rtol=1e-12)
     np.testing.assert_allclose(found[-1, 0], 10.0 / (3.0 * 400e9 * np.pi * 0.02**4 / 64.0), rtol=1e-12)
+
+
+@pytest.mark.parametrize("away", [0, MANY, 2 * MANY - 1])
+def test_a_member_that_leaves_its_plane_at_one_entry(away: int) -> None:
+    """Axes in a plane of constant z are computed otherwise, which a part of a batch must not tell of the whole."""
+    rng = np.random.default_rng(1)
+    places = rng.uniform(0.5, 1.0, (2 * MANY, 3)) * (1.0, 1.0, 0.0)
+    places[away, 2] = 0.3
+    modulus, forces = rng.uniform(1e11, 2e11, 2 * MANY), rng.normal(size=(3, 2 * MANY))
+
+    def tip(entries: list[int] | slice) -> Array:
+        frame = Frame()
+        frame.node("A", (0.0, 0.0, 0.0))
+        frame.node("B", places[entries])
+        frame.add("AB", Beam(Circle(diameter=0.02), Material(E=modulus[entries], nu=0.3)), "A", "B")
+        frame.fix("A")
+        frame.load("B", **dict(zip(("fx", "fy", "fz"), forces[:, entries], strict=True)))
+        return frame.solve("broadcast").displacement("B")
+
+    whole = tip(slice(None))
+    for k in (0, 1, away, 2 * MANY - 1):
+        assert_allclose(whole[k], tip([k, k])[0], rtol=1e-10, atol=1e-18)
