@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....framework.batch import Array, all_of, finite, numbers, vector
+from ....framework.batch import Array, all_of, any_of, finite, numbers, vector
 from ....framework.checked import not_negative
 from ....framework.described.parts import check_ideal
 from ....framework.errors import FrameError
@@ -196,7 +196,7 @@ def _springs(what: str, kind: Kind, value: ArrayLike) -> Array:
     springs = numbers(value, f"stiffness of {what}")
     if springs.shape[-1:] != (6,) or not all_of(springs >= 0.0):  # NaN is not
         raise FrameError(f"stiffness of {what} is {springs.tolist()}: give six springs ux uy uz rx ry rz, 0 to inf")
-    if springs.ndim > 1:
+    if springs.ndim > 1 and any_of(np.isinf(springs)):
         # an infinite stiffness on a free coordinate has a message of its own, see `check_free`
         check_ideal(what, np.where([name not in kind.coordinates for name in COMPONENTS], springs, 0.0))
     return springs

@@ -169,7 +169,7 @@ def _reached(link: LinkageLink, point: str) -> set[str]:
     reached, left = {point}, list(link.beams)
     while touched := [pair for pair in left if pair[0] in reached or pair[1] in reached]:
         reached.update(*touched)
-        left = [pair for pair in left if pair not in touched]
+        left = [pair for pair in left if not reached.issuperset(pair)]
     return reached
 
 
