@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -101,3 +102,26 @@ def test_the_member_with_a_moment_is_named() -> None:
     frame.point_load("5", at=0.3, mz=1.0)
     with pytest.raises(FrameError, match="point load on '5' has a moment"):
         frame.solve(large=True).reaction("B1")
+
+
+def test_rounding_in_the_loads_is_within_the_bounds() -> None:
+    """Against the closed forms in fractions of the numbers as given."""
+    frame, exact, places = Frame(), {}, np.random.default_rng(7).uniform(0.1, 0.9, 12)
+    for k, place in enumerate(places.tolist()):
+        length = 1.0 + 0.1 * k
+        frame.node(f"A{k}", (0.0, float(k), 0.0))
+        frame.node(f"B{k}", (length, float(k), 0.0))
+        frame.add(f"{k}", BEAM, f"A{k}", f"B{k}")
+        frame.fix(f"A{k}")
+        frame.fix(f"B{k}")
+        frame.point_load(f"{k}", at=place, fy=P)
+        a, whole = Fraction(place), Fraction(length)
+        b = whole - a
+        exact[k] = -Fraction(P) * b**2 * (3 * a + b) / whole**3, -Fraction(P) * a * b**2 / whole**2
+    solution, rounded = frame.solve(), 0
+    for k, wanted in exact.items():
+        found, bound = solution.reaction(f"A{k}")[[1, 5]], solution.error_bound(f"A{k}", "reaction")[[1, 5]]
+        for one, most, value in zip(found.tolist(), bound.tolist(), wanted, strict=True):
+            assert abs(Fraction(one) - value) <= Fraction(most) <= abs(value) * Fraction(1, 10**12)
+            rounded += Fraction(one) != value
+    assert rounded > 12
