@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
-from linkframe.framework import Frame, MechanismWarning, Solution
+from linkframe.framework import Frame, MechanismWarning, Solution, ldl
 from linkframe.framework.batched import stage
 from linkframe.framework.batched.block import Block, BlockFactor
 from linkframe.framework.cache import PROGRAMS
@@ -68,14 +68,14 @@ def test_operations(monkeypatch: pytest.MonkeyPatch) -> None:
     block = plan.block(name)
     order = block.orders[0]
     counted = 0
-    kept = stage.subtract
+    kept = ldl.subtract
 
     def counting(parts: Parts, mask: int, value: Value) -> None:
         nonlocal counted
         counted += 2 * int(np.size(value))
         kept(parts, mask, value)
 
-    monkeypatch.setattr(stage, "subtract", counting)
+    monkeypatch.setattr(ldl, "subtract", counting)
     scale = {i: dict(row[i]) for i, row in block.matrix.items()}
     stage.Stage(block.matrix, scale=scale).mapped(lambda value: value).eliminate(order, [True] * len(plan.grid.sizes))
     columns = sum(plan.grid.sizes[order.masks[k]] * len(order.below[k]) for k in order.pivots)
