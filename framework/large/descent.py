@@ -169,6 +169,7 @@ class Descent:
             share[saddle, 0] = (_PERTURBATION / amount(self.newton, equations, state, mode))[saddle]
         whole = self._whole(spectrum, share)
         idle = free & (load == 0.0)
+        idle[saddle, 0] = False
         if idle.any():
             weights = np.broadcast_to(equations.scale, whole.shape)[: self.model.free]
             whole[: self.model.free] = spectrum.without(whole[: self.model.free], idle, weights)

@@ -49,6 +49,9 @@ class SymbolicFactorisation:
     constraints
         How many of the last unknowns are multipliers, which stand for constraints on those before them and follow them
         in the order; any two that a constraint couples are coupled.
+    units
+        By unknown the number of what it is measured in together with others, (size,): the displacements of a node are,
+        and its rotations, as they mix with the axes. All by themselves where not given.
 
     Attributes
     ----------
@@ -58,7 +61,17 @@ class SymbolicFactorisation:
         Pivot or eigenvalue, some roundings more, at which a motion is free.
     """
 
-    def __init__(self, rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0) -> None:
+    def __init__(
+        self,
+        rows: Index,
+        columns: Index,
+        size: int,
+        *,
+        half: bool = False,
+        constraints: int = 0,
+        units: Index | None = None,
+    ) -> None:
+        self.units = np.arange(size) if units is None else units
         self.size, self.half, self.constraints, self.first_constraint = size, half, constraints, size - constraints
         self.zero = _ROUNDINGS * size
         self.free = _FREE * self.zero
@@ -71,13 +84,13 @@ class SymbolicFactorisation:
 
     @staticmethod
     def of(
-        rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0
+        rows: Index, columns: Index, size: int, *, half: bool = False, constraints: int = 0, units: Index
     ) -> SymbolicFactorisation:
         """That of a pattern, which all frames of the same structure have in common."""
-        make = partial(SymbolicFactorisation, rows, columns, size, half=half, constraints=constraints)
+        make = partial(SymbolicFactorisation, rows, columns, size, half=half, constraints=constraints, units=units)
         if size > LARGE:
             return make()
-        key = "elimination", rows.tobytes(), columns.tobytes(), size, half, constraints
+        key = "elimination", rows.tobytes(), columns.tobytes(), size, half, constraints, units.tobytes()
         found: SymbolicFactorisation = KERNELS.found(key, make, len(rows))
         return found
 
@@ -85,7 +98,7 @@ class SymbolicFactorisation:
     def of_model(model: Model) -> SymbolicFactorisation:
         """That of the tangents of a model in space."""
         _, rows, columns = model.pattern
-        return SymbolicFactorisation.of(rows, columns, model.free, constraints=model.constraints)
+        return SymbolicFactorisation.of(rows, columns, model.free, constraints=model.constraints, units=model.units)
 
     def _order(self) -> None:
         """Minimum degree, as nothing here varies less than the rest."""
@@ -132,16 +145,28 @@ class SymbolicFactorisation:
 
     def diagonal(self, values: Array) -> Array:
         """Sizes of the coordinates' stiffnesses (n, m), by whose roots rows and columns are divided to leave no entry
-        above one: magnitudes on the diagonal, more where a coupling is too large for it, one where nothing is."""
+        above one: magnitudes on the diagonal, more where a coupling is too large for it, one where nothing is.
+
+        Those of a node's displacements are summed up, which is the same in all axes: what is stiff along one of them
+        has only rounding across it, which would count as much as the stiffness. So it is with its rotations.
+        """
         own = np.flatnonzero(self.rows == self.columns)
         size = np.zeros((self.size, values.shape[-1]))
         size[self.rows[own]] = np.abs(values[self.inside[own]])
+        size = self._together(size, np.add)
         inverse = np.divide(1.0, size, out=np.zeros_like(size), where=size > np.finfo(float).tiny)
         entries = values[self.inside]
         out = size.copy()
         for i, j in ((self.rows, self.columns), (self.columns, self.rows)):
             np.maximum.at(out, i, entries * (entries * inverse[j]))
+        out = self._together(out, np.maximum)
         return np.where(out > 0.0, out, 1.0)
+
+    def _together(self, size: Array, combined: np.ufunc) -> Array:
+        """The sum, or the largest, of what is measured together, for all of it (n, m)."""
+        out = np.zeros_like(size)
+        combined.at(out, self.units, size)
+        return np.asarray(out[self.units])
 
     def raised(self, values: Array, shift: Array | float, more: Array | float = 0.0) -> Array:
         """`values` with the diagonal raised by a share `shift` (m,) of its size, and by `more` (n, m)."""

@@ -187,6 +187,17 @@ class Model:
         return int((self.multipliers >= 0).sum())
 
     @cached_property
+    def units(self) -> Index:
+        """By unknown the number of what it is measured in together with others (free,): with the other displacements,
+        or rotations, of its node, where these are along global axes; what a link has of its own is by itself."""
+        out = np.arange(self.free)
+        for kind in (self.columns[:3, self.plain], self.columns[3:, self.plain]):
+            inside = (kind >= 0) & (kind < self.free)
+            first = np.where(inside, kind, self.free).min(axis=0)
+            out[kind[inside]] = np.broadcast_to(first, kind.shape)[inside]
+        return out
+
+    @cached_property
     def plain_members(self) -> bool:
         """Whether members have their stiffness alone, and all loads are on nodes."""
         return all(stack.plain for stack in self.stacks) and not self.loads.offset_forces

@@ -51,7 +51,12 @@ class Newton:
         self.planar_model = PlanarModel(model) if PlanarModel.suits(model) else None
         _, rows, columns = model.pattern if self.planar_model is None else self.planar_model.pattern
         self.elimination = SymbolicFactorisation.of(
-            rows, columns, model.free, half=self.planar_model is not None, constraints=model.constraints
+            rows,
+            columns,
+            model.free,
+            half=self.planar_model is not None,
+            constraints=model.constraints,
+            units=model.units,
         )
         # a journal pressed by a small force may lie a rounding inside its circle, where nothing seems to resist it
         self.least = self.elimination.free if model.has_clearance else CLEAR

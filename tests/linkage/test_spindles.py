@@ -151,3 +151,20 @@ def test_a_crank_that_turns_as_a_screw_does_is_followed_by_its_angle(spline):
     linkage.prismatic("C", "ground", "block", axis=(1, 0), name="slide")
     reach = linkage.drive_range("screw")
     assert_allclose([reach.lower, reach.upper], np.arcsin([high - rod, high + rod]), rtol=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [1e-3, 1e-6, 3e-7, 1e-7])
+@pytest.mark.parametrize("batch", [(), (1,), (2,)])
+def test_a_screw_far_finer_than_the_linkage_only_follows(pitch, batch):
+    """Two bars of sqrt(2) push a nut along x, whose screw turns millions of times: C is at twice their cosine."""
+    pitches = np.full(batch, pitch)
+    pitches = pitches if not batch else np.where(np.arange(batch[0]) > 0, 0.5, pitches)
+    linkage = toggle(pitches, np.eye(3))
+    linkage.screw("C", "ground", "spindle", axis=(1, 0, 0), pitch=pitches, name="screw", replace=True)
+    linkage.revolute("A", "ground", "ab", drive=True, replace=True)
+    angles = np.array([1e-3, 0.1, 0.5]).reshape(3, *(1,) * len(batch))
+    motion = linkage.move(A=angles)
+    assert (motion.status == "regular").all()
+    wanted = np.broadcast_to(2.0 * np.sqrt(2.0) * np.cos(np.pi / 4.0 + angles), motion.shape)
+    assert_allclose(motion.position("C")[..., 0], wanted, rtol=0.0, atol=1e-13)
+    assert linkage.mobility().actual == 1

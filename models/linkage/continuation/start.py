@@ -10,9 +10,11 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..kinematics.closed_poses import Pose
 from ..kinematics.elimination import order_of
+from ..kinematics.extent import extent
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import Mechanism
 from ..kinematics.nearest import nearest, open_by_one, widest
+from ..kinematics.spindles import turning_units
 
 # The equations have as many independent ones as singular values above this share of the largest.
 INDEPENDENT = 1e-8
@@ -51,15 +53,17 @@ def leader(mechanism: Mechanism, tolerance: float) -> tuple[int, list[float], Lo
     refused: FrameError | None = None
     for member, nominal in middle_first(mechanism):
         try:
-            return member, nominal, *started(mechanism, nominal, tolerance)
+            return member, nominal, *started(mechanism, nominal, tolerance, member)
         except FrameError as error:
             refused = refused or error
     assert refused is not None
     raise refused
 
 
-def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0) -> tuple[Loops, Pose]:
-    """The loops with the rank of their equations, and the closed reference configuration.
+def started(
+    mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0.0, member: int = 0
+) -> tuple[Loops, Pose]:
+    """The loops with the rank of their equations, and the closed reference configuration of a member of the batch.
 
     Raises
     ------
@@ -69,9 +73,10 @@ def started(mechanism: Mechanism, nominal: Sequence[float], tolerance: float = 0
     loops = Loops(mechanism, None, tolerance)
     state = _closed_reference(loops, nominal)
     jacobian = jacobian_at(loops, state, nominal)
-    rank, full = _rank(loops, jacobian), min(loops.rows, loops.columns)
+    units = _units(mechanism, member)
+    rank, full = _rank(loops, jacobian / units), min(loops.rows, loops.columns)
     if rank < full:
-        general = _general_rank(loops, state, nominal)
+        general = _general_rank(loops, state, nominal, units)
         if general > rank:
             raise FrameError(
                 "the reference configuration is singular, so that the drives do not determine which way the linkage "
@@ -109,7 +114,7 @@ def not_assembled(joint: str, gap: float) -> FrameError:
     )
 
 
-def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]) -> int:
+def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float], units: Array) -> int:
     """Rank at a pose near `state`, in general position on the closed poses."""
     rng = np.random.default_rng(0)
     n, f = loops.columns, len(loops.mechanism.driven)
@@ -121,12 +126,25 @@ def _general_rank(loops: Loops, state: Sequence[float], nominal: Sequence[float]
             moved[place] = moved[place] + float(step[n + k])
         best, error = nearest(loops, [np.array(x) for x in moved], nominal, free=not loops.driven_spherical)
         if error < max(1e-10, loops.tolerance):
-            ranks.append(_rank(loops, jacobian_at(loops, [float(x) for x in best], nominal)))
+            ranks.append(_rank(loops, jacobian_at(loops, [float(x) for x in best], nominal) / units))
     return max(ranks, default=0)
 
 
+def _units(mechanism: Mechanism, member: int) -> Array:
+    """Units of the unknowns of a member, (n,): the angle of a spindle counts as the travel of its screw.
+
+    With a fine screw a spindle turns so far that what it does for the equations, per radian, looks like rounding.
+    """
+    out, linkage = np.ones(len(mechanism.columns)), mechanism.linkage
+    if not mechanism.pitches:
+        return out[mechanism.unknown]
+    for place, unit in turning_units(linkage, mechanism.columns, extent(linkage)).items():
+        out[place] = unit.reshape(-1)[member]
+    return out[mechanism.unknown]
+
+
 def _rank(loops: Loops, jacobian: Array) -> int:
-    """Rank of the closing equations in the unknowns."""
+    """Rank of the closing equations in the unknowns, by their Jacobian in units of these."""
     return rank_of(jacobian, max(INDEPENDENT, 10.0 * loops.tolerance))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ....framework.graphics.scene import beside
-from ..poses.configuration import extent
+from ..kinematics.extent import extent
 from .places import DrawnPoses
 
 # Motion out of the plane that counts as rounding, as a share of the linkage's size.

@@ -11,11 +11,12 @@ from ....framework import rotation
 from ....framework.batch import Array, one_entry
 from ..continuation.start import not_assembled
 from ..description.linkage_description import LinkageDescription
+from ..kinematics.extent import extent
 from ..kinematics.loops import Loops
 from ..kinematics.mechanism import compiled
 from ..kinematics.nearest import nearest, widest
+from ..kinematics.spindles import spindles, turning_units
 from ..kinematics.terms import Value
-from .spindles import spindles, turning_units
 
 # Ratio to the largest singular value below which one counts as zero. Closed positions are accurate to some 1e-15, and
 # to 1e-8 near a singular one.
@@ -231,13 +232,3 @@ def null_space(matrix: Array, size: float | None = None, share: float = DEPENDEN
     _, values, right = np.linalg.svd(matrix)
     rank = int(np.count_nonzero(values > share * (values[0] if size is None else size)))
     return np.asarray(right[rank:].T)
-
-
-def extent(linkage: LinkageDescription) -> Array:
-    """Diagonal of the bounding box of each member of the linkage's batch, (...); 1 if all its points coincide."""
-    points = list(linkage.points.values())
-    if not points:
-        return np.ones(linkage.shape)
-    corners = np.stack(np.broadcast_arrays(*points) if linkage.shape else points)
-    size: Array = np.linalg.norm(np.ptp(corners, axis=0), axis=-1)
-    return np.broadcast_to(np.where(size > 0.0, size, 1.0), linkage.shape)

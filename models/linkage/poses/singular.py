@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from ....framework.batch import Array
 from ....framework.states import States, words
 from ..description.parts import GROUND
+from ..kinematics.extent import extent
 from ..kinematics.linear import matrices
-from .configuration import extent
+from ..kinematics.spindles import turning_units
 from .kinematics import Kinematics
 from .moving_joints import MOVES, moving_joints
-from .spindles import turning_units
 from .states import PoseState, closure_states, singular_states
 
 Bools = NDArray[np.bool_]

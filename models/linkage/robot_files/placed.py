@@ -11,7 +11,7 @@ from ....framework.batch import Array
 from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
-from ..poses.configuration import extent
+from ..kinematics.extent import extent
 from ..poses.coordinates import coordinate_of
 from ..poses.kinematics import Kinematics
 from ..statics.inertia import inertia

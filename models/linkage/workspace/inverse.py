@@ -13,8 +13,8 @@ from ....framework.errors import FrameError
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND
 from ..graphics.places import ReferencePlaces
+from ..kinematics.extent import extent
 from ..motion import Motion
-from ..poses.configuration import extent
 from ..poses.coordinates import some_coordinates
 
 Bools = NDArray[np.bool_]
