@@ -119,7 +119,7 @@ class Joint(JointElement):
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
-        directions = () if none and not gap.any() else checked_directions(springs, names)
+        directions = () if none and (gap is _NONE or not gap.any()) else checked_directions(springs, names)
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )

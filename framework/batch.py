@@ -33,7 +33,8 @@ ZERO.setflags(write=False)
 
 def numbers(value: ArrayLike, what: str) -> Array:
     """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
-    array = as_numbers(value, what, copy=True)
+    plain = type(value) is np.ndarray and value.dtype is _FLOATS  # as most often; there is no more to look at
+    array: Array = np.array(value) if plain else as_numbers(value, what, copy=True)
     array.setflags(write=False)
     return array
 

@@ -113,9 +113,9 @@ def check_ideal(what: str, stiffness: Array) -> None:
     FrameError
         Naming the component, an entry at which it is ideal, and one at which it is not.
     """
-    infinite = np.isinf(stiffness)
-    if infinite.ndim == 1 or not infinite.any():
+    if stiffness.ndim == 1 or np.maximum.reduce(stiffness, axis=None, initial=0.0) < np.inf:
         return
+    infinite = np.isinf(stiffness)
     mixed = infinite.reshape(-1, 6).any(axis=0) & ~infinite.reshape(-1, 6).all(axis=0)
     for k in np.flatnonzero(mixed)[:1].tolist():
         ideal, other = (np.argwhere(infinite[..., k] == which)[0].tolist() for which in (True, False))

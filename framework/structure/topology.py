@@ -243,7 +243,8 @@ class Topology(NumberedPieces):
         if "groups" in vars(self):
             elements = [group.element for group in self.groups]
         elif self.gathered is None:
-            elements = self._elements
+            members = [*self.frame.members.items()]
+            elements = [examined(members[k][1].element, members[k][0]) for k in self._distinct[0]]
         else:
             changed = self.gathered.changed
             elements = [group.element for group in self.gathered.groups] + self._elements_of(changed)
