@@ -227,11 +227,12 @@ class BeamSectionLaw(LineElement):
 
 
 def _check_parts(beam: BeamSectionLaw) -> None:
-    if not isinstance(beam.shear, bool | np.bool_):
+    if not isinstance(beam.shear, (bool, np.bool_)):
         raise FrameError(f"Beam: shear = {beam.shear!r} must be True (Timoshenko) or False (Euler-Bernoulli)")
-    for name, value, kind in (("section", beam.section, CrossSection), ("material", beam.material, Material)):
-        if not isinstance(value, kind):
-            raise FrameError(f"Beam: {name} is a {type(value).__name__}; give a {kind.__name__}")
+    if not isinstance(beam.section, CrossSection):
+        raise FrameError(f"Beam: section is a {type(beam.section).__name__}; give a CrossSection")
+    if not isinstance(beam.material, Material):
+        raise FrameError(f"Beam: material is a {type(beam.material).__name__}; give a Material")
     if beam.shear:
         for section in (beam.section, beam.end):
             if isinstance(section, Section):

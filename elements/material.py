@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +16,11 @@ from .parameters import (
     as_real,
     common_shape,
     derived_numbers,
+    extent,
     not_negative,
     number,
     positive,
+    positive_with_extent,
     require,
     shape_of,
 )
@@ -68,7 +71,7 @@ class Material:
         G: ArrayLike | None = None,
         density: ArrayLike = 0.0,
     ) -> None:
-        young = positive("Material", "E", E)
+        young, (least, most) = positive_with_extent("Material", "E", E)
         if G is None and nu is not None:
             ratio = number("Material", "nu", nu)
             if not (type(ratio) is float and -1.0 < ratio < 0.5):
@@ -82,19 +85,31 @@ class Material:
             ratio = as_real(numbers(young / (2.0 * shear) - 1.0, "Material: nu"))
         else:
             raise FrameError(f"Material: nu = {nu!r}, G = {G!r}: give one of the two, nu or G")
-        shear = derived_numbers("Material", {"G": shear})["G"]
+        # as most often: G has the shape of E, and is in the range of floats where its extremes are
+        plain = G is None and isinstance(ratio, float) and _in_range(least, most, 2.0 * (1.0 + ratio))
+        if not plain:
+            shear = derived_numbers("Material", {"G": shear})["G"]
+        elif isinstance(shear, np.ndarray):
+            shear.setflags(write=False)
         dense = not_negative("Material", "density", density)
-        shape = common_shape("Material", {"E": np.shape(young), "G": np.shape(shear), "density": np.shape(dense)})
-        vars(self).update(E=young, nu=ratio, G=shear, density=dense, shape=shape)
+        shape = np.shape(young)
+        if not (plain and isinstance(dense, float)):
+            shape = common_shape("Material", {"E": shape, "G": np.shape(shear), "density": np.shape(dense)})
+        vars(self).update(E=young, nu=ratio, G=shear, density=dense, shape=shape, _range=(least, most))
 
     @cached_property
     def _range(self) -> tuple[float, float]:
         """Least and greatest Young's modulus over the batch."""
         if isinstance(self.E, float):
             return self.E, self.E
-        return float(self.E.min(initial=np.inf)), float(self.E.max(initial=0.0))
+        return extent(self.E)
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
         """Batch shape: the broadcast of moduli and density."""
         return shape_of(self.E, self.G, self.density)
+
+
+def _in_range(least: float, most: float, by: float) -> bool:
+    """Whether numbers between these are positive floats after they are divided."""
+    return least / by > 0.0 and most / by < inf

@@ -45,6 +45,12 @@ def _own(value: ArrayLike) -> Array | None:
     return array
 
 
+def extent(array: Array) -> tuple[float, float]:
+    """The least of some numbers, and the greatest that is not negative; NaN if there is one."""
+    least = np.minimum.reduce(array, axis=None, initial=inf)
+    return float(least), float(np.maximum.reduce(array, axis=None, initial=0.0))
+
+
 def _above_zero(array: Array) -> bool:
     """Whether all numbers are finite and above zero."""
     return all_of((array > 0.0) & (array < inf))
@@ -59,6 +65,16 @@ def positive(owner: str, name: str, value: ArrayLike) -> Real:
         return checked
     require(owner, name, np.asarray(checked), np.asarray(checked) > 0.0, "above zero; give a positive number")
     return checked
+
+
+def positive_with_extent(owner: str, name: str, value: ArrayLike) -> tuple[Real, tuple[float, float]]:
+    """`positive`, and the least and the greatest of the numbers."""
+    if (array := _own(value)) is not None:
+        least, most = extent(array)
+        if least > 0.0 and most < inf:
+            return array, (least, most)
+    checked = positive(owner, name, value)
+    return checked, (checked, checked) if isinstance(checked, float) else extent(checked)
 
 
 def not_negative(owner: str, name: str, value: ArrayLike) -> Real:

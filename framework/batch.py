@@ -26,6 +26,8 @@ _IN_CACHE = 2**13
 _LONG = 150_000
 # What arrays of floats are most often of: one object, though others may be equal to it.
 _FLOATS = np.dtype(np.float64)
+# For each column of three the next one.
+_NEXT = [1, 2, 0]
 # The number zero as an array: one object, which is known by itself and nobody may change.
 ZERO: Array = np.zeros(())
 ZERO.setflags(write=False)
@@ -33,7 +35,8 @@ ZERO.setflags(write=False)
 
 def numbers(value: ArrayLike, what: str) -> Array:
     """`value` as a read-only float array of its own: what becomes of the given one later changes nothing."""
-    array = as_numbers(value, what, copy=True)
+    plain = type(value) is np.ndarray and value.dtype is _FLOATS  # as most often; there is no more to look at
+    array: Array = np.array(value) if plain else as_numbers(value, what, copy=True)
     array.setflags(write=False)
     return array
 
@@ -130,8 +133,15 @@ def _is_rotation(axes: Array) -> bool:
 
 def _oriented_one_by_one(axes: Array) -> tuple[float, bool]:
     """How far the columns of matrices (..., 3, 3) are from orthonormal, and whether some are left-handed."""
-    off = np.abs(np.swapaxes(axes, -1, -2) @ axes - np.eye(3)).max(initial=0.0)
-    return float(off), bool(np.any(np.linalg.det(axes) < 0.0))
+    rows = np.moveaxis(axes.reshape(-1, 3, 3), 0, -1).copy()
+    units, products = rows * rows, rows * rows[:, _NEXT]
+    off = [
+        np.abs(each[0] + each[1] + each[2] - wanted).max(initial=0.0) for each, wanted in ((units, 1), (products, 0))
+    ]
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    # where these are units at right angles, the determinant is 1 or -1
+    left = any_of(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0.0)
+    return float(max(off)), left
 
 
 def _oriented(axes: Array) -> tuple[float, bool]:

@@ -66,10 +66,10 @@ class Editable(Description):
         """
         names = [name] if isinstance(name, str) else list(name)
         kind: Any = type(new)
-        if _sort(kind):
-            self._change_elements(names, [cast(Element, new)])
-        elif kind in (list, tuple) and any(_sort(each) for each in map(type, cast(Sequence[Any], new))):
+        if kind in (list, tuple) and any(map(_sort, {*map(type, cast(Sequence[Any], new))})):
             self._change_elements(names, cast(Sequence[Element], new))
+        elif kind is not np.ndarray and _sort(kind):
+            self._change_elements(names, [cast(Element, new)])
         else:
             self._move(names, cast(ArrayLike, new))
 
@@ -143,7 +143,8 @@ class Editable(Description):
             count = "one element" if len(elements) == 1 else f"{len(elements)} elements"
             remedy = "give a list of one for each, each named once, or change them one by one"
             raise FrameError(f"change was given {count} for {names}: {remedy}")
-        whole, known, before = self.shape, self._shapes, list[tuple[dict[str, Any], str, Any]]()
+        whole, known = self.shape, self._shapes
+        before: list[tuple[dict[str, Any], str, Any]] = []
         kinds: dict[Hashable, str] = {}
         try:
             for name, new in zip(names, elements, strict=True):
@@ -159,10 +160,11 @@ class Editable(Description):
 
     def _parts_like(self, name: str, new: Element) -> dict[str, Any]:
         """The members, joints or masses, whichever are of the sort of an element; `name` must be one of them."""
-        by_sort: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
         sort = _sort(type(new))
-        if sort and name in by_sort[sort]:
-            return by_sort[sort]
+        parts: dict[str, Any] = self.members if sort == "member" else self.joints if sort == "joint" else self.masses
+        if sort and name in parts:
+            return parts
+        by_sort: dict[str, dict[str, Any]] = {"member": self.members, "joint": self.joints, "mass": self.masses}
         found = [other for other, parts in by_sort.items() if name in parts]
         text = f"is a {found[0]}" if found else "is no member, joint or mass of the frame"
         given = f"{type(new).__name__}(...), a {sort}" if sort else f"{new!r}"
@@ -183,7 +185,8 @@ class Editable(Description):
         """Check an element that is to replace another; the kinds that were checked, for `_examined`."""
         if isinstance(part, Member):
             assert isinstance(new, LineElement)
-            new.check(self._chord(part.start, part.end))
+            if new.formulas is None:  # else it has the default axes, which suit any chord
+                new.check(self._chord(part.start, part.end))
             return self._examine(name, new, (part.start, part.end))
         if isinstance(part, JointLink):
             assert isinstance(new, JointElement)
@@ -302,5 +305,8 @@ def _largest(place: Array) -> float:
 
 def _sort(kind: type) -> str:
     """What an element of a class is: a member, a joint or a mass; empty where the class is of no element."""
-    classes = {"member": LineElement, "joint": JointElement, "mass": PointElement}
-    return next((sort for sort, one in classes.items() if issubclass(kind, one)), "")
+    if issubclass(kind, LineElement):
+        return "member"
+    if issubclass(kind, JointElement):
+        return "joint"
+    return "mass" if issubclass(kind, PointElement) else ""

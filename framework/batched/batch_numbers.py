@@ -197,7 +197,7 @@ class BatchNumbers(Blocks):
                 stiffness = np.where(infinite, 0.0, stiffness)
                 most = float(stiffness.max())
             springs = self.put(_first(stiffness, 1))
-            screwless = not element.pitch.ndim and element.pitch == 0.0
+            screwless = not element.pitch.ndim and element.pitch.item() == 0.0
             pitch = ABSENT if screwless else self.one(element.pitch / (2.0 * np.pi))
             offsets = self._six(frame.offsets[name]) if name in frame.offsets else _NONE
             axes = None if element.axes is None else self._turned(element.axes)

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batch import Array, all_of, any_of, distinct
+from ..batch import Array, all_of, any_of
 from ..orientation import level_axis_numbers
-from ..protocol import SpringFormulas
 from ..structure.group import EXTENDED
 from ..structure.topology import Topology
 from .number_blocks import Blocks
@@ -66,7 +65,8 @@ def member_formulas(blocks: Blocks, topology: Topology) -> tuple[MemberFormulas,
     whole = len(members) == len(topology.ends) and len(members) * blocks.grid.sizes[-1] <= EXTENDED
     if not whole or any(bodies[a] != bodies[b] for a, b in topology.ends.tolist()):
         return None
-    leaders, which = distinct(elements := [member.element for member in members])
+    leaders, which = topology.distinct_elements
+    elements = [member.element for member in members]
     formulas = [formula for k in leaders if (formula := elements[k].formulas) is not None]
     if len(formulas) < len(leaders):
         return None
@@ -82,12 +82,13 @@ def member_formulas(blocks: Blocks, topology: Topology) -> tuple[MemberFormulas,
         horizontal = blocks.put(across)
         length = ABSENT if level else blocks.put(np.hypot(across, z))
     start = blocks.put(chords.reshape(3 * count, *chords.shape[2:]))
-    inputs = [_inputs(blocks, formula) for formula in formulas]
+    inputs = _inputs(blocks, [formula.inputs for formula in formulas])
+    # places of the members among the lengths, if these are there
+    across_by, length_by = int(horizontal != ABSENT), int(length != ABSENT)
     found = []
     for k, n in enumerate(which.tolist()):
-        across_at, length_at = (ABSENT if at == ABSENT else at + k for at in (horizontal, length))
-        functions = formulas[n].stiffness, formulas[n].deformations
-        found.append(MemberFormulas(inputs[n], start + 3 * k, across_at, length_at, *functions))
+        places = start + 3 * k, horizontal + k * across_by, length + k * length_by
+        found.append(MemberFormulas(inputs[n], *places, formulas[n].stiffness, formulas[n].deformations))
     return tuple(found)
 
 
@@ -98,16 +99,14 @@ def _stacked(chords: list[Array]) -> Array | None:
     return np.array([chord.T if chord.ndim < 3 else np.moveaxis(chord, -1, 0) for chord in chords])
 
 
-def _inputs(blocks: Blocks, formulas: SpringFormulas) -> tuple[int, ...]:
-    """Indices of the numbers of an element, added to blocks: those that do not vary as one of them."""
-    given = formulas.inputs
-    fixed = [number for number in given if isinstance(number, float)]
-    place = blocks.put(np.array(fixed)) if fixed else ABSENT
-    found = []
-    for number in given:
-        if isinstance(number, float):
-            found.append(place)
-            place += 1
-        else:
-            found.append(blocks.one(number))
-    return tuple(found)
+def _inputs(blocks: Blocks, given: list[tuple[Array | float, ...]]) -> list[tuple[int, ...]]:
+    """Indices of the numbers of some elements, added to blocks: those that do not vary together, and so the others."""
+    each = [number for numbers in given for number in numbers]
+    fixed = [number for number in each if isinstance(number, float)]
+    varying = [number for number in each if not isinstance(number, float)]
+    first = iter(range(blocks.put(np.array(fixed)), blocks.count)) if fixed else iter(())
+    if len({number.shape for number in varying}) == 1:
+        second = iter(range(blocks.put(np.array(varying)), blocks.count))
+    else:
+        second = iter([blocks.one(number) for number in varying])
+    return [tuple([next(first if isinstance(x, float) else second) for x in numbers]) for numbers in given]

@@ -63,8 +63,9 @@ class Blocks:
         found = [number != 0.0 for block in self.blocks for number in block[first].tolist()]
         # most are not zero at the first entry, and need no second look
         for block, mask, start in zip(self.blocks, self.masks, self.starts, strict=True):
-            if mask and not all(found[start : start + len(block)]):
-                for a, b in _zeros(found[start : start + len(block)]):
+            own = found[start : start + len(block)]
+            if mask and False in own:
+                for a, b in _zeros(own):
                     if any_of(rest := block[a:b]):
                         found[start + a : start + b] = map(any_of, rest)
         return found

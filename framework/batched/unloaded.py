@@ -361,5 +361,6 @@ def _geometry(topology: Topology) -> int:
     shapes |= {body.axes.shape[:-2] for body in frame.bodies.values()}
     if shapes == {()}:
         return 0
-    joint = np.broadcast_shapes(*shapes)
+    shapes.discard(())
+    joint = next(iter(shapes)) if len(shapes) == 1 else np.broadcast_shapes(*shapes)
     return mask_of_shape((1,) * (len(frame.shape) - len(joint)) + joint)

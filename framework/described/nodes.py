@@ -20,6 +20,9 @@ from .parts import Body, IdleRotation, JointLink, MassPoint, Member, Node, Tie
 # Names of the dimensions that results have besides the batch axes; a batch axis cannot take one of them.
 TAKEN = ("node", "component", "support", "force", "joint", "status")
 
+# Of up to so many numbers einsum is the quickest.
+_FEW = 2**12
+
 # Containers of parts, which a copy of the description copies as well.
 _HELD = (dict, list)
 # Fields whose values are lists that grow in place, so that a copy needs lists of its own; values of other fields are
@@ -322,4 +325,8 @@ class DescribedNodes:
 
 def _farthest(places: Array) -> float:
     """The greatest distance of positions (..., 3) from the origin."""
-    return math.hypot(*places.tolist()) if places.ndim == 1 else float(norms(places).max(initial=0.0))
+    if places.ndim == 1:
+        return math.hypot(*places.tolist())
+    if places.size > _FEW:
+        return float(norms(places).max(initial=0.0))
+    return math.sqrt(np.einsum("...i,...i->...", places, places).max(initial=0.0))

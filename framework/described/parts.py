@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..batch import Array, any_of
+from ..batch import Array
 from ..dofs import DISPLACEMENTS
 from ..errors import FrameError
 from ..joint_protocol import JointElement
@@ -115,8 +115,9 @@ def check_ideal(what: str, stiffness: Array) -> None:
     FrameError
         Naming the component, an entry at which it is ideal, and one at which it is not.
     """
-    if stiffness.ndim == 1 or not any_of(infinite := np.isinf(stiffness)):
+    if stiffness.ndim == 1 or np.maximum.reduce(stiffness, axis=None, initial=0.0) < np.inf:
         return
+    infinite = np.isinf(stiffness)
     mixed = infinite.reshape(-1, 6).any(axis=0) & ~infinite.reshape(-1, 6).all(axis=0)
     for k in np.flatnonzero(mixed)[:1].tolist():
         ideal, other = (np.argwhere(infinite[..., k] == which)[0].tolist() for which in (True, False))

@@ -177,7 +177,7 @@ class DescribedSupports(DescribedMembers):
         """
         joint = found("offset joint", joint, self.joints)
         given = values(f"offset of {joint!r}", displacement, DISPLACEMENTS)
-        if any(value.ndim for value in given.values()):
+        if any(value.ndim and value.shape not in self._shapes for value in given.values()):
             self._join({f"offset {DISPLACEMENTS[k]} of {joint!r}": value.shape for k, value in given.items()})
         self.offsets[joint] = {**self.offsets.get(joint, {}), **given}
 

@@ -53,7 +53,7 @@ class NumberedPieces:
         if all(segment == 1 for segment in segments):
             pairs = [(number[member.start], number[member.end]) for member in members.values()]
             whole = cls(frame, number, bodies, counts, _pairs(pairs))
-            whole._distinct = found
+            whole.distinct_elements = found
             return whole
         first, last = ([number[node] for node in side] for side in _sides(frame))
         # Interior nodes come after all others, member by member.
@@ -70,7 +70,7 @@ class NumberedPieces:
         return cls(frame, number, bodies, counts, ends.astype(np.int64))
 
     @cached_property
-    def _distinct(self) -> tuple[list[int], Index]:
+    def distinct_elements(self) -> tuple[list[int], Index]:
         """The first member with each distinct element, and for each member the index of its element among these."""
         return distinct([member.element for member in self.frame.members.values()])
 

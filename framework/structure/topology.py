@@ -85,7 +85,7 @@ class Topology(NumberedPieces):
     def _elements(self) -> list[LineElement]:
         """Element of each piece."""
         names, own = list(self.frame.members), [member.element for member in self.frame.members.values()]
-        leaders, which = self._distinct
+        leaders, which = self.distinct_elements
         each = [examined(own[k], names[k]) for k in leaders]
         if len(self.ends) == len(self.counts):
             return each * len(which) if len(each) == 1 else [each[k] for k in which.tolist()]
@@ -98,7 +98,7 @@ class Topology(NumberedPieces):
         if self.gathered is not None:
             return [self._remade(group, self.gathered.changed) for group in self.gathered.groups]
         kinds: dict[Hashable, int] = {}
-        leaders, which = self._distinct if len(self.ends) == len(self.counts) else distinct(self._elements)
+        leaders, which = self.distinct_elements if len(self.ends) == len(self.counts) else distinct(self._elements)
         alike = [_family(self._elements[k]) for k in leaders]
         chords = self.chords
         if len(leaders) == 1 and isinstance(chords, np.ndarray):
@@ -178,6 +178,8 @@ class Topology(NumberedPieces):
         known = self.gathered
         if "groups" in vars(self):
             known = FormerStacks(self.groups, frozenset(), set())
+        elif frame.shape:
+            known = None  # a batch whose program did without groups: the next one most likely will, too
         if known is None or not (len(self.ends) == len(self.counts) and _alike_in_shape(self.chords, clone.chords)):
             return clone
         if all(_alike_in_stack(*each) for each in zip(before, after, strict=True)):
@@ -243,7 +245,8 @@ class Topology(NumberedPieces):
         if "groups" in vars(self):
             elements = [group.element for group in self.groups]
         elif self.gathered is None:
-            elements = self._elements
+            members = [*self.frame.members.items()]
+            elements = [examined(members[k][1].element, members[k][0]) for k in self.distinct_elements[0]]
         else:
             changed = self.gathered.changed
             elements = [group.element for group in self.gathered.groups] + self._elements_of(changed)
@@ -289,7 +292,7 @@ class Topology(NumberedPieces):
     def _group(self, numbers: Index, chords: Array | list[Array]) -> Group:
         ndim = len(self.frame.shape)
         whole = len(self.ends) == len(self.counts)
-        alike = whole and len(self._distinct[0]) == 1
+        alike = whole and len(self.distinct_elements[0]) == 1
         chosen = [self._elements[k] for k in (numbers[:1] if alike else numbers).tolist()]
         # numbers are in order, so that as many as there are pieces are all of them
         every: slice | Index = slice(None) if len(numbers) == len(self.ends) else numbers
