@@ -114,11 +114,7 @@ class Joint(JointElement):
         names = self.clearance_directions
         # a joint without clearance stores (), which dataclasses.replace passes on when a clearance is added
         none = names is None or (isinstance(names, tuple) and not names)
-<<<<<<< HEAD
-        directions = () if none and not any_of(gap) else checked_directions(springs, names)
-=======
-        directions = () if none and (gap is _NONE or not gap.any()) else checked_directions(springs, names)
->>>>>>> E
+        directions = () if none and (gap is _NONE or not any_of(gap)) else checked_directions(springs, names)
         vars(self).update(
             stiffness=springs, axes=rotated, clearance=gap, clearance_directions=directions, pitch=advance
         )

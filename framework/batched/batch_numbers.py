@@ -158,6 +158,7 @@ class BatchNumbers(Blocks):
             grid.shape,
             self.pattern,
             tuple([(head, ends) for head, ends, _ in heads]),
+            # numbers that are zero have no place, so that the pattern does not tell to what the others belong
             (*self.links,),
             (*self.order,),
             tuple([None if body is None else places[body] for body in topology.bodies]),

@@ -108,3 +108,34 @@ def test_neither_takes_up_what_was_kept_of_the_other(other: str) -> None:
         found(makes[first], 6)
         for again in found(makes[second]):
             np.testing.assert_allclose(again, alone[second], rtol=1e-10, atol=1e-18)
+
+
+def offset(**given: object) -> Callable[[], Frame]:
+    return partial(described, more=lambda frame: frame.offset("pin", **given))  # type: ignore[arg-type]
+
+
+def displaced(**given: object) -> Callable[[], Frame]:
+    return partial(described, more=lambda frame: frame.prescribe("A", **given))  # type: ignore[arg-type]
+
+
+STEP = 1e-4 * MANY
+ONLY_THE_COMPONENT: dict[str, tuple[Callable[[], Frame], Callable[[], Frame]]] = {
+    "the offset": (offset(ux=STEP), offset(uy=STEP)),
+    "a force in place of a moment": (offset(ux=STEP), offset(rz=STEP)),
+    "two offsets": (offset(uy=STEP, uz=2.0 * STEP), offset(rx=STEP, ry=2.0 * STEP)),
+    "the displacement": (displaced(ux=STEP), displaced(uz=STEP)),
+    "an offset in place of a pitch": (partial(described, joint=pin(pitch=200.0 * STEP)), offset(uz=STEP)),
+}
+
+
+@pytest.mark.parametrize("pair", ONLY_THE_COMPONENT)
+@pytest.mark.parametrize("first", [0, 1])
+def test_batches_that_differ_in_the_component_of_a_number_alone(pair: str, first: int) -> None:
+    """Both have as many numbers, that vary over the same axes: which of the components they are of tells them apart."""
+    makes = ONLY_THE_COMPONENT[pair]
+    forget()
+    alone = found(makes[1 - first])[0]
+    forget()
+    found(makes[first], 6)
+    for again in found(makes[1 - first], 2):
+        np.testing.assert_allclose(again, alone, rtol=1e-10, atol=1e-18)
