@@ -69,6 +69,8 @@ def positive(owner: str, name: str, value: ArrayLike) -> Real:
 
 def positive_with_extent(owner: str, name: str, value: ArrayLike) -> tuple[Real, tuple[float, float]]:
     """`positive`, and the least and the greatest of the numbers."""
+    if type(value) is float and 0.0 < value < inf:
+        return value, (value, value)
     if (array := _own(value)) is not None:
         least, most = extent(array)
         if least > 0.0 and most < inf:

@@ -185,7 +185,8 @@ class Editable(Description):
         """Check an element that is to replace another; the kinds that were checked, for `_examined`."""
         if isinstance(part, Member):
             assert isinstance(new, LineElement)
-            if new.formulas is None:  # else it has the default axes, which suit any chord
+            # with formulas, which only batches need, an element has the default axes, which suit any chord
+            if not new.shape or new.formulas is None:
                 new.check(self._chord(part.start, part.end))
             return self._examine(name, new, (part.start, part.end))
         if isinstance(part, JointLink):

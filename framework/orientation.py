@@ -10,6 +10,8 @@ from .batch import Array
 from .errors import FrameError
 
 PARALLEL = 1e-8
+# Of more numbers the first is looked at before all others.
+_FEW = 2**10
 
 
 def default_axes(chord: Array) -> Array:
@@ -34,7 +36,7 @@ def default_axis_numbers(chord: Array) -> list[Array | float]:
     x, y, z = chord[..., 0], chord[..., 1], chord[..., 2]
     horizontal = np.hypot(x, y)
     # in a plane of constant z the length is the former to the last bit, and took a third of the time
-    plane = z.size == 0 or (z.flat[0] == 0.0 and not np.count_nonzero(z))
+    plane = (z.size < _FEW or z.flat[0] == 0.0) and not np.count_nonzero(z)
     length = horizontal if plane else np.hypot(horizontal, z)
     if np.count_nonzero(horizontal) == horizontal.size:
         return level_axis_numbers(x, y, z, horizontal, length)
@@ -57,7 +59,7 @@ def level_axis_numbers(x: Any, y: Any, z: Any, horizontal: Any, length: Any) -> 
     """
     forwards, across = x / horizontal, y / horizontal
     if length is horizontal:
-        upwards = 1.0 if type(z) is float else np.ones_like(horizontal)
+        upwards = 1.0 if type(z) is float else horizontal / length
         return [forwards, across, z, -across, forwards, 0.0, z, z, upwards]
     climb, sideways = z / length, -across
     along = [x / length, y / length, climb]

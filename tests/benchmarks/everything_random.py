@@ -422,9 +422,9 @@ BOUND = (
 )
 
 BOUND_IN_PLACE = (
-    "the recorded program has 1550 operations a sample in the plane and 3030 in space, in extended precision, at 2 ns "
-    "each: a third of the time of Numba's loop in the plane, a quarter in space; elements, their checks and their "
-    "springs take NumPy and Python 2 to 3 ms a batch, whatever the samples"
+    "the recorded program has 1620 operations a sample in the plane and 3160 in space, most of them in extended "
+    "precision, at 2 ns each: a third of the time of Numba's loop in the plane, a quarter in space; elements and their "
+    "checks take NumPy and Python 1.5 to 2 ms a batch, whatever the samples"
 )
 
 
