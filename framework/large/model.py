@@ -189,8 +189,13 @@ class Model:
     @cached_property
     def units(self) -> Index:
         """By unknown the number of what it is measured in together with others (free,): with the other displacements,
-        or rotations, of its node, where these are along global axes; what a link has of its own is by itself."""
+        or rotations, of its node, where these are along global axes; what a link has of its own is by itself.
+
+        So is all where journals move in clearances: forces far below the rounding of others decide there.
+        """
         out = np.arange(self.free)
+        if self.has_clearance:
+            return out
         for kind in (self.columns[:3, self.plain], self.columns[3:, self.plain]):
             inside = (kind >= 0) & (kind < self.free)
             first = np.where(inside, kind, self.free).min(axis=0)
