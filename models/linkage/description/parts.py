@@ -102,7 +102,7 @@ class Pair:
     @property
     def is_unturned(self) -> bool:
         """Whether its axes are the global ones in the reference configuration, at all entries."""
-        return self.axes is UNTURNED or (self.axes.ndim == 2 and self.axes.tolist() == UNTURNED.tolist())
+        return self.axes.ndim == 2 and bool(self.axes.tolist() == UNTURNED.tolist())
 
     @cached_property
     def full_stiffness(self) -> Array:
@@ -215,7 +215,7 @@ def axes_along(what: str, axis: Array, second: Array | None = None) -> Array:
     If the axis is within some 25° of global x, x is as near to global y as possible.
     """
     if second is None and axis.ndim == 1 and axis.tolist() == [0.0, 0.0, 1.0]:  # as most often
-        return UNTURNED
+        return np.eye(3)
     z = _unit(axis, f"axis of joint {what!r}")
     if second is None:
         along_x = np.abs(z[..., :1]) > 0.9
