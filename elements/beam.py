@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..framework.lazily import cached_property
-from ..framework.protocol import Array, SpringFormulas, proven
+from ..framework.protocol import Array, proven
 from ..framework.shape_rules import work_equivalent
 from .beam_section_law import BeamSectionLaw
 from .bending import (
@@ -32,7 +32,6 @@ from .prismatic import (
     prismatic_deformations,
     prismatic_rows,
     prismatic_springs,
-    stiffness_of,
 )
 
 _NOTHING: frozenset[int] = frozenset()
@@ -100,18 +99,6 @@ class Beam(BeamSectionLaw):
         if type(self) is not Beam or self.end is not None or (self.up is not None and self.up.ndim > 1):
             return None
         return Beam, None if self.up is None else self.up.tobytes(), self.releases
-
-    @cached_property
-    def formulas(self) -> SpringFormulas | None:
-        """Those of a prismatic beam without `up`, shear deformation and releases."""
-        if type(self) is not Beam or self.end is not None or self.up is not None or self.shear or self.releases:
-            return None
-        section, shape = self.section, self.shape
-        moduli, sizes = (self.material.E, self.material.G), (section.A, section.Iy, section.Iz, section.J)
-        # each stiffness is a product of one of both
-        if all(np.shape(each) == shape for each in moduli) or all(np.shape(each) == shape for each in sizes):
-            return SpringFormulas((*moduli, *sizes), stiffness_of, prismatic_deformations)
-        return None
 
     # -- stiffness --------------------------------------------------------------------------------------------------
 

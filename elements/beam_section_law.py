@@ -12,11 +12,12 @@ from ..framework.batch import numbers
 from ..framework.errors import FrameError
 from ..framework.lazily import cached_property
 from ..framework.orientation import axes_towards, default_axes, default_axis_numbers
-from ..framework.protocol import Array, LineElement
+from ..framework.protocol import Array, LineElement, SpringFormulas, is_proven
 from .cross_section import CrossSection
 from .flexibility import POINTS, Six, spread_points
 from .material import Material
 from .parameters import Real, as_real, common_shape, given_state, require, shape_of
+from .prismatic import prismatic_deformations, stiffness_of
 from .releases import COMPONENTS, ENDS, parse_releases
 from .section import Section
 
@@ -114,6 +115,18 @@ class BeamSectionLaw(LineElement):
             return super().rule_between(lower, upper)
         first, last = (self.section.between(self.end, np.clip(place, 0.0, 1.0)) for place in (lower, upper))
         return spread_points(first, last)
+
+    @cached_property
+    def formulas(self) -> SpringFormulas | None:
+        """Those of a prismatic beam without `up`, shear deformation and releases."""
+        if not is_proven(self) or self.end is not None or self.up is not None or self.shear or self.releases:
+            return None
+        section, shape = self.section, self.shape
+        moduli, sizes = (self.material.E, self.material.G), (section.A, section.Iy, section.Iz, section.J)
+        # each stiffness is a product of one of both
+        if all(np.shape(each) == shape for each in moduli) or all(np.shape(each) == shape for each in sizes):
+            return SpringFormulas((*moduli, *sizes), stiffness_of, prismatic_deformations)
+        return None
 
     def part(self, index: int, count: int) -> Self:
         """Part `index` of `count` equal parts, with its piece of the taper and the releases at ends of the whole beam.
