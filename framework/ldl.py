@@ -13,8 +13,11 @@ have batch shapes of their own, most columns are short, and many numbers are the
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from itertools import combinations_with_replacement
+from operator import mul
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,8 +34,8 @@ Places = slice | NDArray[np.int64]
 Columns = list[tuple[Numbers, Numbers]]
 
 
-def _eliminate(column: Any, over: Any, pairs: Iterable[tuple[Any, Any, Any]], take: Callable[[Any, Any], None]) -> Any:
-    """Eliminate one unknown: ``l = a / d``, and ``a_ij - l_i a_j`` for each pair of the unknowns below.
+def _eliminate(column: Any, over: Any, first: Iterable[Any], second: Iterable[Any]) -> tuple[Any, Iterator[Any]]:
+    """Eliminate one unknown: ``l = a / d``, and ``l_i a_j`` for pairs of the unknowns below.
 
     Parameters
     ----------
@@ -40,20 +43,16 @@ def _eliminate(column: Any, over: Any, pairs: Iterable[tuple[Any, Any, Any]], ta
         Entries a that couple it with those below: an array (below, ...), or a list of numbers of any shapes.
     over
         The inverse pivot 1 / d.
-    pairs
-        Triples (target, i, j) with the positions of a pair in the column, or of many pairs at once.
-    take
-        ``take(target, product)`` subtracts a product from the entry of its pair.
+    first, second
+        Positions i and j of the pairs in the column, or of many pairs at once.
 
     Returns
     -------
-    array or list
-        The column l of L.
+    tuple
+        The column l of L, an array or a list; and the products, which are to be subtracted from the pairs' entries.
     """
     lower = column * over if isinstance(column, np.ndarray) else [entry * over for entry in column]
-    for target, i, j in pairs:
-        take(target, lower[i] * column[j])
-    return lower
+    return lower, map(mul, map(lower.__getitem__, first), map(column.__getitem__, second))
 
 
 def _solved(load: Any, over: Any, below: Iterable[tuple[Any, Any]]) -> Any:
@@ -164,14 +163,14 @@ def eliminated(
         For each step the column of L, (below, ...), and the inverse pivot, (...).
     """
     done = []
-
-    def take(target: Places, product: Numbers) -> None:
-        work[target] -= product
-
     for step in steps:
         pivot = work[step.pivot]
         over = np.divide(1.0, pivot) if inverse is None else inverse(step.unknown, pivot)
-        done.append((_eliminate(work[step.column], over, step.updates, take), over))
+        targets, first, second = zip(*step.updates, strict=True) if step.updates else ((), (), ())
+        lower, products = _eliminate(work[step.column], over, first, second)
+        for target, product in zip(targets, products, strict=True):
+            work[target] -= product
+        done.append((lower, over))
     return done
 
 
@@ -254,26 +253,30 @@ def eliminated_parts(
         axes = varying | over
         ratio[axes] = np.minimum(ratio[axes], least) if axes in ratio else least
 
-        def take(entry: tuple[int, int, int], product: Value, over: int = over, carried: Value = carried) -> None:
-            i, j, axes = entry
-            filled = matrix.setdefault(i, {})
-            if i == j:
+        for i in below:
+            del matrix[i][k]
+        rows = [matrix.setdefault(i, {}) for i in below]
+        first, second = _pairs(len(below))
+        lower, products = _eliminate([value for _, _, value in entries], inverse, first, second)
+        for a, b, product in zip(first, second, products, strict=True):
+            (i, own, _), (j, other, _), filled = entries[a], entries[b], rows[a]
+            axes = own | other | varying
+            if a == b:
                 parts, wider, term = scale.setdefault(i, {}), axes | over, product * carried
                 parts[wider] = parts[wider] + term if wider in parts else term
             if j not in filled:
-                filled[j] = matrix.setdefault(j, {})[i] = {}
-            subtract(filled[j], axes, product)
-
-        pairs = [
-            ((i, j, own | other | varying), a, b)
-            for a, (i, own, _) in enumerate(entries)
-            for b, (j, other, _) in enumerate(entries[a:], a)
-        ]
-        for i in below:
-            del matrix[i][k]
-        lower = _eliminate([value for _, _, value in entries], inverse, pairs, take)
+                filled[j] = rows[b][i] = {}
+            parts = filled[j]
+            parts[axes] = parts[axes] - product if axes in parts else -product
         done[k] = Pivot(mask, inverse, dict(zip(below, lower, strict=True)))
     return done
+
+
+@cache
+def _pairs(count: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Positions of all pairs of so many, each with itself and with those after it."""
+    pairs = list(combinations_with_replacement(range(count), 2))
+    return tuple(i for i, _ in pairs), tuple(j for _, j in pairs)
 
 
 def forward_parts(steps: Iterable[tuple[int, Pivot]], forces: Loads, wanted: Sequence[bool]) -> bool:

@@ -12,7 +12,7 @@ from linkframe.framework import Frame, MechanismWarning, Solution, ldl
 from linkframe.framework.batched import stage
 from linkframe.framework.batched.block import Block, BlockFactor
 from linkframe.framework.cache import PROGRAMS
-from linkframe.framework.structure.parts import Parts, Value
+from linkframe.framework.structure.parts import Value
 from linkframe.models import FourBar
 
 BAR = Beam(Rectangle(y=0.02, z=0.01), Material(E=200e9, nu=0.3))
@@ -68,14 +68,15 @@ def test_operations(monkeypatch: pytest.MonkeyPatch) -> None:
     block = plan.block(name)
     order = block.orders[0]
     counted = 0
-    kept = ldl.subtract
+    kept = ldl.mul
 
-    def counting(parts: Parts, mask: int, value: Value) -> None:
+    def counting(low: Value, other: Value) -> Value:
         nonlocal counted
-        counted += 2 * int(np.size(value))
-        kept(parts, mask, value)
+        product: Value = kept(low, other)
+        counted += 2 * int(np.size(product))
+        return product
 
-    monkeypatch.setattr(ldl, "subtract", counting)
+    monkeypatch.setattr(ldl, "mul", counting)
     scale = {i: dict(row[i]) for i, row in block.matrix.items()}
     stage.Stage(block.matrix, scale=scale).mapped(lambda value: value).eliminate(order, [True] * len(plan.grid.sizes))
     columns = sum(plan.grid.sizes[order.masks[k]] * len(order.below[k]) for k in order.pivots)
