@@ -45,16 +45,22 @@ def both(frame: Frame, name: str, length: float) -> tuple[Array, Array]:
 KINDS: tuple[Callable[[Frame, str, float], tuple[Array, Array]], ...] = (uniform, at_a_third, nothing, both)
 
 
+def add_clamped_beam(frame: Frame, k: int) -> float:
+    """Add beam k along x, clamped at both ends, and return its length."""
+    length = 1.0 + 0.1 * k
+    frame.node(f"A{k}", (0.0, float(k), 0.0))
+    frame.node(f"B{k}", (length, float(k), 0.0))
+    frame.add(f"{k}", BEAM, f"A{k}", f"B{k}")
+    frame.fix(f"A{k}")
+    frame.fix(f"B{k}")
+    return length
+
+
 def clamped(order: list[int]) -> tuple[Frame, dict[int, tuple[Array, Array]]]:
     """Beams along x of different lengths, clamped at both ends, described in this order, and what clamps carry."""
     frame, expected = Frame(), {}
     for k in order:
-        length = 1.0 + 0.1 * k
-        frame.node(f"A{k}", (0.0, float(k), 0.0))
-        frame.node(f"B{k}", (length, float(k), 0.0))
-        frame.add(f"{k}", BEAM, f"A{k}", f"B{k}")
-        frame.fix(f"A{k}")
-        frame.fix(f"B{k}")
+        length = add_clamped_beam(frame, k)
         force, moment = KINDS[k % 4](frame, f"{k}", length)
         own = WEIGHT * length
         expected[k] = force + own / 2.0, moment + own * length / 12.0 * np.array([[1.0], [-1.0]])
@@ -108,12 +114,7 @@ def test_rounding_in_the_loads_is_within_the_bounds() -> None:
     """Against the closed forms in fractions of the numbers as given."""
     frame, exact, places = Frame(), {}, np.random.default_rng(7).uniform(0.1, 0.9, 12)
     for k, place in enumerate(places.tolist()):
-        length = 1.0 + 0.1 * k
-        frame.node(f"A{k}", (0.0, float(k), 0.0))
-        frame.node(f"B{k}", (length, float(k), 0.0))
-        frame.add(f"{k}", BEAM, f"A{k}", f"B{k}")
-        frame.fix(f"A{k}")
-        frame.fix(f"B{k}")
+        length = add_clamped_beam(frame, k)
         frame.point_load(f"{k}", at=place, fy=P)
         a, whole = Fraction(place), Fraction(length)
         b = whole - a
