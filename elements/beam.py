@@ -10,7 +10,7 @@ import numpy as np
 
 from ..framework.lazily import cached_property
 from ..framework.protocol import Array, proven
-from ..framework.shape_rules import work_equivalent
+from ..framework.shape_rules import after_first, summed_work
 from .beam_section_law import BeamSectionLaw
 from .bending import (
     Plane,
@@ -212,7 +212,7 @@ class Beam(BeamSectionLaw):
         return forces
 
     def consistent_loads(self, length: Array | float, x: Array, forces: Array) -> Array:
-        return np.asarray(work_equivalent(self.shape_functions(length, x), forces).sum(axis=0))
+        return summed_work(self.shape_functions(length, after_first(x, max(x.ndim - 1, np.ndim(length)))), forces)
 
     # -- shape ------------------------------------------------------------------------------------------------------
 

@@ -198,6 +198,17 @@ def work_equivalent(shapes: Array, force: Array) -> Array:
     return out
 
 
+def after_first(array: Array, ndim: int, trailing: int = 0) -> Array:
+    """An array (points, ...) with axes of length one after the first, so that `ndim` stand before the `trailing` ones."""
+    return array.reshape(len(array), *(1,) * (ndim + 1 + trailing - array.ndim), *array.shape[1:])
+
+
+def summed_work(shapes: Array, forces: Array) -> Array:
+    """End forces (..., 12) of forces and moments (points, ..., 6) where the shapes are (points, ..., 6, 12)."""
+    total: Array = work_equivalent(shapes, after_first(forces, shapes.ndim - 3, 1)).sum(axis=0)
+    return total
+
+
 def straight_shapes(length: Array, x: Array) -> Array:
     """Shape functions (..., 6, 12) of a straight line between its ends, which turns as they move, and not with them.
 

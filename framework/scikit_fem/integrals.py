@@ -12,6 +12,7 @@ from skfem import Basis, MeshLine1
 from skfem.assembly.form.coo_data import COOData
 
 from ..batch import Array, Shape
+from ..shape_rules import after_first
 from .arc_length import ArcLengthMapping
 from .forms import (
     geometric,
@@ -53,12 +54,13 @@ def integrated_geometric(member: Shaped, length: Real, axial: Real) -> Array:
 
 def integrated_loads(member: Shaped, length: Real, x: Array, forces: Array) -> Array:
     """End forces (..., 12) that do the same work as `forces` (points, ..., 6) at the distances `x` (points, ...)."""
-    shape = np.broadcast_shapes(member.sections_shape, np.shape(length), x.shape[1:], forces.shape[1:-1])
+    fraction = np.asarray(after_first(x, max(x.ndim - 1, np.ndim(length))) / length)
+    shape = np.broadcast_shapes(member.sections_shape, fraction.shape[1:], forces.shape[1:-1])
     # the forces stand for the integrals over their stretches: no length of the element enters by the quadrature
-    rule = np.asarray(x / length), np.broadcast_to(1.0 / np.asarray(length), x.shape)
+    rule = fraction, np.broadcast_to(1.0 / np.asarray(length), fraction.shape)
 
     def loads(basis: Basis) -> COOData:
-        return load.elemental(basis, load=on_points(basis, _led(forces, len(shape), 1)))
+        return load.elemental(basis, load=on_points(basis, after_first(forces, len(shape), 1)))
 
     return _vectors(member, length, shape, loads, rule)
 
@@ -125,14 +127,12 @@ def detached(member: Shaped, length: Real, shape: Shape, rule: Rule | None = Non
     mapping.length = np.array(lengths, dtype=np.float64)
     t, w = member.integration_points if rule is None else rule
     if t.ndim > 1:
-        t, w = (np.broadcast_to(_led(part, len(shape)), (len(part), *shape)).reshape(len(part), -1) for part in (t, w))
+        t, w = (
+            np.broadcast_to(after_first(part, len(shape)), (len(part), *shape)).reshape(len(part), -1)
+            for part in (t, w)
+        )
     element = ElementLineFrame(member, shape, local=True)
     return Basis(mesh, element, mapping, quadrature=(t.T[None] if t.ndim > 1 else t[None], w.T), disable_doflocs=True)
-
-
-def _led(part: Array, ndim: int, trailing: int = 0) -> Array:
-    """(points, ...) with `ndim` axes between the leading one and the `trailing` ones."""
-    return part.reshape(len(part), *(1,) * (ndim + 1 + trailing - part.ndim), *part.shape[1:])
 
 
 def _stack(data: COOData, shape: Shape) -> Array:

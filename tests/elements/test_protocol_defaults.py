@@ -138,6 +138,18 @@ def test_loads_by_default_are_forms(monkeypatch: pytest.MonkeyPatch, q: Array) -
     assert not seen
 
 
+def test_consistent_loads_broadcast() -> None:
+    """Places and forces that are the same for all lengths, and one place of each length."""
+    forces, x = np.random.default_rng(4).normal(size=(3, 6)), np.array([0.1, 0.2, 0.6])
+    for element in (Slender(LAW), Beam(BAR, STEEL)):
+        found = element.consistent_loads(LENGTHS, x, forces)
+        assert found.shape == (2, 12)
+        for length, one in zip(LENGTHS, found, strict=True):
+            shapes = cubic_shapes(length, x)
+            assert_allclose(one, np.einsum("kij,ki->j", shapes, forces), rtol=0.0, atol=1e-14)
+            assert_allclose(element.consistent_loads(length, x, forces), one, rtol=0.0, atol=1e-15)
+
+
 def test_strain_loads_are_in_equilibrium() -> None:
     """Whatever section forces would restrain the strain: no resultant, and no moment about the start."""
 
