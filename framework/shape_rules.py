@@ -199,7 +199,7 @@ def work_equivalent(shapes: Array, force: Array) -> Array:
 
 
 def after_first(array: Array, ndim: int, trailing: int = 0) -> Array:
-    """An array (points, ...) with axes of length one after the first, so that `ndim` stand before the `trailing` ones."""
+    """An array (points, ...) with axes of length one after the first, so that `ndim` precede the `trailing` ones."""
     return array.reshape(len(array), *(1,) * (ndim + 1 + trailing - array.ndim), *array.shape[1:])
 
 
