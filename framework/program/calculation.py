@@ -6,13 +6,13 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import chain
-from typing import Any, cast
+from functools import cached_property, partial
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ..batch import Array, Shape
+from ..cache import KERNELS
 from ..structure.parts import Value
 from . import machine_code
 from .combination import Combination
@@ -20,6 +20,7 @@ from .machine_text import WIDTH
 from .numpy_backend import Memory, Schedule, combinations
 from .program import Program
 from .recording import Recording, Term
+from .selection import selected
 
 # Seconds, by order of magnitude: NumPy's operation on one number in the cache, one in machine code, compiling a step.
 NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
@@ -148,19 +149,29 @@ class Calculation:
             elif first[k] is not out:
                 out[...] = first[k]
 
+    @property
+    def stores(self) -> bool:
+        """Whether numbers are stored between steps, so that parts of a batch are to stay in the cache."""
+        return not self.choice.compiled or any(before.program.steps for before, _, _ in self._before)
+
     def release(self) -> None:
         """Drop the memory of intermediate results, which is kept for the next run."""
         self._memory.clear()
 
     def _backend(self, axis: int, indices: slice, shape: Shape, given: list[Value], outputs: dict[int, Array]) -> None:
         outputs = {k: out for k, out in outputs.items() if k >= self.program.first}
-        kept = {k: np.empty(self.of(self.program.masks[k], shape)) for k in self._schedule.kept if k not in outputs}
-        memory = self._memory.pop(shape, None) or Memory(self._schedule, shape)
-        parts = [] if self.choice.compiled else [each.cut(axis, indices) for each in self._combinations]
-        memory.run(given, {k: v for k, v in chain(outputs.items(), kept.items()) if k in self._schedule.kept}, parts)
-        self._memory[shape] = memory
-        if self.choice.compiled:
-            self._run_compiled(shape, given, outputs | kept)
+        if not self.choice.compiled:
+            memory = self._memory.pop(shape, None) or Memory(self._schedule, shape)
+            memory.run(given, outputs, [each.cut(axis, indices) for each in self._combinations])
+            self._memory[shape] = memory
+            return
+        made = outputs
+        for before, inputs, kept in self._before:
+            found = {k: outputs[k] if k in outputs else np.empty(self.of(self.program.masks[k], shape)) for k in kept}
+            places = dict(zip(before.program.outputs, found.values(), strict=True))
+            before._backend(axis, indices, shape, [given[k] for k in inputs], places)
+            made = made | found
+        self._run_compiled(shape, given, made)
 
     def _run_compiled(self, shape: Shape, given: list[Value], made: dict[int, Array]) -> None:
         program, kernel = self.program, self._kernel
@@ -192,18 +203,54 @@ class Calculation:
             out[...] = np.take(arrays[place], np.arange(length), axis)
 
     @cached_property
+    def _before(self) -> list[tuple[Calculation, list[int], list[int]]]:
+        """What varies over fewer axes than machine code runs over, as calculations of their own, see `_fewer_axes`."""
+        bare = self.program.bare
+        found: list[_Part] = KERNELS.found(("fewer axes", bare), partial(_fewer_axes, bare), len(bare.steps))
+        return [
+            (Calculation(part.program, [None for _ in part.inputs], self.shape), part.inputs, part.kept)
+            for part in found
+        ]
+
+    @cached_property
     def _kernel(self) -> machine_code.Kernel:
         return machine_code.Kernel.of(self.program.bare, self.program.widest.bit_length() - 1)
 
     @cached_property
     def _schedule(self) -> Schedule:
-        if self.choice.compiled:
-            return Schedule.before(self.program.bare)
-        return Schedule(self.program) if self.program.rounds is None else Schedule.whole(self.program)
+        return Schedule(self.program) if self.program.products else Schedule.whole(self.program)
 
     @cached_property
     def _combinations(self) -> list[Combination]:
         return combinations(self.program, cast(list[Value], self._given), self.shape)
+
+
+class _Part(NamedTuple):
+    """Steps of a program that another one needs: their program, the indices of its inputs, and what it computes."""
+
+    program: Program
+    inputs: list[int]
+    kept: list[int]
+
+
+def _fewer_axes(program: Program) -> list[_Part]:
+    """The steps that do not vary over all axes, as a program for each set of axes that contains no other.
+
+    A step that two of them need is done in both, which costs little: it varies over still fewer axes.
+    """
+    first, widest = program.first, program.widest
+    read = {k for at in program.made(widest) for k in program.steps[at].operands}.union(program.outputs)
+    left = sorted(k for k in read if k >= first and program.masks[k] != widest)
+    sets = {program.masks[k] for k in left}
+    made = [*range(program.given), *program.constants, *program.steps]
+    out = []
+    for mask in sorted(sets):
+        if any(mask != other and mask & other == mask for other in sets):
+            continue
+        kept = [k for k in left if program.masks[k] & mask == program.masks[k]]
+        left = [k for k in left if k not in kept]
+        out.append(_Part(*selected(kept, made, program.masks, (), None), kept))
+    return out
 
 
 def choose(program: Program, shape: Shape) -> Choice:

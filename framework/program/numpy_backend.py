@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import cast
 
 import numpy as np
@@ -98,30 +98,20 @@ class Schedule:
     ----------
     program
         The program.
-    apart
-        Mask of the steps that machine code runs afterwards; None for none. Matrix products are then not used, as their
-        steps may belong to either.
     """
 
-    def __init__(self, program: Program, apart: int | None = None) -> None:
-        self.program, self.apart = program, apart
+    def __init__(self, program: Program) -> None:
+        self.program = program
         # Range of the calls that make up a round.
         self.rounds = (0, 0)
-        calls = list(self._apart() if apart is not None else self._calls())
-        self.calls = calls if apart is not None or program.rounds is None else self._staged(calls, program.rounds)
+        calls = list(self._calls())
+        self.calls = calls if program.rounds is None else self._staged(calls, program.rounds)
         self.places: dict[int, _Place] = {}
         self._allot()
 
     @staticmethod
-    def before(program: Program) -> Schedule:
-        """The steps before those that vary over all axes, which machine code runs."""
-        make = partial(Schedule, program, program.widest)
-        schedule: Schedule = KERNELS.found(("before", program), make, len(program.steps))
-        return schedule
-
-    @staticmethod
     def whole(program: Program) -> Schedule:
-        """All steps of a program without matrix products."""
+        """The schedule of a program without matrix products, cached."""
         schedule: Schedule = KERNELS.found(("whole", program), partial(Schedule, program), len(program.steps))
         return schedule
 
@@ -140,21 +130,6 @@ class Schedule:
         after = late - again - carried
         return [*before, *inside, *(call for call in calls if call.out in after)]
 
-    @cached_property
-    def kept(self) -> set[int]:
-        """Numbers of the values of these steps that are read afterwards."""
-        program, first = self.program, self.program.first
-        kept = set(program.outputs)
-        if self.apart is not None:
-            kept |= {k for at in program.made(self.apart) for k in program.steps[at].operands}
-        return {k for k in kept if k >= first and program.masks[k] != self.apart}
-
-    def _apart(self) -> Iterator[_Call]:
-        program = self.program
-        for k, step in enumerate(program.steps):
-            if program.masks[program.first + k] != self.apart:
-                yield _Call(_FUNCTIONS[step.operation], step.operands, program.first + k)
-
     def _calls(self) -> Iterator[_Call]:
         program = self.program
         starts = {each.steps[0]: number for number, each in enumerate(program.products)}
@@ -167,6 +142,7 @@ class Schedule:
                 yield _Call(_FUNCTIONS[step.operation], step.operands, program.first + k)
 
     def _allot(self) -> None:
+        outputs = frozenset(self.program.outputs)
         last = {k: turn for turn, call in enumerate(self.calls) for k in call.operands}
         self._keep_for_rounds(last)
         free: dict[int, list[int]] = {}
@@ -176,7 +152,7 @@ class Schedule:
             for k in set(call.operands):
                 if last[k] == turn and k in self.places:
                     free.setdefault(self.places[k][0], []).append(self.places[k][1])
-            if call.function is not None and call.out not in self.kept:
+            if call.function is not None and call.out not in outputs:
                 mask = self.program.masks[call.out]
                 waiting = free.get(mask)
                 if not waiting:
@@ -292,10 +268,13 @@ class Memory:
             stack[..., place, :] = self._values[number] if isinstance(number, int) else number
         combination.times(stack, sums)
         for place, number in enumerate(product.outputs):
+            shape = self.of(self.schedule.program.masks[number])
+            # a sum of numbers that are the same along an axis is so itself
+            found = sums[..., place, :][tuple(slice(size) for size in shape)]
             if number in outputs:
-                outputs[number][...] = sums[..., place, :]
+                outputs[number][...] = found
             else:
-                self._values[number] = sums[..., place, :]
+                self._values[number] = found
 
 
 def combinations(program: Program, given: Sequence[Value], shape: Shape) -> list[Combination]:

@@ -6,6 +6,7 @@ import gc
 import threading
 import weakref
 from collections.abc import Callable
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -56,11 +57,27 @@ def run(recording: Recording, outputs: list[Term], shape: tuple[int, ...], compi
 # -- any arithmetic ----------------------------------------------------------------------------------------------------
 
 
+SHAPES = st.sampled_from([(5, 19), (23,), (3, 2, 16), (40, 1), (7, 3)])
+
+
 @pytest.mark.parametrize("compiled", BACK_ENDS)
 @settings(max_examples=12, deadline=None)
-@given(seed=st.integers(0, 10**6), shape=st.sampled_from([(5, 19), (23,), (3, 2, 16), (40, 1), (7, 3)]))
+@given(seed=st.integers(0, 10**6), shape=SHAPES)
 def test_as_plain_arithmetic(compiled: bool, seed: int, shape: tuple[int, ...]) -> None:
     """Thirty steps at random on numbers of all batch shapes, zeros, infinities and NaN among them."""
+    steps_at_random(compiled, seed, shape)
+
+
+@needs_llvm
+@settings(max_examples=12, deadline=None)
+@given(seed=st.integers(0, 10**6), shape=SHAPES)
+def test_what_varies_over_fewer_axes_as_machine_code(seed: int, shape: tuple[int, ...]) -> None:
+    """The same where compiling takes no time, so that what varies over fewer axes is compiled as well."""
+    with patch.object(calculation, "COMPILING", 0.0), patch.object(calculation, "LEAST", 1):
+        steps_at_random(True, seed, shape)
+
+
+def steps_at_random(compiled: bool, seed: int, shape: tuple[int, ...]) -> None:
     rng = np.random.default_rng(seed)
     recording = Recording()
     plain: list[object] = [np.float64(value) for value in (0.0, 1.0, -1.0, 2.5)]
@@ -103,6 +120,21 @@ def test_sums_of_products(compiled: bool, shape: tuple[int, ...]) -> None:
         exact = sum(np.asarray(row[k], dtype=np.longdouble) * numbers[k] for k in row)
         size = sum(np.abs(row[k] * numbers[k]) for k in row)
         assert (np.abs(mine - exact) <= len(row) * 2.0**-53 * size).all()
+
+
+def test_sums_that_do_not_vary_along_the_last_axis() -> None:
+    """Beside others that do, by the same matrix product; asked for, and as numbers of a further step."""
+    rng, recording = np.random.default_rng(4), Recording()
+    numbers = {0: rng.normal(size=(6, 1)), 1: rng.normal(size=(6, 700))}
+    terms = {k: recording.take(value) for k, value in numbers.items()}
+    alike, other = recording.products([{0: np.full((6, 1), 3.0)}, {0: np.full((6, 1), 2.0), 1: 0.5}], terms)
+    assert isinstance(alike, Term)
+    assert isinstance(other, Term)
+    again = alike * alike
+    found = run(recording, [alike, other, again], (6, 700), False, 3)
+    np.testing.assert_array_equal(found[0], 3.0 * numbers[0])
+    np.testing.assert_array_equal(found[1], 2.0 * numbers[0] + 0.5 * numbers[1])
+    np.testing.assert_array_equal(found[2], (3.0 * numbers[0]) ** 2)
 
 
 def test_what_is_written_down() -> None:
