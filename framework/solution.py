@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from .batched.idle import released
+from .batched.plan import Plan
 from .clearances.clearance import Clearances, joints_with_clearance
-from .description import Description
+from .clearances.unit_motions import Solvers
+from .description import Description, alone
 from .explain import explain
-from .factor_cache import planned
+from .factor_cache import Factors, planned
 from .linear.trust import ResultsWithBounds
 from .results.primary import Primary
-from .solvers.method import checked
+from .solvers.method import BROADCAST, checked
 
 
 class Solution(ResultsWithBounds):
@@ -79,8 +81,25 @@ class Solution(ResultsWithBounds):
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
-        contact = Clearances(described, without_clearance, cls.of, factors)
+        contact = Clearances(described, without_clearance, Solvers(cls.of, cls.per_unit), factors)
         return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
+
+    @classmethod
+    def per_unit(cls, frame: Description) -> Solution:
+        """Solution from which results per unit of each varying offset are found, by broadcasting elimination.
+
+        Parameters
+        ----------
+        frame
+            The description.
+
+        Returns
+        -------
+        Solution
+            The solution, of which nothing is computed yet.
+        """
+        plan = Plan(alone(frame), method=BROADCAST, apart=True)
+        return cls(frame, plan, primary=Primary(plan, Factors(), contact=False))
 
     def explain(self) -> str:
         """Report in words of what is computed at which batch shapes, what is skipped, and why.

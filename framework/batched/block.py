@@ -82,6 +82,22 @@ class Block:
     varying: Varying | None = None
 
 
+@dataclass(frozen=True)
+class WrittenBlock:
+    """The solution of a block as terms of a recording.
+
+    Attributes
+    ----------
+    values
+        Function that returns the values of rows, for other right-hand-side parameters than its own unless that is None.
+    least
+        The least pivot ratio of the chunks where it is not known; else None.
+    """
+
+    values: Callable[[Sequence[Row], Sequence[Value] | None], list[Value]]
+    least: Value | None = None
+
+
 class BlockFactor:
     """LDL^T of a block, and the values of rows over its unknowns.
 
@@ -151,6 +167,11 @@ class BlockFactor:
         return -(-self.block.grid.shape[self.axis] // self.step) if any(self.large) else 1
 
     @property
+    def by_chunks(self) -> bool:
+        """Whether each pass over the batch eliminates more than the trailing unknowns."""
+        return any(self.large) and not self._only_trailing
+
+    @property
     def negligible(self) -> int:
         """Number of couplings that the chunks neglect because they are below rounding."""
         return self._rest.negligible if any(self.large) and self._only_trailing else 0
@@ -170,14 +191,34 @@ class BlockFactor:
                 return self.shared.values(rows)
             return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
 
-    def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
-        """A function that records `values`; None if more than the trailing unknowns are left to the chunks."""
+    def written(self, recording: Recording, *, again: bool = False) -> WrittenBlock | None:
+        """The solution as terms of a recording.
+
+        None where the factors of chunks are kept, or are to be kept now; unless `again`, which never keeps them.
+        """
         if not any(self.large):
-            return lambda rows: [recording.take(value) for value in self.shared.values(rows)]
-        if not self._only_trailing:
+            return WrittenBlock(lambda rows, given: [recording.take(v) for v in self.shared.values(rows, given)])
+        if self._only_trailing:
+            own = self._unknowns(recording) or self._rest.recorded(recording).numbers
+
+            def products(rows: Sequence[Row], given: Sequence[Value] | None) -> list[Value]:
+                # what is eliminated is recorded once, whatever the parameters
+                numbers = own if given is None else self._rest.under(given).recorded(recording).numbers
+                return recording.products([self.shared.carried(row) for row in rows], numbers)
+
+            return WrittenBlock(products)
+        if not again and (self._again or self._known):
             return None
-        numbers = self._unknowns(recording) or self._rest.recorded(recording).numbers
-        return lambda rows: recording.products([self.shared.carried(row) for row in rows], numbers)
+        progress, self._again = self._recorded(recording), self._again if again else self._holdable
+
+        def values(rows: Sequence[Row], given: Sequence[Value] | None) -> list[Value]:
+            return progress.values([mapped_row(row, recording.take) for row in rows], given)
+
+        return WrittenBlock(values, None if self._least is not None else progress.least)
+
+    def learn(self, least: Array) -> None:
+        """Take over the least pivot ratio of the chunks, which a recording has computed."""
+        self._least = least
 
     def pivot_ratio(self) -> Array:
         """Least ratio of a pivot to its scale, (...) of the batch shape."""
@@ -262,16 +303,17 @@ class BlockFactor:
 
     def _from_stages(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
         """Values of rows by elimination, chunk by chunk, of all steps that vary over many entries; reuses factors."""
-        known = len(self._kept.keys() | self._former.keys()) == self.chunks
-        if known or not self._written(FEW):
+        if self._known or not self._written(FEW):
             return self._one_by_one(rows)
-        recording, progress = self._recorded()
+        recording = Recording()
+        progress = self._recorded(recording)
         results = progress.values([mapped_row(row, recording.take) for row in rows])
         least = [progress.least] if self._least is None else []
         found = self._run(recording, [*results, *least], places, progress if self._keeps else None)
         if least:
             self._least = np.asarray(found[-1])
-        self._again = self._holdable
+        if rows:  # a request for the pivot ratio alone does not count
+            self._again = self._holdable
         return found[: len(rows)]
 
     def _one_by_one(self, rows: Sequence[Row]) -> list[Value]:
@@ -328,11 +370,16 @@ class BlockFactor:
         progress.load(self.large)
         return progress
 
-    def _recorded(self) -> tuple[Recording, PartialFactorisation]:
-        """That elimination recorded: the recording, and the factorisation whose numbers are its terms."""
-        recording, varying = Recording(), self.block.varying
+    def _recorded(self, recording: Recording) -> PartialFactorisation:
+        """That elimination recorded: the factorisation whose numbers are terms, those of `varying` left open."""
+        varying = self.block.varying
         later = [recording.later(mask) for mask in varying.masks] if varying else []
-        return recording, self._done_again(recording.take, later)
+        return self._done_again(recording.take, later)
+
+    @property
+    def _known(self) -> bool:
+        """Whether the factors of all chunks are kept."""
+        return len(self._kept.keys() | self._former.keys()) == self.chunks
 
     def _written(self, few: int) -> bool:
         """Whether to record a program: if there are more than `few` chunks, or machine code will run it."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +14,35 @@ from ..lazily import cached_property
 from ..program.recording import Recording
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, sums
-from .block import BlockFactor
+from ..structure.varying import Varying
+from .block import BlockFactor, WrittenBlock
 from .condensation import retained
 from .plan import Plan
 from .stage import SUSPECT
 from .unloaded import Chained
+
+
+@dataclass(frozen=True)
+class WrittenSolution:
+    """The solution of a frame as terms of a recording.
+
+    Attributes
+    ----------
+    values
+        Function that returns the values of rows; for other right-hand-side parameters if these are given.
+    least
+        By component, its least pivot ratio where that is not known yet.
+    varying
+        Members of which the recording leaves the numbers open.
+    """
+
+    values: Callable[..., list[Value]]
+    least: dict[int, Value]
+    varying: list[Varying]
+
+    def later(self, axis: int, indices: slice) -> list[Value]:
+        """The numbers that are left open, at some indices of a batch axis."""
+        return [number for each in self.varying for number in each.numbers(axis, indices)]
 
 
 class BroadcastSolver:
@@ -81,28 +106,42 @@ class BroadcastSolver:
                     terms[index].append((1.0, value))
             return sums(terms)
 
-    def written(self, recording: Recording) -> Callable[[Sequence[Row]], list[Value]] | None:
-        """A function that records `values`; None if the whole matrix varies over the batch, or there is one entry."""
+    def written(self, recording: Recording, *, again: bool = False) -> WrittenSolution | None:
+        """The solution as terms of a recording; None where factors are kept, unless `again`, or there is one entry."""
         if self.plan.entry is not None:
             return None
-        blocks = {}
+        blocks: dict[int, WrittenBlock] = {}
         for name in self.plan.excited:
-            block = self.factor(name).written(recording)
+            block = self.factor(name).written(recording, again=again)
             if block is None:
                 return None
             blocks[name] = block
 
-        def values(rows: Sequence[Row]) -> list[Value]:
-            split, given = self._split(rows)
+        def values(rows: Sequence[Row], parameters: Sequence[Value] | None = None) -> list[Value]:
+            split, given = self._split(rows, parameters)
             terms = [[(recording.take(a), recording.take(b)) for a, b in each] for each in given]
             for name, parts in split.items():
-                for index, value in zip(parts, blocks[name](list(parts.values())), strict=True):
+                for index, value in zip(parts, blocks[name].values(list(parts.values()), parameters), strict=True):
                     terms[index].append((1.0, value))
             return sums(terms)
 
-        return values
+        varying = [self.factor(name).block.varying for name in blocks]
+        least = {name: block.least for name, block in blocks.items() if block.least is not None}
+        return WrittenSolution(values, least, [each for each in varying if each])
 
-    def _split(self, rows: Sequence[Row]) -> tuple[dict[int, dict[int, Row]], list[list[tuple[Value, Value]]]]:
+    @property
+    def by_chunks(self) -> bool:
+        """Whether each pass over the batch eliminates more than the trailing unknowns of a loaded component."""
+        return self.plan.entry is None and any(self.factor(name).by_chunks for name in self.plan.excited)
+
+    def learn(self, least: Mapping[int, Array]) -> None:
+        """Take over the least pivot ratio of components, which a recording has computed."""
+        for name, ratio in least.items():
+            self.factor(name).learn(ratio)
+
+    def _split(
+        self, rows: Sequence[Row], parameters: Sequence[Value] | None = None
+    ) -> tuple[dict[int, dict[int, Row]], list[list[tuple[Value, Value]]]]:
         """The part of each row in each loaded component, and the terms of each row in right-hand-side parameters."""
         plan = self.plan
         condensed = plan.condensed
@@ -116,7 +155,7 @@ class BroadcastSolver:
                 name = component[k] if k >= 0 else None
                 if name is not None and name in excited:
                     split.setdefault(name, {}).setdefault(index, {})[k] = row[k]
-        rhs_parameters = plan.rhs_parameters.values
+        rhs_parameters = plan.rhs_parameters.values if parameters is None else parameters
         return split, [[(value, rhs_parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows]
 
     def singular(self, *, excited: bool, known: NDArray[np.bool_] | None = None) -> NDArray[np.bool_]:

@@ -80,20 +80,21 @@ class PartialFactorisation:
 
     # -- results ----------------------------------------------------------------------------------------------------
 
-    def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Values of rows, by back substitution of the unknowns that they need."""
+    def values(self, rows: Sequence[Row], parameters: Sequence[Value] | None = None) -> list[Value]:
+        """Values of rows, by back substitution of the unknowns that they need; for other `parameters` if given."""
+        given = self.rhs_parameters if parameters is None else parameters
         inner, outer = self.orders
         asked = {k for row in rows for k in row if k >= 0}
         inside = closure(inner, asked & set(inner.below))
         ends = {a for a in inside if a not in inner.below}
         wanted = (asked - inside) | {k for a in ends for k in self.rows[a] if k >= 0}
-        known = {-1 - s: value for s, value in enumerate(self.rhs_parameters)}
+        known = {-1 - s: value for s, value in enumerate(given)}
         needed = closure(outer, wanted)
         stage, pivots = self.outer, [k for k in outer.pivots if k in needed]
-        backward_parts(pivots, stage.pivots, stage.forces, self.rhs_parameters, known)
+        backward_parts(pivots, stage.pivots, stage.forces, given, known)
         at_ends = dict(zip(ends, combine_each([self.rows[a] for a in ends], known), strict=True))
         stage, pivots = self.inner, [k for k in inner.pivots if k in inside]
-        backward_parts(pivots, stage.pivots, stage.forces, self.rhs_parameters, at_ends)
+        backward_parts(pivots, stage.pivots, stage.forces, given, at_ends)
         known.update({k: at_ends[k] for k in inside & set(inner.below)})
         return combine_each(rows, known)
 

@@ -47,6 +47,8 @@ class Plan:
         Name of the method, see `linkframe.framework.solvers.method`; None chooses by expected time.
     former
         What is known of an earlier frame whose members, not divided, connect the same nodes; None for nothing.
+    apart
+        Whether each offset that varies is a right-hand-side parameter of its own, even if the geometry varies as well.
     """
 
     def __init__(
@@ -56,10 +58,11 @@ class Plan:
         cut: bool = False,
         method: str | None = None,
         former: Former | None = None,
+        apart: bool = False,
     ) -> None:
         times: dict[str, float] = {}
         with timed(times, "numbering"):
-            unloaded = Unloaded(frame, cut=cut, method=method, former=former)
+            unloaded = Unloaded(frame, cut=cut, method=method, former=former, apart=apart)
         self._chained: Bounded[tuple[object, ...], Chained] = Bounded(_CHAINED)
         self._of(frame, unloaded, times, again=False)
 

@@ -6,7 +6,8 @@ so that they are computed as matrix products.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,6 +72,10 @@ class TrailingSchurComplement:
         scale = [{mask: double(v) for mask, v in stage.scale.get(k, {}).items()} for k in pivots]
         pivot_ratio = _pivot_ratio(stage, pivots, done)
         return cls(grid, pivots, matrix, scale, pivot_ratio, loads, [double(v) for v in rhs_parameters], negligible)
+
+    def under(self, rhs_parameters: Sequence[Value]) -> TrailingSchurComplement:
+        """The same under other right-hand-side parameters."""
+        return replace(self, rhs_parameters=[double(v) for v in rhs_parameters])
 
     def recorded(self, recording: Arithmetic) -> Recorded:
         """Record elimination and substitution, of numbers that vary over the whole batch."""

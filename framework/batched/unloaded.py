@@ -51,6 +51,8 @@ class Unloaded:
         Name of the method that the user asked for; None to choose by expected time.
     former
         What is known of an earlier frame whose members, not divided, connect the same nodes; None for nothing.
+    apart
+        Whether each offset that varies is a right-hand-side parameter of its own, even if the geometry varies as well.
     """
 
     def __init__(
@@ -60,11 +62,12 @@ class Unloaded:
         cut: bool,
         method: str | None,
         former: Former | None = None,
+        apart: bool = False,
     ) -> None:
         self.frame, self.asked = frame, method
         self.grid = Grid(frame.shape)
         self.topology = _topology(frame, cut=cut, former=former)
-        self.rhs_parameters = RightHandSideParameters(self.grid, _geometry(self.topology))
+        self.rhs_parameters = RightHandSideParameters(self.grid, 0 if apart else _geometry(self.topology))
         self._stacks = _stacks(self.topology, former)
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None

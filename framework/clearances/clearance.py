@@ -38,10 +38,10 @@ from .determinate import (
     determinate_contact,
     forces_by_work,
     rounding_of_forces,
-    strained,
     told_by_work,
 )
-from .unit_offsets import Resistance, Solve, against_offsets
+from .unit_motions import Solvers
+from .unit_offsets import Resistance, against_offsets, resists_at_first_entry
 
 # Largest number of entries of the stiffness against offsets that is kept for the next solution.
 _KEPT = 2**16
@@ -63,8 +63,8 @@ class Clearances:
         The frame.
     without_clearance
         Its solution without clearances.
-    solve
-        Function that returns the solution without clearances of a description.
+    solvers
+        Functions that return solutions without clearances of a description.
     factors
         What is kept of the frame for its solution under other loads.
 
@@ -80,7 +80,9 @@ class Clearances:
         Contact in closed form, where it may apply; else None.
     """
 
-    def __init__(self, frame: Description, without_clearance: LinearResults, solve: Solve, factors: Factors) -> None:
+    def __init__(
+        self, frame: Description, without_clearance: LinearResults, solvers: Solvers, factors: Factors
+    ) -> None:
         self.frame, self.names = frame, joints_with_clearance(frame)
         joints = [frame.joints[name].element for name in self.names]
         own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
@@ -89,8 +91,12 @@ class Clearances:
         )
         self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
         self.determinate: DeterminateContact | None = None
+        by_chunks = without_clearance.by_chunks
+        self._resists = by_chunks and resists_at_first_entry(frame, self._components, solvers)
+        if self._resists:
+            self._joint_forces  # noqa: B018  # in one pass with the pivots, which tell what is lost
         self.lost = without_clearance.lost
-        self._resistance = self._resisting(solve, factors)
+        self._resistance = self._resisting(solvers, factors)
         self.unfit = np.broadcast_to(self._resistance.unfit, frame.shape)
         if self.unfit.any():
             self._warn_unfit()
@@ -113,12 +119,13 @@ class Clearances:
             return replace(state, rounding=self.determinate.rounding)
         return self._without_rounding(state)
 
-    def _resisting(self, solve: Solve, factors: Factors) -> Resistance:
+    def _resisting(self, solvers: Solvers, factors: Factors) -> Resistance:
         """The resistance to offsets, that of the last solution where only loads have changed since."""
         lost = bool(self.lost.any())
         known: Resistance | None = None if lost else factors.resistance
         if known is None:
-            known = against_offsets(self.frame, self._components, self._bearing, self.lost, solve)
+            loaded = None if self._resists else [*self._without_clearance.plan.forces]
+            known = against_offsets(self.frame, self._components, self._bearing, self.lost, solvers, loaded)
             # that of a mechanism, which is without motions, depends on the loads
             if not lost and known.motions is not None and known.stiffness.size <= _KEPT:
                 factors.resistance = known
@@ -145,7 +152,7 @@ class Clearances:
         motions, resisted = self._resistance.motions, state.stiffness.any(axis=0)
         if motions is None or resisted.all() or not told_by_work(state.components, self._without_clearance, motions):
             return state
-        if not resisted.any() and strained(motions):
+        if not resisted.any() and motions.strained:
             return state
         told = resisted | self._singular
         found = np.where(told, state.found, forces_by_work(self._without_clearance, motions))
@@ -158,9 +165,13 @@ class Clearances:
             forces = forces_by_work(self._without_clearance, self.determinate.motions)
             forces[:, self.lost] = np.nan
             return forces
+        return self._joint_forces
+
+    @cached_property
+    def _joint_forces(self) -> Array:
+        """These forces as the solution without clearance has them."""
         # no warning: the state of contact is "mechanism" where the frame is one
-        quiet = self._without_clearance.silenced()
-        return np.stack([quiet.joint_force(name)[..., k] for name, k in self._components.pairs])
+        return self._without_clearance.silenced().joint_components(self._components.pairs)
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:

@@ -23,8 +23,9 @@ from ..program.calculation import Calculation, worth_compiling
 from ..program.direct import Direct
 from ..program.recording import Recording, Term
 from ..results.linear import LinearResults
-from ..structure.parts import Row, Value, add_row, is_zero, total
+from ..structure.parts import Value, is_zero, total
 from .contact_state import UNLOADED, ClearanceComponents, sizes
+from .unit_motions import UnitMotions
 
 # The force in a component as a sum of products: right-hand-side parameters, and the work of the loads per unit of each.
 Works = list[tuple[Value, Value]]
@@ -33,8 +34,6 @@ Works = list[tuple[Value, Value]]
 _FEW, _LONGER = 2, 16
 # Lengths between these have squares of full precision.
 _LEAST, _LARGEST = 1e-139, 1e139
-# The deformation of a spring by a unit offset is rounding up to this: an angle, or a length over the size of the frame.
-_UNSTRAINED = 1e-9
 # Rounding of a motion, relative to it.
 _ROUNDED = 1e-14
 # Motions may vary over at most one in _SHARE of the batch entries, or over _SMALL entries, as they are kept in memory.
@@ -53,7 +52,7 @@ class DeterminateContact:
     without_clearance
         The solution without clearances.
     motions
-        The solution of the unloaded frame for a unit offset in each component, of batch shape (n, ...).
+        The solution of the unloaded frame for a unit offset in each component.
 
     Attributes
     ----------
@@ -66,7 +65,7 @@ class DeterminateContact:
         components: ClearanceComponents,
         radius: Sequence[Array],
         without_clearance: LinearResults,
-        motions: LinearResults,
+        motions: UnitMotions,
     ) -> None:
         self.components, self.without_clearance, self.motions = components, without_clearance, motions
         self._grid = without_clearance.plan.grid
@@ -93,7 +92,7 @@ class DeterminateContact:
         plan = self.without_clearance.plan
         number = plan.topology.number[node]
         out = self.without_clearance.stacked(plan.tree.global_rows(number))
-        moved = _stacked(self.motions, self.motions.plan.tree.global_rows(number))
+        moved = self.motions.rows(self.motions.plan.tree.global_rows(number))
         rows = [k for k in range(6) if moved[..., k].any()]
         places = [out[..., k] for k in rows]
 
@@ -186,7 +185,7 @@ class DeterminateContact:
     @cached_property
     def _sound(self) -> bool:
         """Whether each joint carries a force, and pivots do not suggest that the frame is singular."""
-        solutions = self.without_clearance, self.motions
+        solutions = self.without_clearance, self.motions.solution
         borne = {int(j) for j, work in zip(self.components.own, self._works, strict=True) if work}
         return len(borne) == len(self._radius) and not any(
             isinstance(each.solver, BroadcastSolver) and (each.solver.suspects() & ~each.lost).any()
@@ -205,14 +204,14 @@ class DeterminateContact:
         return self._grid.value(aligned(array, len(self._grid.shape)))
 
 
-def virtual_works(without_clearance: LinearResults, motions: LinearResults) -> list[Works]:
+def virtual_works(without_clearance: LinearResults, motions: UnitMotions) -> list[Works]:
     """The joint force in each component that no stiffness resists, as a sum of products, see `Works`.
 
     Prescribed displacements and offsets do no work, as the unit offset causes no strain.
     """
     plan = without_clearance.plan
     dofs = list(plan.forces)
-    moved = _stacked(motions, [motions.plan.tree.row(*divmod(dof, 6)) for dof in dofs])
+    moved = motions.moved(dofs)
     out: list[Works] = []
     for u in moved:
         works: dict[int, Value] = {}
@@ -226,14 +225,14 @@ def virtual_works(without_clearance: LinearResults, motions: LinearResults) -> l
     return out
 
 
-def told_by_work(components: ClearanceComponents, without_clearance: LinearResults, motions: LinearResults) -> bool:
+def told_by_work(components: ClearanceComponents, without_clearance: LinearResults, motions: UnitMotions) -> bool:
     """Whether `forces_by_work` applies: both solutions have the same node numbers, and no joint is a screw."""
     frame = without_clearance.frame
     screws = np.any([frame.joints[j].element.pitch for j in components.names])
     return bool(frame.size) and not screws and without_clearance.plan.topology.number == motions.plan.topology.number
 
 
-def forces_by_work(without_clearance: LinearResults, motions: LinearResults) -> Array:
+def forces_by_work(without_clearance: LinearResults, motions: UnitMotions) -> Array:
     """Joint forces without clearance in components that no stiffness resists, (n, ...), to the rounding of the loads.
 
     Recovered from member forces, the forces of ideal joints have the rounding of stiffness times displacement, which
@@ -248,7 +247,7 @@ def forces_by_work(without_clearance: LinearResults, motions: LinearResults) -> 
 
 
 def determinate_contact(
-    components: ClearanceComponents, radius: Sequence[Array], without_clearance: LinearResults, motions: LinearResults
+    components: ClearanceComponents, radius: Sequence[Array], without_clearance: LinearResults, motions: UnitMotions
 ) -> DeterminateContact | None:
     """Contact in closed form, where no stiffness resists offsets; None where the frame is not suited to it.
 
@@ -263,55 +262,36 @@ def determinate_contact(
         The contact; None where offsets move unloaded components or several parts of the frame, deform a spring, or
         cause motions that vary over much of a long batch; for a single entry; and for other methods than broadcasting.
     """
-    solvers = without_clearance.solver, motions.solver
+    solvers = without_clearance.solver, motions.solution.solver
     loaded, moved = without_clearance.plan, motions.plan
     plans = [solver.plan for solver in solvers if isinstance(solver, BroadcastSolver)]
     if len(plans) < 2 or any(plan.entry is not None and not plan.grid.shape for plan in plans):
         return None
-    count, whole = moved.grid.sizes[-1], loaded.grid.sizes[-1]
+    count, whole = motions.entries, loaded.grid.sizes[-1]
     if whole < 2 or (count > _SMALL and _SHARE * count > whole):
         return None
     if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1:
         return None
-    if not told_by_work(components, without_clearance, motions) or strained(motions):
+    if not told_by_work(components, without_clearance, motions) or motions.strained:
         return None
     return DeterminateContact(components, radius, without_clearance, motions)
 
 
-def strained(motions: LinearResults) -> bool:
-    """Whether a unit offset in a joint deforms a spring, so that its motion depends on the stiffness."""
-    tree, size = motions.plan.tree, motions.frame.size
-    edges = [(branch.edge, [tree.joint_row(branch, k) for k in range(6)]) for branch in tree.branches]
-    rows: list[Row] = []
-    for edge, moved in [*edges, *tree.closing]:
-        for k, row in enumerate(edge.elastic(moved)):
-            if k not in edge.ideal and not is_zero(edge.stiffness[k]):
-                rows.append({})
-                add_row(rows[-1], row, 1.0 if k < 3 else size)
-    return bool(rows) and not bool(np.abs(_stacked(motions, rows)).max(initial=0.0) <= _UNSTRAINED * min(1.0, size))
-
-
-def rounding_of_forces(components: ClearanceComponents, motions: LinearResults, ndim: int) -> Array:
+def rounding_of_forces(components: ClearanceComponents, motions: UnitMotions, ndim: int) -> Array:
     """Share of the largest force below which a force by virtual work is rounding, (joints, ...) with `ndim` batch axes.
 
     The closer a loop of rigid links is to a dead point, the larger are its motions by unit offsets, and the larger is
     the rounding in displacements that should be zero. If members or springs close the loop, pivots reveal such a pose.
     """
-    eliminated, size = motions.plan.tree.elimination.rows, motions.frame.size
+    eliminated, size = motions.plan.tree.elimination.rows, motions.solution.frame.size
     if not eliminated:
         return np.full((len(components.names), *(1,) * ndim), UNLOADED)
     lengths = [size if key % 6 >= 3 else 1.0 for key in eliminated]
-    moved = np.abs(_stacked(motions, list(eliminated.values()))) * lengths
+    moved = np.abs(motions.rows(list(eliminated.values()))) * lengths
     largest = moved.max(axis=-1)
     largest[components.is_rotation] /= size or 1.0
     share = np.maximum(UNLOADED, _ROUNDED * np.maximum.reduceat(largest, components.starts, axis=0))
     return np.stack([aligned(each, ndim) for each in share])
-
-
-def _stacked(motions: LinearResults, rows: Sequence[Row]) -> Array:
-    """Values of rows in the motions by unit offsets, (n, ..., rows), zero at entries that are left out."""
-    found = motions.stacked(rows)
-    return found if motions.frame.absent is None else np.where(motions.lost[..., None], 0.0, found)
 
 
 def _load_bounds(solution: LinearResults) -> Iterator[tuple[Value, list[Value]]]:

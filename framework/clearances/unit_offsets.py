@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, Shape
-from ..batched.plan import Plan
 from ..composed import Unstrained
 from ..description import Description
 from ..dofs import DISPLACEMENTS
+from ..entries import WHOLE, Change
 from ..errors import FrameError
 from ..joint_protocol import JointElement
-from ..results.linear import LinearResults
+from ..program.sweep import LONG
+from ..protocol import LineElement
 from ..structure.constraints import Contradiction
 from ..structure.parts import total
 from .contact_state import ClearanceComponents, sizes
+from .unit_motions import Solvers, UnitMotions, UnitMotionsPerEntry
 
-Solve = Callable[[Description], LinearResults]
 # A function that returns whether components carry a force at the entries, (n, ...).
-Loaded = Callable[[], NDArray[np.bool_]]
+Bearing = Callable[[], NDArray[np.bool_]]
 # Decreases of forces, (n, n, ...), entries at which they are unknown, (...), and thresholds of rounding, (n, n, ...).
 Answer = tuple[Array, NDArray[np.bool_], Array]
 
@@ -51,23 +54,28 @@ class Resistance:
         Entries at which ideal joints close a loop of rigid links with which no offset is compatible, as for links in
         one line, (...).
     motions
-        Solution for a unit offset in each component, of batch shape (n, ...); None if some offsets move a mechanism.
+        Solution for a unit offset in each component; None if some offsets move a mechanism.
     """
 
     stiffness: Array
     members: Array
     unknown: NDArray[np.bool_]
     unfit: NDArray[np.bool_]
-    motions: LinearResults | None
+    motions: UnitMotions | None
 
 
 def against_offsets(
-    frame: Description, components: ClearanceComponents, loaded: Loaded, lost: NDArray[np.bool_], solve: Solve
+    frame: Description,
+    components: ClearanceComponents,
+    bearing: Bearing,
+    lost: NDArray[np.bool_],
+    solvers: Solvers,
+    loaded: Sequence[int] | None,
 ) -> Resistance:
     """The resistance of a frame to offsets in its joints.
 
-    Whether an offset causes any force depends on the geometry, not on spring stiffnesses. So it is first found for a
-    frame with the same joint stiffness for all entries; if offsets cause no force, that suffices.
+    Whether an offset causes any force depends on the geometry, not on stiffness. So it is first found for a frame with
+    the same stiffness for all entries; if offsets cause no force, that suffices.
 
     Parameters
     ----------
@@ -75,12 +83,14 @@ def against_offsets(
         The frame.
     components
         Components of its joints.
-    loaded
+    bearing
         Function that returns which of them carry a force, (n, ...): only these count if others move a mechanism.
     lost
         Mask of the entries that need no result, (...).
-    solve
-        Function that returns the linear solution of a description, without clearances.
+    solvers
+        Functions that return linear solutions of a description, without clearances.
+    loaded
+        DOF numbers of the loads on the frame; None if offsets are known to cause forces.
 
     Raises
     ------
@@ -88,12 +98,41 @@ def against_offsets(
         If at all entries ideal joints close a loop of rigid links with which no offset is compatible.
     """
     joints = {name: joint.element for name, joint in frame.joints.items()}
-    if math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
-        typical = {name: element.typical() for name, element in joints.items()}
-        found = _answer(frame, typical, components, loaded, lost, solve)
-        if not found.stiffness.any() or all(element.stiffness.size == 6 for element in joints.values()):
-            return found
-    return _answer(frame, joints, components, loaded, lost, solve)
+    members = {name: member.element for name, member in frame.members.items()}
+    whole = len(frame.shape)
+    if loaded is not None and math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
+        bearings, alike = {name: each.typical() for name, each in joints.items()}, _typical_members(frame)
+        if _entries(frame, bearings, alike) < _entries(frame, joints, members):
+            found = _answer(_bare(frame, bearings, alike), whole, components, bearing, lost, solvers, loaded)
+            varies = any(element.stiffness.size > 6 for element in joints.values())
+            varies = varies or any(alike[name] is not element for name, element in members.items())
+            if not (varies and found.stiffness.any()):
+                return found
+    return _answer(_bare(frame, joints, members), whole, components, bearing, lost, solvers, loaded)
+
+
+def _entries(frame: Description, joints: Mapping[str, JointElement], members: Mapping[str, LineElement]) -> int:
+    """Number of batch entries of the frame with the given joints and members, without loads."""
+    places = (node.coordinates.shape[:-1] for node in frame.nodes.values())
+    bodies = (shape for body in frame.bodies.values() for shape in (body.origin.shape[:-1], body.axes.shape[:-2]))
+    shapes = [*(each.shape for each in joints.values()), *(each.shape for each in members.values())]
+    return math.prod(np.broadcast_shapes(*places, *bodies, *shapes))
+
+
+def resists_at_first_entry(frame: Description, components: ClearanceComponents, solvers: Solvers) -> bool:
+    """Whether at the first batch entry alone offsets cause forces; False where that cannot be told."""
+    joints = {name: joint.element.typical() for name, joint in frame.joints.items()}
+    if any(each.shape for each in joints.values()):
+        return False
+    bare = _bare(frame, joints, _typical_members(frame), change=_first)
+    if bare.shape:
+        return False
+    none = np.zeros((), dtype=bool)
+    try:
+        found = _answer(bare, 0, components, lambda: np.ones(len(components.pairs), dtype=bool), none, solvers, None)
+    except FrameError:
+        return False
+    return bool(found.stiffness.any())
 
 
 def _alike(element: JointElement) -> bool:
@@ -102,36 +141,59 @@ def _alike(element: JointElement) -> bool:
     return bool(np.all(free.all(axis=0) == free.any(axis=0)))
 
 
+def _typical_members(frame: Description) -> dict[str, LineElement]:
+    """The elements of members as they are at the first entry, where they resist every deformation there."""
+    found: dict[Hashable, LineElement] = {}
+    for name, (element, *_) in frame.members.items():
+        if element.kind not in found:
+            first = element.cut(_first) if element.shape else element
+            stiff = first is element or bool(np.all(first.spring_stiffness(_first(frame.length(name), 0)) > 0.0))
+            found[element.kind] = first if stiff else element
+    return {name: found[member.element.kind] for name, member in frame.members.items()}
+
+
+def _first(array: NDArray[Any], trailing: int) -> NDArray[Any]:
+    """An array (..., trailing) at the first batch entry, without batch axes."""
+    return np.asarray(array[(0,) * (array.ndim - trailing)])
+
+
 def _answer(
-    frame: Description,
-    joints: dict[str, JointElement],
+    bare: Description,
+    whole: int,
     components: ClearanceComponents,
-    loaded: Loaded,
+    bearing: Bearing,
     lost: NDArray[np.bool_],
-    solve: Solve,
+    solvers: Solvers,
+    loaded: Sequence[int] | None,
 ) -> Resistance:
-    count, bare = len(components.pairs), _bare(frame, joints)
+    count = len(components.pairs)
     out = _everywhere(lost, bare.shape)
     if out.any():
         bare.exclude(out)
-    found, motions, unfit = _fitting(bare, out, components, solve)
-    found[..., out] = 0.0
+    motions, unfit = _fitting(bare, out, components, solvers, loaded)
+    found = -motions.forces
+    if out.any():
+        found[..., out] = 0.0
     unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
     determinate = not unknown.any()
-    members = _members(motions.plan, components)
+    members = _members(motions, components)
     root = np.sqrt(members)
     least = _UNRESISTED * root[:, None] * root
+    size = np.abs(found)
     with np.errstate(invalid="ignore"):
-        doubtful = (np.abs(found) > least) & (np.abs(found) <= _DOUBTFUL * least)
-    if doubtful.any():
+        above = size > least
+        doubtful = above.any() and bool((above & (size <= _DOUBTFUL * least)).any())
+    if doubtful:
         moved = np.where(unknown | out, 1.0, _largest_motions(motions, components))
         least = least * moved[:, None] * moved
     if not determinate:
-        bearing = _alike_within(loaded(), lost, bare.shape)
-        found, unknown, least = _of_loaded(bare, components, bearing, (found, unknown, least), solve)
-    found = np.nan_to_num(0.5 * (found + np.swapaxes(found, 0, 1)))
+        borne = _alike_within(bearing(), lost, bare.shape)
+        found, unknown, least = _of_loaded(bare, components, borne, (found, unknown, least), solvers)
+    elif not above.any():
+        found = np.zeros((count, count, *(1,) * (found.ndim - 2)))
+    found = 0.5 * (found + np.swapaxes(found, 0, 1))
+    found = found if determinate else np.nan_to_num(found)
     stiffness = np.where(np.abs(found) > least, found, 0.0)
-    whole = len(frame.shape)
     new = (1,) * (whole - unknown.ndim)
     return Resistance(
         stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
@@ -143,15 +205,19 @@ def _answer(
 
 
 def _fitting(
-    bare: Description, out: NDArray[np.bool_], components: ClearanceComponents, solve: Solve
-) -> tuple[Array, LinearResults, NDArray[np.bool_]]:
-    """Decreases of forces per unit offset in each component, the solution, entries with incompatible offsets, (...).
+    bare: Description,
+    out: NDArray[np.bool_],
+    components: ClearanceComponents,
+    solvers: Solvers,
+    loaded: Sequence[int] | None,
+) -> tuple[UnitMotions, NDArray[np.bool_]]:
+    """The solution for unit offsets in each component, and entries with incompatible offsets, (...).
 
     The latter are left out of the bare frame from then on.
     """
     every = np.ones(len(components.pairs), dtype=bool)
     try:
-        return *_falls(bare.copy(), components, every, solve), np.zeros_like(out)
+        return _motions(bare.copy(), components, every, solvers, loaded), np.zeros_like(out)
     except Contradiction as error:
         unfit = np.asarray(np.broadcast_to(error.entries, (len(every), *bare.shape)).any(axis=0))
         if (unfit | out).all():
@@ -160,11 +226,11 @@ def _fitting(
                 f"links, in which no offset fits ({error}): give one of them a finite stiffness"
             ) from error
     bare.exclude(unfit)
-    return *_falls(bare.copy(), components, every, solve), unfit
+    return _motions(bare.copy(), components, every, solvers, loaded), unfit
 
 
 def _of_loaded(
-    bare: Description, components: ClearanceComponents, bearing: NDArray[np.bool_], first: Answer, solve: Solve
+    bare: Description, components: ClearanceComponents, bearing: NDArray[np.bool_], first: Answer, solvers: Solvers
 ) -> Answer:
     """The result where some offset moves a mechanism, from the components alone that carry a force there.
 
@@ -178,8 +244,8 @@ def _of_loaded(
         Whether they carry a force at each entry, (n, ...).
     first
         The result of all components, see `Answer`.
-    solve
-        Function that returns the linear solution of a description.
+    solvers
+        Functions that return linear solutions of a description.
     """
     found, unknown, least = first
     count, shape = len(bearing), bearing.shape[1:]
@@ -193,7 +259,8 @@ def _of_loaded(
         own = here & (bearing == pattern.reshape(count, *(1,) * len(shape))).all(axis=0)
         some = bare.copy()
         some.exclude(_everywhere(~own, bare.shape))
-        falls = _falls(some, components, pattern, solve)[0].reshape(found.shape[:2] + new + bare.shape)
+        falls = -_motions(some, components, pattern, solvers).forces
+        falls = falls.reshape(found.shape[:2] + new + bare.shape)
         apart = (pattern[:, None] & pattern).reshape(count, count, *(1,) * len(shape))
         coupled = np.abs(np.where(apart, 0.0, falls)) > least
         known = own & ~np.asarray(np.isnan(falls).any(axis=(0, 1)) | coupled.any(axis=(0, 1)))
@@ -226,13 +293,13 @@ def _shared_axes(lost: NDArray[np.bool_], shape: Shape) -> tuple[int, ...]:
     return tuple(axis for axis in range(lost.ndim) if axis < extra or shape[axis - extra] == 1)
 
 
-def _largest_motions(motions: LinearResults, components: ClearanceComponents) -> Array:
+def _largest_motions(motions: UnitMotions, components: ClearanceComponents) -> Array:
     """Largest displacement of a node by a unit offset in each component, (n, ...), at least one.
 
     The rounding of a force, recovered by a stiffness, is proportional to the displacements.
     """
-    frame, is_rotation = motions.frame, components.is_rotation
-    shape = (len(is_rotation), *frame.shape[1:])
+    frame, is_rotation = motions.solution.frame, components.is_rotation
+    shape = motions.forces.shape[1:]
     if 6 * len(frame.nodes) * math.prod(shape) > _MOST or not frame.size:
         return np.ones(shape)
     moved = np.abs(motions.nodal())
@@ -243,34 +310,48 @@ def _largest_motions(motions: LinearResults, components: ClearanceComponents) ->
     return out
 
 
-def _falls(
-    bare: Description, components: ClearanceComponents, asked: NDArray[np.bool_], solve: Solve
-) -> tuple[Array, LinearResults]:
-    """Decrease of the forces per unit offset in each component in the mask `asked`, (n, n, ...), and the solution.
-
-    NaN at mechanisms.
-    """
+def _motions(
+    bare: Description,
+    components: ClearanceComponents,
+    asked: NDArray[np.bool_],
+    solvers: Solvers,
+    loaded: Sequence[int] | None = None,
+) -> UnitMotions:
+    """The solution for unit offsets in the components in the mask `asked`."""
     count = len(components.pairs)
+    if math.prod(bare.shape) >= LONG and asked.all():
+        with suppress(Contradiction):  # which is told of each offset alone
+            found = UnitMotionsPerEntry.of(bare.copy(), components.pairs, solvers, loaded)
+            if found is not None:
+                return found
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))
     for index in np.flatnonzero(asked):
         name, k = components.pairs[index]
         bare.offset(name, **{DISPLACEMENTS[k]: unit[index]})
-    solution = solve(bare).silenced()
-    found = -np.stack([solution.joint_force(name)[..., k] for name, k in components.pairs])
-    return found, solution
+    one_by_one = UnitMotions(solvers.of(bare).silenced(), components.pairs)
+    one_by_one.forces  # noqa: B018  # where no offset fits, the error is raised here
+    return one_by_one
 
 
-def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
-    """The frame with the given joints, without loads, free strains, offsets and prescribed displacements."""
+def _bare(
+    frame: Description,
+    joints: Mapping[str, JointElement],
+    members: Mapping[str, LineElement],
+    change: Change = WHOLE,
+) -> Description:
+    """The frame with the given joints and members, without loads, free strains, offsets and imposed displacements.
+
+    It has the places to which `change` leads.
+    """
     out = Description()
     for name, body in frame.bodies.items():
-        out.body(name, body.origin, body.axes)
+        out.body(name, change(body.origin, 1), change(body.axes, 2))
     for name, node in frame.nodes.items():
-        out.node(name, node.coordinates, node.body)
+        out.node(name, change(node.coordinates, 1), node.body)
     for name, member in frame.members.items():
-        out.add(name, member.element, member.start, member.end)
-        if member.element.free_strain(np.zeros(())) is not None:
-            out.members[name] = member._replace(element=Unstrained(member.element))
+        out.add(name, members[name], member.start, member.end)
+        if members[name].free_strain(np.zeros(())) is not None:
+            out.members[name] = out.members[name]._replace(element=Unstrained(members[name]))
     for name, joint in frame.joints.items():
         out.add(name, joints[name], joint.first, joint.second)
     out.ties = list(frame.ties)
@@ -279,10 +360,12 @@ def _bare(frame: Description, joints: dict[str, JointElement]) -> Description:
     return out
 
 
-def _members(plan: Plan, components: ClearanceComponents) -> Array:
+def _members(motions: UnitMotions, components: ClearanceComponents) -> Array:
     """Largest stiffness of a member's end against translation or rotation, as fits each component, (n, ...)."""
+    plan = motions.plan
     largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
     for a in plan.matrix:
         value = np.asarray(total(plan.chained.scale(a))[1], dtype=np.float64)
         largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
-    return np.stack([largest[k // 3][0] for k in components.component])
+    counted = len(plan.grid.shape) == motions.forces.ndim - 1  # unit offsets along the first axis, of which one serves
+    return np.stack([largest[k // 3][0] if counted else largest[k // 3] for k in components.component])

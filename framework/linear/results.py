@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Self
 
 import numpy as np
@@ -10,9 +11,12 @@ from numpy.typing import ArrayLike
 from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
 from ..clearances.contact import Contact
+from ..results.force_numbers import ForceNumbers
+from ..results.linear import OfRows
 from ..results.parts import of_joint, of_member, of_node, of_part
 from ..results.saved import SavedResults
 from ..results.stacked_results import StackedResults
+from ..structure.parts import Value
 from ..structure.topology import Topology
 from .states import FrameStates
 
@@ -260,6 +264,45 @@ class NamedResults(FrameStates):
             return found.without_clearance.joint_force(joint)
         return self._read(("force", joint), lambda: self._recovery.joint_force(joint))
 
+    def joint_components(self, pairs: Sequence[tuple[str, int]]) -> Array:
+        """Find single components of joint forces in which offsets are possible, over a long batch in a single pass.
+
+        Parameters
+        ----------
+        pairs
+            Name of the joint, and component 0 to 5, for each of n components.
+
+        Returns
+        -------
+        ndarray
+            The components, (n, ...).
+        """
+        if self._in_one_pass:
+            return np.moveaxis(self._masked(self._recovery.joint_components(pairs)), -1, 0)
+        return np.stack([self.joint_force(name)[..., k] for name, k in pairs])
+
+    def joint_components_per_unit(
+        self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
+    ) -> list[list[Array]] | None:
+        """Find joint forces and other numbers per unit of right-hand-side parameters, in one pass.
+
+        Parameters
+        ----------
+        pairs
+            Name of the joint, and component 0 to 5, for each of n components.
+        others
+            Functions that return some numbers, given a function that returns the values of rows; see `stacked`.
+        parameters
+            Indices of the parameters.
+
+        Returns
+        -------
+        list of list of ndarray or None
+            For each parameter the components, (..., n), and for each function its numbers, (..., m); None where entries
+            are singular, or constraints are redundant.
+        """
+        return self._recovery.joint_components_per_unit(pairs, [_of_values(each) for each in others], parameters)
+
     def contact(self, joint: str) -> Contact:
         """Contact of a joint with clearance: its state, side, force and gap.
 
@@ -320,10 +363,15 @@ class NamedResults(FrameStates):
         apart = self.solver.parts > 1 and (isinstance(self.solver, BroadcastSolver) or bool(self.movable.any()))
         return None if apart or self.consistent_mechanisms is not None else StackedResults(self)
 
-    def _all_of(self, *kinds: str) -> list[Array]:
+    @property
+    def _in_one_pass(self) -> bool:
+        """Whether one elimination has all results of a batch."""
         batch = bool(self.shape) or self.plan.entry is None
         one = self.determinate is None and batch and self.solver.parts < 2
-        if one and isinstance(self.solver, BroadcastSolver) and self.consistent_mechanisms is None:
+        return one and isinstance(self.solver, BroadcastSolver)
+
+    def _all_of(self, *kinds: str) -> list[Array]:
+        if self._in_one_pass and self.consistent_mechanisms is None:
             found = self._recovery.all_of(kinds)
             if found is not None:
                 return [self._masked(array) for array in found]
@@ -352,3 +400,7 @@ def _member_axes(topology: Topology) -> Array:
     for own, rows in found:
         out[..., own, 0, :, :] = rows
     return out
+
+
+def _of_values(result: OfRows) -> Callable[[ForceNumbers], Sequence[Value]]:
+    return lambda numbers: result(numbers.values)

@@ -93,6 +93,11 @@ class SolvedFrame(SavedResults):
         return self.primary.solver
 
     @property
+    def by_chunks(self) -> bool:
+        """Whether results that are asked for together take much less than one by one, as each pass eliminates anew."""
+        return self.primary.by_chunks
+
+    @property
     def resolved(self) -> Solved | None:
         """Results in extended precision of entries that are almost singular in double precision; None for none."""
         return self.primary.resolved

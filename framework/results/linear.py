@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -16,8 +16,11 @@ from ..error_bounds.resolved import Solved
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..states import States
-from ..structure.parts import Row
+from ..structure.parts import Row, Value
 from .consistent_mechanisms import ConsistentMechanisms
+
+# A function that returns numbers, given a function that returns the values of rows.
+OfRows = Callable[[Callable[[Sequence[Row]], Sequence[Value]]], Sequence[Value]]
 
 
 class LinearResults(Protocol):
@@ -41,6 +44,11 @@ class LinearResults(Protocol):
     @property
     def solver(self) -> BroadcastSolver | StackedSolver | SparseSolver:
         """The solver of the plan."""
+        ...
+
+    @property
+    def by_chunks(self) -> bool:
+        """Whether results that are asked for together take much less than one by one, as each pass eliminates anew."""
         ...
 
     @property
@@ -91,6 +99,16 @@ class LinearResults(Protocol):
 
     def joint_force(self, joint: str) -> Array:
         """Force and moment that a joint exerts on its first node, in the joint's axes, (..., 6)."""
+        ...
+
+    def joint_components(self, pairs: Sequence[tuple[str, int]]) -> Array:
+        """Single components of joint forces in which offsets are possible, (n, ...), in a single pass."""
+        ...
+
+    def joint_components_per_unit(
+        self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
+    ) -> list[list[Array]] | None:
+        """Joint forces and other numbers per unit of right-hand-side parameters; None where they do not hold."""
         ...
 
     def reaction(self, node: str) -> Array:

@@ -58,9 +58,8 @@ class PieceEnds(GroupedPieces):
 
     def _by_formula(self, piece: int) -> Array | None:
         """The forces by a program, for a long batch; None where the element has no `end_force_numbers`."""
-        once = self.solution.sweep()
-        found = self.written(once).by_formula(piece)
-        return None if found is None else once.run([found])[0]
+        found = self.solution.recorded(lambda once: [self.written(once).by_formula(piece) or []])[0]
+        return found if found.shape[-1] else None
 
     def _by_arrays(self, piece: int) -> Array:
         group, position = self.group(piece)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +112,11 @@ class Primary:
         if not self.plan.constant:
             return StackedSolver(self.plan, self.factors.stacked)
         return SparseSolver(self.plan, self.factors.sparse(self.plan.unloaded, self.plan.method.name))
+
+    @property
+    def by_chunks(self) -> bool:
+        """Whether results that are asked for together take much less than one by one, as each pass eliminates anew."""
+        return isinstance(self.solver, BroadcastSolver) and self.solver.by_chunks
 
     @cached_property
     def sound(self) -> bool:
@@ -235,21 +241,71 @@ class Primary:
             out[self.at_rest] = 0.0
         return out
 
-    def sweep(self) -> Sweep:
-        """A recording to which results of a long batch are added: from the elimination on, or from `stacked`."""
-        recording, grid = Recording(), self.plan.grid
-        if isinstance(self.solver, BroadcastSolver) and (
-            self.sound or (self.resolved is None and self.consistent_mechanisms is None and not self.at_rest.any())
-        ):
-            written = self.solver.written(recording)
-            if written is not None:
-                return Sweep(grid, recording, written)
+    def recorded(self, results: Callable[[Sweep], Sequence[Sequence[Value]]]) -> list[Array]:
+        """Some results, each (..., n), in one pass over a long batch.
+
+        Parameters
+        ----------
+        results
+            Function that adds results, each of n numbers, to a recording.
+        """
+        recording, solver = Recording(), self.solver
+        if isinstance(solver, BroadcastSolver) and self._may_hold and (written := solver.written(recording)):
+            once = Sweep(self.plan.grid, recording, written.values, written.later)
+            found, least = once.run(results(once), [*written.least.values()])
+            solver.learn(dict(zip(written.least, least, strict=True)))
+            if self._all_hold:
+                return found
+            recording = Recording()
 
         def values(rows: Sequence[Row]) -> list[Value]:
             found = np.moveaxis(self.stacked(rows), -1, 0)
             return [recording.take(value) if row else 0.0 for row, value in zip(rows, found, strict=True)]
 
-        return Sweep(grid, recording, values)
+        once = Sweep(self.plan.grid, recording, values)
+        return once.run(results(once))[0]
+
+    def per_unit(
+        self, results: Callable[[Sweep], Sequence[Sequence[Value]]], parameters: Sequence[int]
+    ) -> list[list[Array]] | None:
+        """Some results, each (..., n), per unit of each of some right-hand-side parameters, in one pass.
+
+        Parameters
+        ----------
+        results
+            Function that adds results to a recording.
+        parameters
+            Indices of the parameters, of which no other acts.
+
+        Returns
+        -------
+        list of list of ndarray or None
+            For each parameter its results; None where they do not hold at all entries.
+        """
+        recording, solver, grid = Recording(), self.solver, self.plan.grid
+        if not isinstance(solver, BroadcastSolver) or (written := solver.written(recording, again=True)) is None:
+            return None
+        count, asked = len(self.plan.rhs_parameters.values), []
+        for parameter in parameters:
+            unit = [float(k == parameter) for k in range(count)]
+            asked.append(results(Sweep(grid, recording, partial(written.values, parameters=unit))))
+        once = Sweep(grid, recording, written.values, written.later)
+        found, least = once.run([each for those in asked for each in those], [*written.least.values()])
+        solver.learn(dict(zip(written.least, least, strict=True)))
+        following = iter(found)
+        return [[next(following) for _ in those] for those in asked] if self._all_hold else None
+
+    @property
+    def _may_hold(self) -> bool:
+        """Whether results of the elimination hold at all entries, as far as that is known."""
+        return "sound" not in vars(self) or self._all_hold
+
+    @property
+    def _all_hold(self) -> bool:
+        """Whether results of the elimination hold at all entries."""
+        return self.sound or (
+            self.resolved is None and self.consistent_mechanisms is None and not bool(self.at_rest.any())
+        )
 
     def nodal(self) -> Array:
         """Displacements of all nodes in their own axes, nodes inside members included, (..., nodes, 6)."""

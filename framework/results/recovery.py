@@ -14,6 +14,7 @@ from ..error_bounds.equilibrium import rounded
 from ..error_bounds.kinematics import FrameKinematics
 from ..error_bounds.sharing import load_shares
 from ..program import sweep
+from ..program.sweep import Sweep
 from ..structure.connections import TreeEdge
 from ..structure.edge import Edge
 from ..structure.parts import Row, Value
@@ -22,6 +23,9 @@ from .force_numbers import ForceNumbers
 from .member_field import deflection, internal_forces
 from .piece_ends import PieceEnds
 from .primary import Primary
+
+# A function that returns the n numbers of a result.
+Numbers = Callable[[ForceNumbers], Sequence[Value]]
 
 
 class Recovery(AlongMembers):
@@ -95,6 +99,31 @@ class Recovery(AlongMembers):
         found = self._alone(lambda numbers: numbers.of_edge(edge))
         return found - self._excess[edge] if edge in self._excess else found
 
+    def joint_components(self, pairs: Sequence[tuple[str, int]]) -> Array:
+        """Single components of joint forces, given by joint and component, (..., n), in one pass.
+
+        They are those of a joint whose offsets are possible, so that they have no part in what redundant constraints
+        may do to each other.
+        """
+        return self.together([self._components(pairs)])[0]
+
+    def joint_components_per_unit(
+        self, pairs: Sequence[tuple[str, int]], others: Sequence[Numbers], parameters: Sequence[int]
+    ) -> list[list[Array]] | None:
+        """The same and other results per unit of each of some right-hand-side parameters; None if they do not hold."""
+        with np.errstate(all="ignore"):  # of mechanisms, for which there is no result
+            results = [self._components(pairs), *others]
+            return self.solution.per_unit(partial(self._written, results), parameters)
+
+    def _components(self, pairs: Sequence[tuple[str, int]]) -> Numbers:
+        edges = {name: self._edge("joint", name) for name, _ in pairs}
+
+        def components(numbers: ForceNumbers) -> list[Value]:
+            forces = {name: numbers.of_edge(edge) for name, edge in edges.items()}
+            return [forces[name][k] for name, k in pairs]
+
+        return components
+
     def reaction(self, node: str) -> Array:
         """Force and moment of the support on a node, in global axes, (..., 6)."""
         edge = self._edge("support", node)
@@ -160,16 +189,18 @@ class Recovery(AlongMembers):
             for array, size in zip(found, sizes, strict=True)
         ]
 
-    def together(self, results: Sequence[Callable[[ForceNumbers], Sequence[Value]]]) -> list[Array]:
+    def together(self, results: Sequence[Numbers]) -> list[Array]:
         """Some results, each (..., n), in one pass over the batch if that is long."""
         with np.errstate(all="ignore"):  # of mechanisms, whose entries are masked
             if self._piece_ends.long:
-                once = self.solution.sweep()
-                numbers = self._piece_ends.written(once)
-                return once.run([result(numbers) for result in results])
+                return self.solution.recorded(partial(self._written, results))
             return [self._stacked(result(self._numbers)) for result in results]
 
-    def _alone(self, result: Callable[[ForceNumbers], Sequence[Value]]) -> Array:
+    def _written(self, results: Sequence[Numbers], once: Sweep) -> list[Sequence[Value]]:
+        numbers = self._piece_ends.written(once)
+        return [result(numbers) for result in results]
+
+    def _alone(self, result: Numbers) -> Array:
         """One result, (..., n).
 
         As others are likely to follow, intermediate arrays are kept, unless the batch is very long: recording each

@@ -1,0 +1,306 @@
+"""Contact in long batches whose members or places vary: as each entry alone, and the truth by 64 digits.
+
+All unit offsets are solved for in one pass over such a batch, and, where geometry alone decides whether offsets meet
+any stiffness, with the members of the first entry.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from linkframe import Beam, Frame, Joint, Material, Rectangle
+from linkframe.elements import Spring
+from linkframe.framework import Solution
+from linkframe.framework.clearances import unit_offsets
+from linkframe.framework.clearances.unit_motions import UnitMotions, UnitMotionsPerEntry
+from linkframe.framework.program import machine_code
+from numpy.testing import assert_allclose, assert_array_equal
+from reference.mixed_method import solve
+from reference.structure import Member, Structure
+from reference.structure import Spring as Springs
+
+BAR = Rectangle(y=0.02, z=0.01)
+SOFT, STIFF = (2e8, 2e8, 2e8, 2e5, 2e5, 0.0), (2e8, 2e8, 2e8, 2e5, 2e5, 1e5)
+# Springs about the pins that are rounding beside the members.
+LOOSE = (2e8, 2e8, 2e8, 2e5, 2e5, 1e-7)
+COUNT = 20_000
+AT = [0, 7, 4711, COUNT - 1]
+Numbers = dict[str, Any]
+
+
+def drawn(*varies: str) -> Numbers:
+    """Numbers of a three-hinged arch, of which loads and clearances vary, and what is named."""
+    rng = np.random.default_rng(3)
+    whole = {
+        "fx": rng.uniform(-20.0, 20.0, COUNT),
+        "fy": rng.uniform(-150.0, -50.0, COUNT),
+        "gap": rng.uniform(0.5e-4, 1.5e-4, (3, COUNT)),
+        "E": 2e11 * np.exp(0.1 * rng.normal(size=(2, COUNT))),
+        "x": 1.0 + 0.1 * rng.uniform(-1.0, 1.0, COUNT),
+        "y": np.full(COUNT, 0.5),
+        "stiffness": np.exp(0.1 * rng.normal(size=(COUNT, 1))),
+    }
+    fixed = {"E": np.full(2, 2e11), "x": np.ones(()), "y": np.array(0.5), "stiffness": np.ones(1)}
+    return whole | {name: value for name, value in fixed.items() if name not in varies}
+
+
+def arch(given: Numbers, springs: tuple[float, ...] = SOFT) -> Frame:
+    """Two beams on pins with clearance at 0, 1 and 2 m; with springs that resist rotation it is indeterminate."""
+    top = np.stack(np.broadcast_arrays(given["x"], given["y"], 0.0), axis=-1)
+    places = {"c0": np.zeros(3), "a0": np.zeros(3), "b0": top, "b1": top, "a1": np.array([2.0, 0.0, 0.0])}
+    frame = Frame()
+    for name, place in (places | {"c1": places["a1"]}).items():
+        frame.node(name, place)
+    for k, modulus in enumerate(given["E"]):
+        frame.add(f"m{k}", Beam(BAR, Material(E=modulus, nu=0.3)), f"a{k}", f"b{k}")
+    for k, ends in enumerate((("c0", "a0"), ("b0", "b1"), ("a1", "c1"))):
+        stiffness = given["stiffness"] * np.array(springs)
+        joint = Joint(stiffness, clearance=given["gap"][k], clearance_directions=("ux", "uy"))
+        frame.add(f"j{k}", joint, *ends)
+    for name in ("c0", "c1"):
+        frame.fix(name)
+    frame.load("b0", fx=given["fx"], fy=given["fy"])
+    return frame
+
+
+def one(given: Numbers, entry: int) -> Numbers:
+    """The numbers of one entry."""
+    return {name: few(name, value, entry) for name, value in given.items()}
+
+
+def few(name: str, value: Any, entries: int | slice) -> Any:
+    """A number at some entries; itself where it does not vary."""
+    lead = {"gap": 1, "E": 1}.get(name, 0)
+    return value[(slice(None),) * lead + (entries,)] if value.ndim > lead and value.shape[lead] == COUNT else value
+
+
+def truth(given: Numbers, entry: int, springs: tuple[float, ...], offset: np.ndarray) -> Any:
+    """The arch by 64 digits with imposed offsets (3, 3) in its joints."""
+    mine, frame = one(given, entry), arch(one(given, entry), springs)
+    nodes = {name: tuple(map(float, frame.position(name))) for name in frame.nodes}
+    members = {
+        f"m{k}": Member(f"a{k}", f"b{k}", E=float(E), G=float(E) / 2.6, A=BAR.A, Iy=BAR.Iy, Iz=BAR.Iz, J=BAR.J)
+        for k, E in enumerate(mine["E"])
+    }
+    stiffness = tuple(map(float, (mine["stiffness"] * np.array(springs)).reshape(6)))
+    ends = {name: (joint.first, joint.second) for name, joint in frame.joints.items()}
+    return solve(
+        Structure(
+            nodes=nodes,
+            members=members,
+            joints={name: Springs(*pair, stiffness) for name, pair in ends.items()},
+            supports={name: dict.fromkeys(("ux", "uy", "uz", "rx", "ry", "rz"), 0.0) for name in ("c0", "c1")},
+            loads={"b0": (float(mine["fx"]), float(mine["fy"]), 0.0, 0.0, 0.0, 0.0)},
+            offsets={f"j{k}": (*map(float, each), 0.0, 0.0, 0.0) for k, each in enumerate(offset)},
+        )
+    )
+
+
+VARIES = [("E",), ("x",), ("stiffness",), ("E", "x"), ("E", "stiffness"), ("E", "x", "stiffness")]
+
+
+@pytest.mark.parametrize("springs", [SOFT, STIFF], ids=["determinate", "indeterminate"])
+@pytest.mark.parametrize("varies", VARIES, ids=" ".join)
+def test_as_each_entry_alone_and_by_64_digits(varies: tuple[str, ...], springs: tuple[float, ...]) -> None:
+    """Journals are displaced along their forces, by the clearance; displacements to rounding."""
+    given = drawn(*varies)
+    solution = arch(given, springs).solve()
+    moved = solution.displacement("b0")
+    assert (solution.status == "regular").all()
+    # geometry alone tells whether the contact is determinate
+    assert solution.clearances is not None
+    assert (solution.clearances.determinate is not None) == (springs is SOFT and "x" not in varies)
+    contacts = [solution.contact(f"j{k}") for k in range(3)]
+    for entry in AT:
+        alone = arch(one(given, entry), springs).solve()
+        assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-13 * np.abs(moved[entry]).max())
+        offset = np.stack([each.offset[entry] for each in contacts])
+        exact = truth(given, entry, springs, offset)
+        for k, each in enumerate(contacts):
+            force = exact.joint_force[f"j{k}"][:3].astype(np.float64)
+            radius = given["gap"][k, entry]
+            assert_allclose(offset[k], radius * force / np.linalg.norm(force), rtol=0.0, atol=2e-13 * radius)
+            assert each.status[entry] == "closed"
+        displaced = exact.displacement["b0"].astype(np.float64)
+        assert_allclose(moved[entry], displaced, rtol=0.0, atol=1e-13 * np.abs(displaced).max())
+
+
+@pytest.mark.parametrize("count", [1001, 3000, 17_000])
+@pytest.mark.parametrize("varies", VARIES, ids=" ".join)
+def test_shorter_batches(varies: tuple[str, ...], count: int) -> None:
+    """Above a thousand entries the members of the first are tried, from 16384 on all offsets are found in one pass."""
+    whole = drawn(*varies)
+    given = {name: few(name, value, slice(count)) for name, value in whole.items()}
+    solution = arch(given, STIFF).solve()
+    moved = solution.displacement("b0")
+    for entry in (0, 7, count - 1):
+        alone = arch(one(whole, entry), STIFF).solve()
+        assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-13 * np.abs(moved[entry]).max())
+
+
+@pytest.mark.parametrize("springs", [SOFT, STIFF, LOOSE], ids=["determinate", "indeterminate", "soft springs"])
+def test_one_pass_for_all_offsets(springs: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same as of unit offsets that are entries of a batch: forces, motions, and whether springs deform."""
+    given = drawn("E", "x", "stiffness")
+    found = asked(given, springs, monkeypatch)
+    assert isinstance(found, UnitMotionsPerEntry)
+    monkeypatch.setattr(UnitMotionsPerEntry, "of", lambda *_: None)
+    other = asked(given, springs, monkeypatch)
+    assert not isinstance(other, UnitMotionsPerEntry)
+    assert found.entries == other.entries == len(found.forces) * COUNT
+    assert found.strained == other.strained == (springs is not SOFT)
+    number = other.plan.topology.number
+    rows = [other.plan.tree.row(number["b1"], k) for k in range(6)]
+    loaded = [6 * number["b0"], 6 * number["b0"] + 1]
+    pairs = [
+        (found.forces, other.forces),
+        (found.rows(rows), other.rows(rows)),
+        (found.moved(loaded), other.moved(loaded)),
+        (found.moved(loaded[:1]), other.moved(loaded[:1])),
+        (found.nodal(), other.nodal()),
+    ]
+    scale = 2e8 if springs is STIFF else 1.0
+    for (mine, theirs), size in zip(pairs, (scale, 1.0, 1.0, 1.0, 1.0), strict=True):
+        assert_allclose(mine, theirs, rtol=0.0, atol=1e-9 * size)
+
+
+def asked(given: Numbers, springs: tuple[float, ...], patch: pytest.MonkeyPatch) -> UnitMotions:
+    """The unit motions that a solution asks for last."""
+    seen: list[UnitMotions] = []
+    motions = unit_offsets._motions
+
+    def noted(*args: Any, **named: Any) -> UnitMotions:
+        seen.append(motions(*args, **named))
+        return seen[-1]
+
+    with patch.context() as inside:
+        inside.setattr(unit_offsets, "_motions", noted)
+        arch(given, springs).solve().displacement("b0")
+    return seen[-1]
+
+
+def test_entries_close_to_singular_without_clearances() -> None:
+    """They keep the digits that they have alone, by extended precision, beside others that need none."""
+    given = drawn("E", "x", "y", "stiffness") | {"gap": np.zeros(3)}
+    low = np.arange(COUNT) % 2000 == 7
+    given["y"] = np.where(low, 1e-7, given["y"])
+    first = arch(given).solve().end_forces("m0")  # in one pass with the pivots that tell which entries are close
+    solution = arch(given).solve()
+    forces, found = [solution.joint_force(f"j{k}") for k in range(3)], solution.all_results()
+    assert_array_equal(np.stack(forces, axis=-2), found.joint_forces)
+    for entry in (7, 4007, 1):
+        exact = truth(given, entry, SOFT, np.zeros((3, 3)))
+        displaced = exact.displacement["b0"].astype(np.float64)
+        size = np.abs(displaced).max()
+        assert_allclose(solution.displacement("b0")[entry], displaced, rtol=0.0, atol=1e-14 * size)
+        assert_allclose(found.displacements[entry, 2], displaced, rtol=0.0, atol=1e-14 * size)
+        ends = exact.end_forces["m0"].astype(np.float64)
+        assert_allclose(first[entry], ends, rtol=0.0, atol=1e-11 * np.abs(ends).max())
+        force = exact.joint_force["j1"].astype(np.float64)
+        assert_allclose(forces[1][entry], force, rtol=0.0, atol=1e-14 * np.abs(force).max())
+
+
+def test_entries_that_are_mechanisms_or_left_out() -> None:
+    """They have no results, beside others that have those which they have alone."""
+    given = drawn("E", "x", "y", "stiffness")
+    flat, absent = np.arange(COUNT) % 1000 == 7, np.arange(COUNT) % 1000 == 11
+    given["y"] = np.where(flat, 0.0, given["y"])
+    frame = arch(given)
+    frame.exclude(absent)
+    solution = frame.solve()
+    with pytest.warns(UserWarning, match="kinematically unstable"):
+        moved = solution.displacement("b0")
+    assert (solution.status[flat] == "mechanism").all()
+    assert (solution.status[absent] == "absent").all()
+    assert np.isnan(moved[flat | absent]).any(axis=-1).all()
+    for entry in (0, 1, 4711):
+        alone = arch(one(given, entry)).solve().displacement("b0")
+        assert_allclose(moved[entry], alone, rtol=0.0, atol=1e-13 * np.abs(alone).max())
+
+
+def test_mechanisms_that_the_first_pass_finds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever is read first; and offsets of entries close to one are found with the digits that they need."""
+    given = drawn("E", "x", "y", "stiffness")
+    flat = np.arange(COUNT) % 1000 == 7
+    given["y"] = np.where(flat, 0.0, given["y"])
+    solution = arch(given | {"gap": np.zeros(3)}).solve()
+    with pytest.warns(UserWarning, match="kinematically unstable"):
+        ends = solution.end_forces("m0")
+    assert_array_equal(np.isnan(ends).any(axis=-1), flat)
+    given["y"] = np.where(flat, 1e-7, given["y"])
+    assert not isinstance(asked(given, SOFT, monkeypatch), UnitMotionsPerEntry)
+
+
+SIZES = {"by chunks": (COUNT, COUNT, COUNT), "trailing unknowns": (1, 1, COUNT), "at once": (40, 40, 40)}
+
+
+@pytest.mark.parametrize("sizes", SIZES.values(), ids=SIZES)
+def test_results_per_unit_of_an_offset(sizes: tuple[int, int, int]) -> None:
+    """Of springs' forces and displacements: half of those of a batch in which each offset is two units."""
+    whole = drawn("E", "x", "stiffness")
+    moduli, places, stiffness = sizes
+    given = whole | {"gap": np.zeros(3), "fx": 0.0, "fy": 0.0}
+    given |= {"E": whole["E"][:, :moduli], "x": whole["x"][:places], "stiffness": whole["stiffness"][:stiffness]}
+    names, count = ["j0", "j1", "j2"], max(sizes)
+    apart, batch = arch(given, STIFF), arch(given, STIFF)
+    for k, name in enumerate(names):
+        apart.offset(name, ux=np.full(count, k + 1.0))
+        batch.offset(name, ux=2.0 * (np.arange(3) == k).reshape(3, 1))
+    solution, expected = Solution.per_unit(apart), batch.solve()
+    values = solution.plan.rhs_parameters.values
+    places_of = {float(value.flat[0]): k for k, value in enumerate(values) if isinstance(value, np.ndarray)}
+    number = solution.plan.topology.number["b1"]
+    rows = [solution.plan.tree.row(number, k) for k in range(6)]
+    pairs = [(name, 1) for name in names]
+    found = solution.joint_components_per_unit(
+        pairs, [lambda values: values(rows)], [places_of[k + 1.0] for k in range(3)]
+    )
+    assert found is not None
+    forces = np.stack([expected.joint_force(name)[..., 1] for name in names], axis=-1) / 2.0
+    moved = expected.displacement("b1") / 2.0
+    for k, (mine, displaced) in enumerate(found):
+        assert_allclose(mine, forces[k], rtol=0.0, atol=1e-13 * np.abs(forces).max())
+        assert_allclose(displaced, moved[k], rtol=0.0, atol=1e-13 * np.abs(moved).max())
+
+
+def test_a_member_without_stiffness_at_the_first_entry() -> None:
+    """A tie that is slack there makes the arch determinate there, and only there."""
+    given = drawn()
+    tie = np.where(np.arange(COUNT) == 0, 0.0, 1e6)
+
+    def tied(numbers: Numbers, stiffness: Any) -> Frame:
+        frame = arch(numbers)
+        frame.add("tie", Spring(stiffness), "a0", "b1")
+        return frame
+
+    whole = tied(given, tie).solve()
+    moved = whole.displacement("b0")
+    for entry in AT:
+        alone = tied(one(given, entry), tie[entry]).solve()
+        assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-12 * np.abs(moved[entry]).max())
+        for k in range(3):
+            own, other = whole.contact(f"j{k}"), alone.contact(f"j{k}")
+            assert_allclose(own.offset[entry], other.offset, rtol=0.0, atol=1e-12 * given["gap"][k, entry])
+
+
+@pytest.mark.skipif(not machine_code.available(), reason="needs llvmlite")
+def test_bits_do_not_depend_on_the_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All operations are those of NumPy, and no sum is a matrix product."""
+    given = drawn("E", "x", "stiffness")
+    found = arch(given, STIFF).solve().displacement("b0")
+    monkeypatch.setattr(machine_code, "available", lambda: False)
+    assert_array_equal(found, arch(given, STIFF).solve().displacement("b0"))
+
+
+def test_redundant_ideal_joints() -> None:
+    """Ideal joints in a redundant loop share forces by least squares, offset by offset."""
+    given = drawn("E")
+    ideal = (np.inf, np.inf, np.inf, np.inf, np.inf, 0.0)
+    given["stiffness"] = np.ones(1)
+    solution = arch(given, ideal).solve()
+    moved = solution.displacement("b0")
+    for entry in AT:
+        alone = arch(one(given, entry), ideal).solve()
+        assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-12 * np.abs(moved[entry]).max())
