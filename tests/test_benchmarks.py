@@ -132,10 +132,13 @@ def test_segments() -> None:
     assert all(row["worst_error"] < 1e-12 for row in rows)
 
 
-def test_clearances() -> None:
-    rows = clearances.measure((3, 40), 1)
-    assert len(rows) == 2 * len(programs.backends())
+@pytest.mark.parametrize("varies", clearances.VARIES)
+def test_clearances(varies: str) -> None:
+    counts = (3, 40) if varies == "loads" else (2,)
+    rows = clearances.measure(counts, 1, varies)
+    assert len(rows) == len(counts) * len(programs.backends())
     assert all(row["across"] < 1e-14 and row["error"] < 1e-14 for row in rows)
+    assert len(clearances.four_bars(2, 1, varies)) == len(programs.backends())
 
 
 @pytest.mark.parametrize("kind", size.KINDS)
