@@ -279,7 +279,7 @@ def add_congruence(
     bool
         Whether all terms were wanted.
     """
-    complete, rows = True, _as_precise(rows, (part for row in matrix.values() for part in row.values()))
+    complete, rows = True, _as_precise(rows, (part for row in matrix.values() for part in row.values()), wanted)
     for a, left in rows.items():
         for b, parts in matrix.get(a, {}).items():
             if b >= a and b in rows:
@@ -338,7 +338,7 @@ def add_squares(
     into: dict[int, Parts], scale: dict[int, Parts], rows: dict[int, Factors], wanted: Sequence[bool]
 ) -> bool:
     """Add the squares of factors times the `scale` of their rows, as far as `wanted`; whether all terms were."""
-    complete, rows = True, _as_precise(rows, scale.values())
+    complete, rows = True, _as_precise(rows, scale.values(), wanted)
     for a, row in rows.items():
         for mask, value in scale.get(a, {}).items():
             for i, factor, over in row:
@@ -366,16 +366,17 @@ def add_loads(into: Loads, loads: Loads, rows: dict[int, Factors], wanted: Seque
     return complete
 
 
-def _as_precise(rows: dict[int, Factors], numbers: Iterable[Parts]) -> dict[int, Factors]:
+def _as_precise(rows: dict[int, Factors], numbers: Iterable[Parts], wanted: Sequence[bool]) -> dict[int, Factors]:
     """Rows with their arrays in extended precision if the numbers are, as the first of them tells.
 
     A product of arrays of two precisions takes twice as long; so each array is converted once, not in every product.
+    Factors that vary more than is wanted are in no product.
     """
     first = next((value for parts in numbers for value in parts.values()), None)
     if getattr(first, "dtype", None) != Extended:
         return rows
     return {
-        a: [(k, f.astype(Extended, copy=False) if isinstance(f, np.ndarray) else f, mask) for k, f, mask in row]
+        a: [(k, f.astype(Extended, copy=False) if isinstance(f, np.ndarray) and wanted[m] else f, m) for k, f, m in row]
         for a, row in rows.items()
     }
 
