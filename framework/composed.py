@@ -156,6 +156,8 @@ class Composed(OfAnother):
 class Unstrained(Composed):
     """An element without free strain, such as that of heat."""
 
+    end_force_numbers = _as_own(LineElement.end_force_numbers)
+
     def free_strain(self, fraction: Array) -> None:
         return None
 

@@ -81,23 +81,12 @@ class Solution(ResultsWithBounds):
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
-        contact = Clearances(described, without_clearance, Solvers(cls.of, cls.per_unit), factors)
+        contact = Clearances(described, without_clearance, Solvers(cls.of, cls._per_unit), factors)
         return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
 
     @classmethod
-    def per_unit(cls, frame: Description) -> Solution:
-        """Solution from which results per unit of each varying offset are found, by broadcasting elimination.
-
-        Parameters
-        ----------
-        frame
-            The description.
-
-        Returns
-        -------
-        Solution
-            The solution, of which nothing is computed yet.
-        """
+    def _per_unit(cls, frame: Description) -> Solution:
+        """A solution from which results per unit of each offset that varies are found, by broadcasting elimination."""
         plan = Plan(alone(frame), method=BROADCAST, apart=True)
         return cls(frame, plan, primary=Primary(plan, Factors(), contact=False))
 

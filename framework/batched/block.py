@@ -89,7 +89,7 @@ class WrittenBlock:
     Attributes
     ----------
     values
-        Function that returns the values of rows, for other right-hand-side parameters than its own unless that is None.
+        Function that returns the values of rows for the given right-hand-side parameters; for its own where None.
     least
         The least pivot ratio of the chunks where it is not known; else None.
     """
@@ -191,10 +191,10 @@ class BlockFactor:
                 return self.shared.values(rows)
             return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
 
-    def written(self, recording: Recording, *, again: bool = False) -> WrittenBlock | None:
+    def written(self, recording: Recording, *, anew: bool = False) -> WrittenBlock | None:
         """The solution as terms of a recording.
 
-        None where the factors of chunks are kept, or are to be kept now; unless `again`, which never keeps them.
+        None where the factors of chunks are kept, or are to be kept now; unless `anew`, which never keeps them.
         """
         if not any(self.large):
             return WrittenBlock(lambda rows, given: [recording.take(v) for v in self.shared.values(rows, given)])
@@ -207,9 +207,9 @@ class BlockFactor:
                 return recording.products([self.shared.carried(row) for row in rows], numbers)
 
             return WrittenBlock(products)
-        if not again and (self._again or self._known):
+        if not anew and (self._again or self._known):
             return None
-        progress, self._again = self._recorded(recording), self._again if again else self._holdable
+        progress, self._again = self._recorded(recording), self._again if anew else self._holdable
 
         def values(rows: Sequence[Row], given: Sequence[Value] | None) -> list[Value]:
             return progress.values([mapped_row(row, recording.take) for row in rows], given)

@@ -106,13 +106,13 @@ class BroadcastSolver:
                     terms[index].append((1.0, value))
             return sums(terms)
 
-    def written(self, recording: Recording, *, again: bool = False) -> WrittenSolution | None:
-        """The solution as terms of a recording; None where factors are kept, unless `again`, or there is one entry."""
+    def written(self, recording: Recording, *, anew: bool = False) -> WrittenSolution | None:
+        """The solution as terms of a recording; None where factors are kept, unless `anew`, or there is one entry."""
         if self.plan.entry is not None:
             return None
         blocks: dict[int, WrittenBlock] = {}
         for name in self.plan.excited:
-            block = self.factor(name).written(recording, again=again)
+            block = self.factor(name).written(recording, anew=anew)
             if block is None:
                 return None
             blocks[name] = block

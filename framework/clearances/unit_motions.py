@@ -27,11 +27,12 @@ class Solvers(NamedTuple):
     of
         As the description says.
     per_unit
-        With each offset that varies as a right-hand-side parameter of its own, per unit of which results are found.
+        With each offset that varies as a right-hand-side parameter of its own, per unit of which results are found, by
+        broadcasting elimination; None where that would not take less time.
     """
 
     of: Callable[[Description], LinearResults]
-    per_unit: Callable[[Description], LinearResults]
+    per_unit: Callable[[Description], LinearResults] | None
 
 
 class UnitMotions:
@@ -100,6 +101,14 @@ class UnitMotions:
         return rows
 
 
+class _Motion(NamedTuple):
+    """Forces (..., n), largest deformation of a spring (..., 1) and loaded displacements (..., m) by a unit offset."""
+
+    forces: Array
+    deformed: Array
+    moved: Array
+
+
 class UnitMotionsPerEntry(UnitMotions):
     """The solution for unit offsets of a long batch that is factorised anew in each pass: all offsets in one pass.
 
@@ -122,14 +131,18 @@ class UnitMotionsPerEntry(UnitMotions):
 
     @classmethod
     def of(
-        cls, bare: Description, pairs: Pairs, solvers: Solvers, loaded: Sequence[int] | None
+        cls,
+        bare: Description,
+        pairs: Pairs,
+        solve: Callable[[Description], LinearResults],
+        loaded: Sequence[int] | None,
     ) -> UnitMotionsPerEntry | None:
         """The motions of a frame without offsets; None where the passes would not take less time, or not all hold."""
         longest = int(np.argmax(bare.shape))
         shape = tuple(size if axis == longest else 1 for axis, size in enumerate(bare.shape))
         for number, (name, component) in enumerate(pairs, 1):
             bare.offset(name, **{DISPLACEMENTS[component]: np.full(shape, float(number))})
-        found = cls(solvers.per_unit(bare).silenced(), pairs, loaded)
+        found = cls(solve(bare).silenced(), pairs, loaded)
         return found if found.solution.by_chunks and found._found is not None else None
 
     @property
@@ -139,18 +152,18 @@ class UnitMotionsPerEntry(UnitMotions):
     @cached_property
     def forces(self) -> Array:
         assert self._found is not None
-        return np.stack([np.moveaxis(forces, -1, 0) for forces, *_ in self._found], axis=1)
+        return np.stack([np.moveaxis(each.forces, -1, 0) for each in self._found], axis=1)
 
     @cached_property
     def strained(self) -> bool:
         if self._loaded is None or self._found is None:
             return super().strained
-        return any(self._strained(self._kept(deformed)) for _, deformed, _ in self._found)
+        return any(self._strained(self._kept(each.deformed)) for each in self._found)
 
     def moved(self, dofs: Sequence[int]) -> Array:
         if self._found is None or list(dofs) != self._loaded:
             return super().moved(dofs)
-        return np.stack([self._kept(moved) for *_, moved in self._found])
+        return np.stack([self._kept(each.moved) for each in self._found])
 
     def rows(self, rows: Sequence[Row]) -> Array:
         found = self.solution.joint_components_per_unit([], [lambda values: values(rows)], self._parameters)
@@ -163,19 +176,16 @@ class UnitMotionsPerEntry(UnitMotions):
         return found.reshape(*found.shape[:-1], count, 6)
 
     @cached_property
-    def _found(self) -> list[list[Array]] | None:
-        """For each offset forces, the largest deformation of a spring, and loaded displacements, (..., m) each.
-
-        None where entries are singular.
-        """
-        others = []
-        if self._loaded is not None:
-            rows, springs = self._rows(self._loaded), self._springs
-            others = [
-                lambda values: [reduce(np.maximum, map(abs, values(springs)), 0.0)],
-                lambda values: values(rows),
-            ]
-        return self.solution.joint_components_per_unit(self._pairs, others, self._parameters)
+    def _found(self) -> list[_Motion] | None:
+        """What each offset does; None where entries are singular."""
+        rows = [] if self._loaded is None else self._rows(self._loaded)
+        springs = [] if self._loaded is None else self._springs
+        others = [
+            lambda values: [reduce(np.maximum, map(abs, values(springs)), 0.0)],
+            lambda values: values(rows),
+        ]
+        found = self.solution.joint_components_per_unit(self._pairs, others, self._parameters)
+        return None if found is None else [_Motion(*each) for each in found]
 
     @cached_property
     def _parameters(self) -> list[int]:

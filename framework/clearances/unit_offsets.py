@@ -74,8 +74,8 @@ def against_offsets(
 ) -> Resistance:
     """The resistance of a frame to offsets in its joints.
 
-    Whether an offset causes any force depends on the geometry, not on stiffness. So it is first found for a frame with
-    the same stiffness for all entries; if offsets cause no force, that suffices.
+    Whether an offset causes any force depends on the geometry, not on the stiffness of what resists. So it is first
+    found for a frame with the same stiffness for all entries; if offsets cause no force, that suffices.
 
     Parameters
     ----------
@@ -142,14 +142,22 @@ def _alike(element: JointElement) -> bool:
 
 
 def _typical_members(frame: Description) -> dict[str, LineElement]:
-    """The elements of members as they are at the first entry, where they resist every deformation there."""
-    found: dict[Hashable, LineElement] = {}
-    for name, (element, *_) in frame.members.items():
-        if element.kind not in found:
-            first = element.cut(_first) if element.shape else element
-            stiff = first is element or bool(np.all(first.spring_stiffness(_first(frame.length(name), 0)) > 0.0))
-            found[element.kind] = first if stiff else element
-    return {name: found[member.element.kind] for name, member in frame.members.items()}
+    """The elements of members as they are at the first entry, where that says what they resist at all entries.
+
+    That is so if they resist every deformation there, and what they resist does not depend on their own numbers.
+    """
+    members: dict[Hashable, list[str]] = {}
+    for name, member in frame.members.items():
+        members.setdefault(member.element.kind, []).append(name)
+    out: dict[str, LineElement] = {}
+    for names in members.values():
+        element = frame.members[names[0]].element
+        if element.shape and (element.deforms_as is not None or not element.has_springs):
+            first = element.cut(_first)
+            lengths = np.array([_first(frame.length(name), 0) for name in names])
+            element = first if np.all(first.spring_stiffness(lengths) > 0.0) else element
+        out |= dict.fromkeys(names, element)
+    return {name: out[name] for name in frame.members}
 
 
 def _first(array: NDArray[Any], trailing: int) -> NDArray[Any]:
@@ -319,9 +327,9 @@ def _motions(
 ) -> UnitMotions:
     """The solution for unit offsets in the components in the mask `asked`."""
     count = len(components.pairs)
-    if math.prod(bare.shape) >= LONG and asked.all():
+    if solvers.per_unit is not None and math.prod(bare.shape) >= LONG and asked.all():
         with suppress(Contradiction):  # which is told of each offset alone
-            found = UnitMotionsPerEntry.of(bare.copy(), components.pairs, solvers, loaded)
+            found = UnitMotionsPerEntry.of(bare.copy(), components.pairs, solvers.per_unit, loaded)
             if found is not None:
                 return found
     unit = np.eye(count).reshape(count, count, *(1,) * len(bare.shape))

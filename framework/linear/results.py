@@ -299,7 +299,7 @@ class NamedResults(FrameStates):
         -------
         list of list of ndarray or None
             For each parameter the components, (..., n), and for each function its numbers, (..., m); None where entries
-            are singular, or constraints are redundant.
+            are singular, or forces follow from those on the ends of an element without `end_force_numbers`.
         """
         return self._recovery.joint_components_per_unit(pairs, [_of_values(each) for each in others], parameters)
 

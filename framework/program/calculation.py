@@ -117,8 +117,12 @@ class Calculation:
 
     def places(self) -> list[Array]:
         """Arrays for all outputs over the whole batch."""
+        return [self._place(k, self.shape) for k in self.program.outputs]
+
+    def _place(self, number: int, shape: Shape) -> Array:
+        """An array for a value, for the batch or a part of it of some shape."""
         program = self.program
-        return [np.empty(self.of(program.masks[k]), np.bool_ if program.holds(k) else None) for k in program.outputs]
+        return np.empty(self.of(program.masks[number], shape), np.bool_ if program.holds(number) else None)
 
     def run(self, axis: int, indices: slice, outputs: Sequence[Array], later: Sequence[Value] = ()) -> None:
         """Run the steps for some indices of a batch axis.
@@ -167,7 +171,7 @@ class Calculation:
             return
         made = outputs
         for before, inputs, kept in self._before:
-            found = {k: outputs[k] if k in outputs else np.empty(self.of(self.program.masks[k], shape)) for k in kept}
+            found = {k: outputs[k] if k in outputs else self._place(k, shape) for k in kept}
             places = dict(zip(before.program.outputs, found.values(), strict=True))
             before._backend(axis, indices, shape, [given[k] for k in inputs], places)
             made = made | found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,15 @@ from .along_member import GroupedPieces
 from .force_numbers import ForceNumbers
 from .member_field import end_loads
 from .primary import Primary
+
+
+class WithoutFormula(Exception):
+    """An element has no `end_force_numbers`, so that its end forces cannot be recorded."""
+
+
+def refused(piece: int) -> Array:
+    """No forces of a piece whose element has no formula, where those of the loads would be wrong."""
+    raise WithoutFormula(piece)
 
 
 class PieceEnds(GroupedPieces):
@@ -58,8 +67,10 @@ class PieceEnds(GroupedPieces):
 
     def _by_formula(self, piece: int) -> Array | None:
         """The forces by a program, for a long batch; None where the element has no `end_force_numbers`."""
-        found = self.solution.recorded(lambda once: [self.written(once).by_formula(piece) or []])[0]
-        return found if found.shape[-1] else None
+        try:
+            return self.solution.recorded(lambda once: [self.written(once, refused).ends(piece)])[0]
+        except WithoutFormula:
+            return None
 
     def _by_arrays(self, piece: int) -> Array:
         group, position = self.group(piece)
@@ -68,9 +79,18 @@ class PieceEnds(GroupedPieces):
         found = group.end_forces(at, local[None])[0] - end_loads(self.topology, group, at)[0]
         return np.broadcast_to(found, (*self.solution.shape, 12))
 
-    def written(self, once: Sweep) -> ForceNumbers:
-        """Forces component by component, as terms of a recording."""
-        return ForceNumbers(self.plan, self.group, once.values, once.recording.take, self.forces, written=True)
+    def written(self, once: Sweep, ends: Callable[[int], Array] | None = None) -> ForceNumbers:
+        """Forces component by component, as terms of a recording.
+
+        Parameters
+        ----------
+        once
+            The recording.
+        ends
+            Function that returns the forces on the ends of a piece whose element has no formula; `forces` where None.
+        """
+        values, take = once.values, once.recording.take
+        return ForceNumbers(self.plan, self.group, values, take, ends or self.forces, written=True)
 
     def of_arrays(self) -> ForceNumbers:
         """Forces component by component, as arrays."""

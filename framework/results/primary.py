@@ -283,7 +283,7 @@ class Primary:
             For each parameter its results; None where they do not hold at all entries.
         """
         recording, solver, grid = Recording(), self.solver, self.plan.grid
-        if not isinstance(solver, BroadcastSolver) or (written := solver.written(recording, again=True)) is None:
+        if not isinstance(solver, BroadcastSolver) or (written := solver.written(recording, anew=True)) is None:
             return None
         count, asked = len(self.plan.rhs_parameters.values), []
         for parameter in parameters:

@@ -21,7 +21,7 @@ from ..structure.parts import Row, Value
 from .along_member import AlongMembers
 from .force_numbers import ForceNumbers
 from .member_field import deflection, internal_forces
-from .piece_ends import PieceEnds
+from .piece_ends import PieceEnds, WithoutFormula, refused
 from .primary import Primary
 
 # A function that returns the n numbers of a result.
@@ -110,10 +110,16 @@ class Recovery(AlongMembers):
     def joint_components_per_unit(
         self, pairs: Sequence[tuple[str, int]], others: Sequence[Numbers], parameters: Sequence[int]
     ) -> list[list[Array]] | None:
-        """The same and other results per unit of each of some right-hand-side parameters; None if they do not hold."""
-        with np.errstate(all="ignore"):  # of mechanisms, for which there is no result
-            results = [self._components(pairs), *others]
-            return self.solution.per_unit(partial(self._written, results), parameters)
+        """The same and other results per unit of each of some right-hand-side parameters.
+
+        None if they do not hold, or follow from the end forces of an element without a formula.
+        """
+        results = [self._components(pairs), *others]
+        try:
+            with np.errstate(all="ignore"):  # of mechanisms, for which there is no result
+                return self.solution.per_unit(partial(self._written, results, ends=refused), parameters)
+        except WithoutFormula:
+            return None
 
     def _components(self, pairs: Sequence[tuple[str, int]]) -> Numbers:
         edges = {name: self._edge("joint", name) for name, _ in pairs}
@@ -196,8 +202,10 @@ class Recovery(AlongMembers):
                 return self.solution.recorded(partial(self._written, results))
             return [self._stacked(result(self._numbers)) for result in results]
 
-    def _written(self, results: Sequence[Numbers], once: Sweep) -> list[Sequence[Value]]:
-        numbers = self._piece_ends.written(once)
+    def _written(
+        self, results: Sequence[Numbers], once: Sweep, ends: Callable[[int], Array] | None = None
+    ) -> list[Sequence[Value]]:
+        numbers = self._piece_ends.written(once, ends)
         return [result(numbers) for result in results]
 
     def _alone(self, result: Numbers) -> Array:

@@ -6,15 +6,18 @@ any stiffness, with the members of the first entry.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
+import skfem
 from linkframe import Beam, Frame, Joint, Material, Rectangle
 from linkframe.elements import Spring
-from linkframe.framework import Solution
+from linkframe.framework import LineElement, Solution, straight_shapes
 from linkframe.framework.clearances import unit_offsets
 from linkframe.framework.clearances.unit_motions import UnitMotions, UnitMotionsPerEntry
+from linkframe.framework.composed import Composed
 from linkframe.framework.program import machine_code
 from numpy.testing import assert_allclose, assert_array_equal
 from reference.mixed_method import solve
@@ -27,6 +30,7 @@ SOFT, STIFF = (2e8, 2e8, 2e8, 2e5, 2e5, 0.0), (2e8, 2e8, 2e8, 2e5, 2e5, 1e5)
 LOOSE = (2e8, 2e8, 2e8, 2e5, 2e5, 1e-7)
 COUNT = 20_000
 AT = [0, 7, 4711, COUNT - 1]
+Array = np.ndarray[Any, np.dtype[Any]]
 Numbers = dict[str, Any]
 
 
@@ -248,7 +252,7 @@ def test_results_per_unit_of_an_offset(sizes: tuple[int, int, int]) -> None:
     for k, name in enumerate(names):
         apart.offset(name, ux=np.full(count, k + 1.0))
         batch.offset(name, ux=2.0 * (np.arange(3) == k).reshape(3, 1))
-    solution, expected = Solution.per_unit(apart), batch.solve()
+    solution, expected = Solution._per_unit(apart), batch.solve()
     values = solution.plan.rhs_parameters.values
     places_of = {float(value.flat[0]): k for k, value in enumerate(values) if isinstance(value, np.ndarray)}
     number = solution.plan.topology.number["b1"]
@@ -265,6 +269,12 @@ def test_results_per_unit_of_an_offset(sizes: tuple[int, int, int]) -> None:
         assert_allclose(displaced, moved[k], rtol=0.0, atol=1e-13 * np.abs(moved).max())
 
 
+class Tie(Spring):
+    """A spring that says that it deforms as any other."""
+
+    deforms_as = "tie"
+
+
 def test_a_member_without_stiffness_at_the_first_entry() -> None:
     """A tie that is slack there makes the arch determinate there, and only there."""
     given = drawn()
@@ -272,7 +282,7 @@ def test_a_member_without_stiffness_at_the_first_entry() -> None:
 
     def tied(numbers: Numbers, stiffness: Any) -> Frame:
         frame = arch(numbers)
-        frame.add("tie", Spring(stiffness), "a0", "b1")
+        frame.add("tie", Tie(stiffness), "a0", "b1")
         return frame
 
     whole = tied(given, tie).solve()
@@ -283,6 +293,84 @@ def test_a_member_without_stiffness_at_the_first_entry() -> None:
         for k in range(3):
             own, other = whole.contact(f"j{k}"), alone.contact(f"j{k}")
             assert_allclose(own.offset[entry], other.offset, rtol=0.0, atol=1e-12 * given["gap"][k, entry])
+
+
+@dataclass(frozen=True, eq=False)
+class PlainBeam(Composed):
+    """A beam whose end forces have no formula for programs."""
+
+    kind = property(lambda self: self)
+
+
+@pytest.mark.parametrize("joint", [(np.inf,) * 5 + (1e5,), (np.inf,) * 5 + (0.0,), STIFF], ids=str)
+@pytest.mark.parametrize("way", ["heat", "own element"])
+def test_ideal_joints_of_elements_without_a_formula(way: str, joint: tuple[float, ...]) -> None:
+    """Forces of ideal joints follow from those on the ends of members, which are those of each offset."""
+    given = drawn("E", "x")
+
+    def framed(numbers: Numbers) -> Frame:
+        frame = arch(numbers, joint)
+        if way == "heat":
+            frame.add_form(skfem.LinearForm(lambda v, w: w.force * v.grad[0]), on="m0", force=100.0)
+        else:
+            frame.change("m0", PlainBeam(frame.members["m0"].element))
+        return frame
+
+    whole = framed(given).solve()
+    moved = whole.displacement("b0")
+    for entry in AT:
+        alone = framed(one(given, entry)).solve()
+        assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-12 * np.abs(moved[entry]).max())
+        for k in range(3):
+            offset, gap = whole.contact(f"j{k}").offset[entry], given["gap"][k, entry]
+            assert_allclose(offset, alone.contact(f"j{k}").offset, rtol=0.0, atol=1e-11 * gap)
+
+
+@dataclass(frozen=True, eq=False)
+class Guide(LineElement):
+    """Five stiff springs: the end slides across the member at an angle to its local z."""
+
+    angle: Array
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.angle.shape
+
+    def springs(self, length: Array) -> tuple[Array, Array]:
+        shape = np.broadcast_shapes(np.shape(length), self.angle.shape)
+        rows = np.zeros((*shape, 5, 12), np.result_type(length, np.float64))
+        for spring, dof in enumerate((0, 3, 4, 5)):
+            rows[..., spring, dof], rows[..., spring, dof + 6] = -1.0, 1.0
+        y, z = np.cos(self.angle), np.sin(self.angle)
+        rows[..., 4, 7], rows[..., 4, 1], rows[..., 4, 5] = y, -y, -y * length
+        rows[..., 4, 8], rows[..., 4, 2], rows[..., 4, 4] = z, -z, z * length
+        return np.full((*shape, 5), 1e8), rows
+
+    def shape_functions(self, length: Array, x: Array) -> Array:
+        return straight_shapes(length, x)
+
+
+def test_an_element_whose_deformations_depend_on_its_numbers() -> None:
+    """What it resists is a matter of its own numbers as well, so that no entry stands for the others."""
+    angle = np.linspace(0.2, 1.4, 2000)
+
+    def guided(turn: Any) -> Frame:
+        frame = Frame()
+        for name, x in {"c": 0.0, "a": 0.0, "b": 1.0}.items():
+            frame.node(name, (x, 0.0, 0.0))
+        frame.add("guide", Guide(np.asarray(turn)), "a", "b")
+        frame.add("j", Joint((2e8,) * 3 + (2e5,) * 3, clearance=1e-4, clearance_directions=("uy", "uz")), "c", "a")
+        frame.fix("c")
+        frame.fix("b", "uz")
+        frame.load("b", fx=3.0, fy=10.0)
+        return frame
+
+    whole = guided(angle).solve()
+    moved = whole.displacement("b")
+    for entry in (0, 1000, 1999):
+        alone = guided(angle[entry]).solve()
+        assert_allclose(moved[entry], alone.displacement("b"), rtol=0.0, atol=1e-12 * np.abs(moved[entry]).max())
+        assert_allclose(whole.contact("j").offset[entry], alone.contact("j").offset, rtol=0.0, atol=1e-14)
 
 
 @pytest.mark.skipif(not machine_code.available(), reason="needs llvmlite")

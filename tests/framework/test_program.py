@@ -122,6 +122,19 @@ def test_sums_of_products(compiled: bool, shape: tuple[int, ...]) -> None:
         assert (np.abs(mine - exact) <= len(row) * 2.0**-53 * size).all()
 
 
+@needs_llvm
+@pytest.mark.parametrize("whole", [True, False])
+def test_conditions_that_vary_over_fewer_axes(whole: bool) -> None:
+    """Told by a part of its own, as machine code where that pays, and read by steps that vary over all axes."""
+    rng, recording = np.random.default_rng(5), Recording()
+    a, b, x, y = (rng.normal(size=(1, 50_000)) for _ in range(4))
+    x, y = x * np.array([[1.0], [2.0]]), y * np.array([[3.0], [1.0]])
+    A, B, X, Y = map(recording.take, (a, b, x, y))
+    found = choose(np.less(A * B, A + B), X * Y, X - Y)
+    out = run(recording, [found], (2, 50_000), True, 2 if whole else 1)
+    np.testing.assert_array_equal(out[0], np.where(a * b < a + b, x * y, x - y))
+
+
 def test_sums_that_do_not_vary_along_the_last_axis() -> None:
     """Beside others that do, by the same matrix product; asked for, and as numbers of a further step."""
     rng, recording = np.random.default_rng(4), Recording()
