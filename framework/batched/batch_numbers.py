@@ -16,9 +16,9 @@ from ..batch import ZERO, Array, all_of, distinct
 from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.edge import GROUND, preference
 from ..structure.group import Group, precise
+from ..structure.member_numbers import numbers_of
 from ..structure.parts import Grid, is_zero
 from ..structure.topology import Topology
-from ..structure.varying import spring_values
 from .member_formulas import ABSENT, member_formulas
 from .number_blocks import Blocks
 from .one_entry import UNITS, Head
@@ -26,7 +26,7 @@ from .one_entry import UNITS, Head
 # Largest number of entries of a short batch: all that the elimination computes is computed for the whole batch at once.
 SHORT = 2**10
 # Largest number of entries of a batch that has a program.
-MEDIUM = 2**14
+MEDIUM = 2**16
 # Numbers are gathered, and a program is recorded, after this many solutions of batches that look alike: recording takes
 # as long as two of them, and saves half of each that follows.
 FEW = 2
@@ -73,10 +73,13 @@ class PieceNumbers(NamedTuple):
     Attributes
     ----------
     pieces
-        For each member, the indices of stiffnesses, of deformations in local axes, and of the axes at the ends.
+        For each member, the indices of the numbers in each of the lists of its `MemberNumbers`.
+    formulas
+        What tells apart the ways from these numbers to the springs.
     """
 
     pieces: tuple[tuple[tuple[int, ...], ...], ...]
+    formulas: Hashable
 
 
 class LinkNumbers(NamedTuple):
@@ -242,10 +245,10 @@ class BatchNumbers(Blocks):
         return start
 
     def _pieces(self, group: Group) -> PieceNumbers:
-        each = spring_values(group, self.grid, 0, slice(None))
-        found = [[self._each(number, len(group.pieces)) for number in numbers] for numbers in each]
+        given = numbers_of(group, self.grid)
+        found = [[self._each(number, len(group.pieces)) for number in numbers] for numbers in given.at(0, slice(None))]
         pieces = [tuple([tuple([k[n] for k in numbers]) for numbers in found]) for n in range(len(group.pieces))]
-        return PieceNumbers(tuple(pieces))
+        return PieceNumbers(tuple(pieces), given.kind)
 
     def _each(self, number: Array | float, pieces: int) -> list[int]:
         """Add a number of each of some members; its indices."""

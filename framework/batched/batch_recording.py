@@ -80,7 +80,8 @@ class _Alike:
     @property
     def way(self) -> Way:
         """How to run the steps: code that takes longer to compile is made for topologies that are solved more often."""
-        return Way.MACHINE if self.met > _OFTEN and entry_machine.available() else Way.STEPS
+        often = self.met > _OFTEN or (isinstance(self.program, MediumProgram) and self.program.pays(self.met))
+        return Way.MACHINE if often and entry_machine.available() else Way.STEPS
 
 
 def solved(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
@@ -220,9 +221,11 @@ class _BatchWriter:
             if isinstance(found, PieceNumbers)
             for piece, places in zip(group.pieces.tolist(), found.pieces, strict=True)
         }
-        pieces = [piece for group, _ in varying.groups for piece in group.pieces.tolist()]
-        used = [k for piece in pieces for places in own[piece] for k in places if k != ABSENT and self._used[k]]
-        return varying.values(self._numbers(used))
+        return varying.summed(
+            given.springs([self._numbers(places) for places in own[piece]])
+            for given, _ in varying.groups
+            for piece in given.group.pieces.tolist()
+        )
 
     def _springs(self) -> dict[int, Springs]:
         """Stiffness and deformations of the springs of the pieces whose stiffness is summed for all entries at once."""

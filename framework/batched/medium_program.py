@@ -8,8 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..batch import Array, Shape
-from ..program.calculation import Calculation
+from ..entries import Stretch
+from ..program.calculation import Calculation, seconds
 from ..program.recording import Recording, Term
+from ..program.sweep import CHUNK
 from ..solvers.method import Method
 from ..structure.parts import Value
 from .batch_numbers import BatchLoads, BatchNumbers
@@ -46,6 +48,14 @@ class MediumProgram:
     method: Method
     _ways: dict[Way, Calculation] = field(default_factory=dict)
 
+    def pays(self, runs: int) -> bool:
+        """Whether so many runs by NumPy take as long as compiling."""
+        if Way.STEPS not in self._ways:
+            return False
+        calculation = self._ways[Way.STEPS]
+        numpy, compiling = seconds(calculation.program, calculation.shape)
+        return runs * numpy >= compiling
+
     def run(self, numbers: BatchNumbers, loads: BatchLoads, way: Way) -> EntrySolution | None:
         """The solution of a batch, its steps run in the given way; None where a pivot is close to rounding."""
         shape, asked = numbers.grid.shape, [*self.nodes, *self.unknowns.values(), *self.least]
@@ -56,7 +66,11 @@ class MediumProgram:
         given = _given(calculation, numbers, loads)
         outputs = calculation.places()
         with np.errstate(all="ignore"):
-            calculation.run(0, slice(None), outputs, given)
+            axis, slices = numbers.grid.slices(CHUNK if way is Way.STEPS else numbers.grid.sizes[-1])
+            for indices in slices:
+                change = Stretch(ndim=len(shape), axis=axis, indices=indices)
+                parts = [change(out, 0) for out in outputs]
+                calculation.run(axis, indices, parts, [_of(change, value) for value in given])
         calculation.release()  # the program outlives this batch
         following = iter(outputs)
         found: list[Value] = [next(following) if isinstance(value, Term) else value for value in asked]
@@ -79,6 +93,10 @@ def _given(calculation: Calculation, numbers: BatchNumbers, loads: BatchLoads) -
         for k, value in zip(wanted, blocks.values(wanted), strict=True):
             given[start + k] = value
     return given
+
+
+def _of(change: Stretch, value: Value) -> Value:
+    return change(value, 0) if isinstance(value, np.ndarray) else value
 
 
 class InArrays:

@@ -26,8 +26,9 @@ from .selection import selected
 NUMPY, COMPILED, COMPILING = 0.5e-9, 0.05e-9, 35e-6
 # Length of a program at which each step takes twice as long to compile.
 TWICE = 2**14
-# Compiled code is likely to be run again: this many runs may be needed to make up for compiling it.
-TIMES = 2
+# Compiled code is likely to be run again: this many runs may be needed to make up for compiling it. Programs for which
+# more than MORE runs would be needed are not counted.
+TIMES, MORE = 2, 16
 # Largest number of steps that are compiled, and least number of entries along the last axis.
 MOST, LEAST = 2**15, 2 * WIDTH
 # Seconds of machine code above which a second thread is worth starting.
@@ -40,6 +41,13 @@ class Choice:
 
     compiled: bool
     reason: str
+
+
+class Spent:
+    """Seconds that NumPy is expected to have taken for a program so far."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
 
 
 class Calculation:
@@ -258,10 +266,9 @@ def _fewer_axes(program: Program) -> list[_Part]:
 
 
 def choose(program: Program, shape: Shape) -> Choice:
-    """The choice that is expected to take less time; it depends on the program and the batch alone."""
-    size = math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
-    steps = program.weight
-    numpy, compiling = NUMPY * size * steps, COMPILING * steps * (1.0 + steps / TWICE)
+    """The choice that is expected to take less time, in view of how often the program has been run before."""
+    size, steps = _size(program, shape), program.weight
+    numpy, compiling = seconds(program, shape)
     text = f"{steps} steps on {size} entries by NumPy, about {_milliseconds(numpy)}"
     if not machine_code.available():
         return Choice(False, f"{text}; llvmlite (extra 'fast'), which would compile them, is not installed")
@@ -269,7 +276,7 @@ def choose(program: Program, shape: Shape) -> Choice:
         return Choice(False, f"{text}; machine code takes {LEAST} entries or more along the last axis")
     if steps > MOST:
         return Choice(False, f"{text}; more than {MOST} steps take too long to compile")
-    if TIMES * numpy < compiling:
+    if TIMES * numpy < compiling and not _paid(program, numpy, compiling):
         return Choice(False, f"{text}; compiling them would take about {_milliseconds(compiling)}")
     # asking for the processor's features loads the compiler, which may take longer than a short batch
     if not machine_code.able(program):
@@ -281,9 +288,33 @@ def choose(program: Program, shape: Shape) -> Choice:
     )
 
 
+def _paid(program: Program, numpy: float, compiling: float) -> bool:
+    """Whether what NumPy has taken for the program so far, and will take now, makes up for compiling it.
+
+    False where that might change results, so that these do not depend on what was solved before.
+    """
+    if MORE * numpy < compiling or not program.exact:
+        return False
+    spent: Spent = KERNELS.found(("spent", program.bare), Spent)
+    if spent.seconds + TIMES * numpy >= compiling:
+        return True
+    spent.seconds += numpy
+    return False
+
+
+def seconds(program: Program, shape: Shape) -> tuple[float, float]:
+    """Expected seconds of NumPy for a batch, and of compiling."""
+    steps = program.weight
+    return NUMPY * _size(program, shape) * steps, COMPILING * steps * (1.0 + steps / TWICE)
+
+
+def _size(program: Program, shape: Shape) -> int:
+    return math.prod(n for axis, n in enumerate(shape) if program.widest >> axis & 1)
+
+
 def worth_compiling(size: int) -> bool:
-    """Whether a short program is worth compiling for so many batch entries, where that is possible."""
-    return machine_code.available() and TIMES * NUMPY * size >= COMPILING
+    """Whether a short program may be worth compiling for so many batch entries, where that is possible."""
+    return machine_code.available() and MORE * NUMPY * size >= COMPILING
 
 
 def _milliseconds(seconds: float) -> str:

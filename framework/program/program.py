@@ -44,6 +44,14 @@ class Operation(IntEnum):
     WIDEN = 24
 
 
+# Operations whose results NumPy and machine code may round differently.
+_ROUNDED = frozenset({
+    Operation.SINE,
+    Operation.COSINE,
+    Operation.MULTIPLY_ADD,
+    Operation.MULTIPLY_SUBTRACT,
+    Operation.SUBTRACT_PRODUCT,
+})  # fmt: skip
 # Operations whose values are true or false.
 CONDITIONS = frozenset({Operation.LESS, Operation.LESS_EQUAL, Operation.AND, Operation.OR, Operation.NOT})
 # Operations whose first operand is a table.
@@ -176,6 +184,11 @@ class Program:
         for mask in self.masks:
             varying |= mask
         return varying
+
+    @cached_property
+    def exact(self) -> bool:
+        """Whether results are the same to the last bit whatever runs the program, as each step is rounded once."""
+        return not self.products and not {step.operation for step in self.steps} & _ROUNDED
 
     @cached_property
     def weight(self) -> int:

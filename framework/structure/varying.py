@@ -1,8 +1,9 @@
 """Members whose stiffness varies over most of a large batch: assembled chunk by chunk, never stored as a whole.
 
-A first pass over the springs finds which entries of the stiffness are not zero; the values are computed when a chunk is
-solved, and dropped with it. Each entry is a sum over the springs of a member, ``K = sum_i k_i b_i b_i^T``, by array
-operations in an order that does not depend on the chunk.
+A first pass over the numbers of the members finds which entries of the stiffness are not zero; the values are computed
+when a chunk is solved, and dropped with it. Each entry is a sum over the springs of a member, ``K = sum_i k_i b_i
+b_i^T``, by array operations in an order that does not depend on the chunk. Springs and axes of prismatic members are
+part of these operations, see `linkframe.framework.structure.member_numbers`; those of others are given.
 """
 
 from __future__ import annotations
@@ -15,16 +16,13 @@ from operator import or_
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, aligned
+from ..batch import aligned
 from .group import Group
+from .member_numbers import MemberNumbers, Number, numbers_of
 from .parts import Grid, Value, combine, mask_of, product
 
 # Batch entries examined at a time in the first pass.
 _CHUNK = 2**14
-# The chord, up to its length, of members along x.
-_X = (1.0, 0.0, 0.0)
-# A number of each of n pieces, (n, ...), or a float that is the same for all.
-Number = Array | float
 Pair = tuple[int, int]
 # Stiffnesses of the springs, and for each spring its deformation per unit of the twelve displacements of the nodes.
 Springs = tuple[list[Value], list[list[Value]]]
@@ -60,7 +58,7 @@ class VaryingMember:
     ----------
     codes
         For each number from which the stiffness is computed: 0 if it is zero in the whole batch, else ``1 + 2 mask``.
-        The lists are stiffnesses, deformations in local axes, and axes at the ends.
+        The lists are those of `MemberNumbers`.
     entries
         Contributions to the stiffness.
     """
@@ -83,11 +81,11 @@ class Varying:
     grid
         The batch.
     groups
-        Groups of members, each with the patterns of its pieces.
+        Groups of members: the numbers from which their stiffness is computed, and the patterns of the pieces.
     """
 
     grid: Grid
-    groups: Sequence[tuple[Group, list[VaryingMember]]]
+    groups: Sequence[tuple[MemberNumbers, list[VaryingMember]]]
 
     @classmethod
     def of(cls, groups: Iterable[Group], grid: Grid, large: Sequence[bool]) -> Varying:
@@ -104,12 +102,13 @@ class Varying:
         """
         found = []
         for group in groups:
-            pieces = _pieces(group, grid)
+            numbers = numbers_of(group, grid)
+            pieces = _pieces(numbers)
             masks = {entry.mask for piece in pieces for entry in piece.entries}
             most = reduce(or_, (mask for mask in masks if large[mask]), 0)
             if most:
                 # all entries of a piece are assembled by the chunks, so all count as varying with them
-                found.append((group, [piece.widened(most, large) for piece in pieces]))
+                found.append((numbers, [piece.widened(most, large) for piece in pieces]))
         return cls(grid, found)
 
     @property
@@ -120,13 +119,13 @@ class Varying:
     def within(self, own: set[int], coupled: set[int]) -> Varying | None:
         """The members of one component: between DOFs `coupled`, of which one at least is its `own`; None for none."""
         groups = []
-        for group, pieces in self.groups:
+        for numbers, pieces in self.groups:
             kept = [
                 [e for e in piece.entries if coupled.issuperset(e.at) and not own.isdisjoint(e.at)] for piece in pieces
             ]
             at = [k for k, entries in enumerate(kept) if entries]
             if at:
-                some = group.part(np.array(at)) if len(at) < len(pieces) else group
+                some = numbers.part(np.array(at)) if len(at) < len(pieces) else numbers
                 groups.append((some, [VaryingMember(pieces[k].codes, kept[k]) for k in at]))
         return Varying(self.grid, groups) if groups else None
 
@@ -141,8 +140,8 @@ class Varying:
         those that are zero in the whole batch.
         """
         found: list[Value] = []
-        for group, pieces in self.groups:
-            given = spring_values(group, self.grid, axis, indices)
+        for numbers, pieces in self.groups:
+            given = numbers.at(axis, indices)
             for number, piece in enumerate(pieces):
                 for array, codes in zip(given, piece.codes, strict=True):
                     used = [array[k] for k, code in enumerate(codes) if code]
@@ -151,11 +150,20 @@ class Varying:
 
     def values(self, numbers: Iterable[Value]) -> Iterator[tuple[Entry, Value]]:
         """The contributions to the stiffness, computed from `numbers`."""
+        return self.summed(self.springs(numbers))
+
+    def springs(self, numbers: Iterable[Value]) -> Iterator[Sequence[Sequence[Value]]]:
+        """For each piece, stiffnesses of its springs, deformations in local axes, and axes at the ends."""
         following = iter(numbers)
-        for _, pieces in self.groups:
+        for given, pieces in self.groups:
             for piece in pieces:
-                each = [[next(following) if code else 0.0 for code in codes] for codes in piece.codes]
-                yield from _summed(piece.entries, (each[0], _deformed(each)))
+                yield given.springs([[next(following) if code else 0.0 for code in codes] for codes in piece.codes])
+
+    def summed(self, springs: Iterable[Sequence[Sequence[Value]]]) -> Iterator[tuple[Entry, Value]]:
+        """The contributions to the stiffness, computed from the `springs` of all pieces."""
+        pieces = (piece for _, pieces in self.groups for piece in pieces)
+        for piece, each in zip(pieces, springs, strict=True):
+            yield from _summed(piece.entries, (list(each[0]), _deformed(each)))
 
 
 def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Value]]:
@@ -167,24 +175,6 @@ def _summed(entries: list[Entry], springs: Springs) -> Iterator[tuple[Entry, Val
             if (i, a) not in forces:
                 forces[i, a] = product(stiffness[i], deformed[i][a])
         yield entry, combine([(forces[i, a], deformed[i][b]) for i in entry.springs])
-
-
-def spring_values(whole: Group, grid: Grid, axis: int, indices: slice) -> list[Sequence[Number]]:
-    """Stiffnesses, deformations in local axes, axes at the start and, where they differ, at the end, of a group.
-
-    They are those at some indices of a batch axis; which of them vary is the same for all indices.
-    """
-    length = grid.shape[axis]
-    # of a batch of one chunk they are computed once, and kept with the group
-    group = whole if len(range(length)[indices]) == length else whole.cut(axis, indices)
-    stiffness, deformed = group.spring_numbers
-    local = [deformed.get((spring, dof), 0.0) for spring in range(len(stiffness)) for dof in range(12)]
-    if all(axes is None for axes in group.axes):
-        chord = np.broadcast_to(_X, (len(group.pieces), *(1,) * (group.chord.ndim - 2), 3))
-        return [stiffness, local, group.element.axis_numbers(chord if whole.along_x else group.chord)]
-    start, end = group.end_axes
-    turns = [start] if end is start else [start, end]
-    return [stiffness, local, *([turn[..., i, k] for i in range(3) for k in range(3)] for turn in turns)]
 
 
 def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
@@ -202,29 +192,35 @@ def _deformed(each: Sequence[Sequence[Value]]) -> list[list[Value]]:
     ]
 
 
-def _pieces(group: Group, grid: Grid) -> list[VaryingMember]:
+def _pieces(numbers: MemberNumbers) -> list[VaryingMember]:
     """The patterns of the pieces, with the entries that are not zero in the whole batch."""
+    group, grid = numbers.group, numbers.grid
     axis, (first, *others) = grid.slices(_CHUNK)
-    given = spring_values(group, grid, axis, first)
-    found = [[_codes(number, len(group.pieces), grid) for number in numbers] for numbers in given]
+    given = numbers.at(axis, first)
+    found = [[_codes(number, len(group.pieces), grid) for number in each] for each in given]
     # Numbers that do not vary, or are known not to be zero, are not examined again.
     open_ones = [
         (at, k)
-        for at, (numbers, codes) in enumerate(zip(given, found, strict=True))
-        for k, number in enumerate(numbers)
+        for at, (each, codes) in enumerate(zip(given, found, strict=True))
+        for k, number in enumerate(each)
         if isinstance(number, np.ndarray) and number[0].size > 1 and not codes[k].all()
     ]
     for indices in others:
         if not open_ones:
             break
-        given = spring_values(group, grid, axis, indices)
+        given = numbers.at(axis, indices)
         for at, k in open_ones:
             found[at][k] |= _codes(given[at][k], len(group.pieces), grid)
         open_ones = [(at, k) for at, k in open_ones if not found[at][k].all()]
-    each = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
-    return [
-        VaryingMember(list(codes), _pairs(dofs, *codes)) for dofs, codes in zip(group.dofs.tolist(), each, strict=True)
-    ]
+    each_piece = zip(*(np.stack(codes, axis=-1).tolist() for codes in found), strict=True)
+    known: dict[str, list[list[int]]] = {}
+    out = []
+    for dofs, codes in zip(group.dofs.tolist(), each_piece, strict=True):
+        key = str(codes)
+        if key not in known:
+            known[key] = numbers.codes_of_springs(codes)
+        out.append(VaryingMember(list(codes), _pairs(dofs, *known[key])))
+    return out
 
 
 def _codes(number: Number, pieces: int, grid: Grid) -> NDArray[np.int64]:
