@@ -78,6 +78,11 @@ def planned(frame: Description, described: Description, method: str | None) -> t
     return found
 
 
+def beside(plan: Plan, frame: Description) -> Former | None:
+    """What is known of the members of a frame from the plan of another one; None if members connect other nodes."""
+    return _known(plan.unloaded, Differences(plan.frame, frame))
+
+
 def _known(last: Unloaded, differences: Differences) -> Former | None:
     """The last plan with what changed since, for reuse of its members; None if members connect other nodes."""
     if differences.connections:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from .batched.idle import released
 from .batched.plan import Plan
 from .clearances.clearance import Clearances, joints_with_clearance
 from .clearances.unit_motions import Solvers
 from .description import Description, alone
 from .explain import explain
-from .factor_cache import Factors, planned
+from .factor_cache import Factors, beside, planned
 from .linear.trust import ResultsWithBounds
 from .results.primary import Primary
 from .solvers.method import BROADCAST, checked
@@ -81,13 +83,16 @@ class Solution(ResultsWithBounds):
         without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
-        contact = Clearances(described, without_clearance, Solvers(cls.of, cls._per_unit), factors)
+        contact = Clearances(described, without_clearance, Solvers(cls.of, partial(cls._per_unit, plan)), factors)
         return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
 
     @classmethod
-    def _per_unit(cls, frame: Description) -> Solution:
-        """A solution from which results per unit of each offset that varies are found, by broadcasting elimination."""
-        plan = Plan(alone(frame), method=BROADCAST, apart=True)
+    def _per_unit(cls, known: Plan, frame: Description) -> Solution:
+        """A solution from which results per unit of each offset that varies are found, by broadcasting elimination.
+
+        The plan of the same members under other loads is `known`.
+        """
+        plan = Plan(alone(frame), method=BROADCAST, former=beside(known, frame), apart=True)
         return cls(frame, plan, primary=Primary(plan, Factors(), contact=False))
 
     def explain(self) -> str:

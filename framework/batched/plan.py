@@ -140,6 +140,12 @@ class Plan:
         known: EntrySolution | None = vars(self).get("entry")
         return known
 
+    @property
+    def medium(self) -> bool:
+        """Whether a program solves a batch whose members vary, and that is not short."""
+        numbers = self.unloaded.numbers
+        return isinstance(numbers, BatchNumbers) and not numbers.short and self.entry is not None
+
     # -- without the loads ------------------------------------------------------------------------------------------
 
     @property

@@ -36,6 +36,8 @@ _FEW = 200
 _NUMBERS = 64
 # Largest weight that is cached.
 _HEAVY = 2**19
+# Number of sets of condensed chains for which the entries of the stiffness are kept.
+_MATRICES = 2
 
 
 class Unloaded:
@@ -69,11 +71,13 @@ class Unloaded:
         self.topology = _topology(frame, cut=cut, former=former)
         self.rhs_parameters = RightHandSideParameters(self.grid, 0 if apart else _geometry(self.topology))
         self._stacks = _stacks(self.topology, former)
+        if former is not None and not (cut or former.moved or former.elements):
+            self._take_over(former.unloaded)
         numbered = former is not None and self.topology.number is former.unloaded.topology.number
         linked = former.unloaded if former is not None and former.linked and numbered else None
         self._links = None if linked is None else linked.known_links
         short = not frame.shape or 1 < self.grid.sizes[-1] <= MEDIUM
-        self._plain = short and not cut and frame.absent is None and method in (None, BROADCAST)
+        self._plain = short and not (cut or apart) and frame.absent is None and method in (None, BROADCAST)
         self._met = self._alike() if self._plain and frame.shape else Met()
         if frame.shape:  # numbers of batches are gathered only if a program is likely
             self._plain = self._plain and self._met.count > FEW and not self._met.without
@@ -89,6 +93,16 @@ class Unloaded:
             known = self.known_links
             return joint_tree(self.topology, self.rhs_parameters, None if known is None else known.order)
         return JointTree.by(self.topology, self.rhs_parameters, self.links.connections)
+
+    def _take_over(self, other: Unloaded) -> None:
+        """Share what is known of the stiffness of the same members with other joints or loads."""
+        if other.grid.shape == self.grid.shape:
+            vars(self).update({name: vars(other)[name] for name in ("matrices", "varying") if name in vars(other)})
+
+    @cached_property
+    def matrices(self) -> dict[tuple[object, ...], Matrix]:
+        """Entries of the stiffness of members, by the chains of these that are condensed, the last few."""
+        return {}
 
     @cached_property
     def numbers(self) -> EntryNumbers | BatchNumbers | None:
@@ -227,8 +241,20 @@ class Chained:
     @cached_property
     def matrix(self) -> Matrix:
         """Parts of the stiffness of members and chains by pair of DOFs, in the nodes' axes."""
+        known, key = (
+            self.unloaded.matrices,
+            (self.unloaded.grid.shape, *[(*p,) for chain in self.chains for p in chain]),
+        )
+        found = known.get(key)
+        if found is None:
+            for old in list(known)[: 1 - _MATRICES]:
+                known.pop(old, None)
+            found = known[key] = self._matrix()
+        return found
+
+    def _matrix(self) -> Matrix:
         varying = self.unloaded.varying
-        left = {group for group, _ in varying.groups}
+        left = {numbers.group for numbers, _ in varying.groups}
         groups = [group for group in self.unloaded.topology.groups if group not in left]
         stacks = self.unloaded.known_stacks
         known = {} if stacks is None else dict(zip(self.unloaded.topology.groups, stacks, strict=True))

@@ -91,7 +91,7 @@ class Clearances:
         )
         self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
         self.determinate: DeterminateContact | None = None
-        by_chunks = without_clearance.by_chunks
+        by_chunks = without_clearance.plan.medium or without_clearance.by_chunks
         solvers = solvers if by_chunks else solvers._replace(per_unit=None)
         self._resists = by_chunks and resists_at_first_entry(frame, self._components, solvers)
         if self._resists:

@@ -9,7 +9,7 @@ from functools import cached_property, reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape, aligned
+from ..batch import Array, Shape, aligned, norms
 from ..description import Description
 from ..states import ClearanceState, States, put, states_of
 from .ball_problem import BallProblem, Groups, Minimum, or_one, times
@@ -258,11 +258,26 @@ class ContactState:
 
 
 def sizes(frame: Description) -> Array:
-    """Largest absolute coordinate of a node at each entry, (...), so that entries do not affect each other."""
-    if math.prod(frame.shape) == 1:
+    """The size of a frame at each entry, (...), so that entries do not affect each other.
+
+    It is the largest absolute coordinate of a node in global axes, or of a body's origin plus the distance of its
+    farthest node from there.
+    """
+    if math.prod(frame.shape) == 1 and not frame.bodies:
         return np.asarray(frame.size)
-    each = (np.abs(frame.position(node)).max(axis=-1) for node in frame.nodes)
-    return aligned(reduce(np.maximum, each), len(frame.shape))
+    far: dict[str, list[Array]] = {}
+    for node in frame.nodes.values():
+        if node.body is not None:
+            far.setdefault(node.body, []).append(norms(node.coordinates))
+    each = [_largest(node.coordinates) for node in frame.nodes.values() if node.body is None]
+    each += [_largest(frame.bodies[name].origin) + reduce(np.maximum, own) for name, own in far.items()]
+    return aligned(reduce(np.maximum, sorted(each, key=np.size)), len(frame.shape))
+
+
+def _largest(vectors: Array) -> Array:
+    """Largest absolute component of vectors (..., 3)."""
+    x, y, z = (np.abs(vectors[..., k]) for k in range(3))
+    return np.maximum(np.maximum(x, y), z)
 
 
 def _flat(values: Array, shape: Shape, part: Entries) -> Array:

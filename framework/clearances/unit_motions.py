@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import cached_property, reduce
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..batch import Array
+from ..batch import Array, Shape
 from ..description import Description
 from ..dofs import DISPLACEMENTS
-from ..results.linear import LinearResults
-from ..structure.parts import Row, add_row, is_zero
+from ..results.linear import LinearResults, OfRows
+from ..structure.parts import Row, Value, add_row, is_zero
 
 # The deformation of a spring by a unit offset is rounding up to this: an angle, or a length over the size of the frame.
 _UNSTRAINED = 1e-9
+# Largest number of nodal displacements that are looked at.
+_MOST = 2**24
 Pairs = Sequence[tuple[str, int]]
 
 
@@ -54,10 +57,25 @@ class UnitMotions:
         """Number of batch entries, each unit offset being one."""
         return self.plan.grid.sizes[-1]
 
+    @property
+    def shape(self) -> Shape:
+        """Batch shape for one of the unit offsets."""
+        return self.plan.frame.shape[1:]
+
     @cached_property
     def forces(self) -> Array:
         """Joint forces by unit offsets, (n, n, ...): the first axis counts forces, the second offsets."""
         return self.solution.joint_components(self._pairs)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Decrease of the force in each component per unit offset in each, (n, n, ...), symmetric.
+
+        It is the mean of both decreases that are equal by Betti's theorem; NaN where offsets move a mechanism.
+        """
+        found: Array = self.forces + np.swapaxes(self.forces, 0, 1)
+        found *= -0.5
+        return found
 
     @cached_property
     def strained(self) -> bool:
@@ -72,9 +90,15 @@ class UnitMotions:
         """Values of rows over the unknowns, (n, ..., rows), zero at entries that are left out."""
         return self._kept(self.solution.stacked(rows))
 
-    def nodal(self) -> Array:
-        """Displacement of every node in its own axes, (n, ..., nodes, 6)."""
-        return self.solution.nodal()
+    def largest(self) -> tuple[Array, Array] | None:
+        """Largest displacement and largest rotation of a node by unit offsets, (n, ...) each.
+
+        None where that would take too much memory.
+        """
+        if 6 * len(self.solution.frame.nodes) * math.prod(self.forces.shape[1:]) > _MOST:
+            return None
+        moved = np.abs(self.solution.nodal())
+        return moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2))
 
     def _kept(self, found: Array) -> Array:
         solution = self.solution
@@ -99,14 +123,6 @@ class UnitMotions:
                     rows.append({})
                     add_row(rows[-1], row, 1.0 if k < 3 else size)
         return rows
-
-
-class _Motion(NamedTuple):
-    """Forces (..., n), largest deformation of a spring (..., 1) and loaded displacements (..., m) by a unit offset."""
-
-    forces: Array
-    deformed: Array
-    moved: Array
 
 
 class UnitMotionsPerEntry(UnitMotions):
@@ -149,43 +165,59 @@ class UnitMotionsPerEntry(UnitMotions):
     def entries(self) -> int:
         return super().entries * len(self._pairs)
 
-    @cached_property
+    @property
+    def shape(self) -> Shape:
+        return self.plan.frame.shape
+
+    @property
     def forces(self) -> Array:
+        return -self.stiffness
+
+    @property
+    def stiffness(self) -> Array:
         assert self._found is not None
-        return np.stack([np.moveaxis(each.forces, -1, 0) for each in self._found], axis=1)
+        return self._found[0]
 
     @cached_property
     def strained(self) -> bool:
         if self._loaded is None or self._found is None:
             return super().strained
-        return any(self._strained(self._kept(each.deformed)) for each in self._found)
+        return self._strained(self._kept(self._found[1]))
 
     def moved(self, dofs: Sequence[int]) -> Array:
         if self._found is None or list(dofs) != self._loaded:
             return super().moved(dofs)
-        return np.stack([self._kept(each.moved) for each in self._found])
+        return self._kept(self._found[2])
 
     def rows(self, rows: Sequence[Row]) -> Array:
-        found = self.solution.joint_components_per_unit([], [lambda values: values(rows)], self._parameters)
-        assert found is not None
-        return np.stack([self._kept(values) for _, values in found])
+        return self._per_unit(lambda values: values(rows))
 
-    def nodal(self) -> Array:
-        count = len(self.plan.topology.number)
-        found = self.rows(self._rows(range(6 * count)))
-        return found.reshape(*found.shape[:-1], count, 6)
+    def largest(self) -> tuple[Array, Array]:
+        kinds = [self._rows(range(start, 6 * len(self.plan.topology.number), 6)) for start in range(6)]
+
+        def most(values: Callable[[Sequence[Row]], Sequence[Value]]) -> list[Value]:
+            return [_most([value for rows in three for value in values(rows)]) for three in (kinds[:3], kinds[3:])]
+
+        found = self._per_unit(most)
+        return found[..., 0], found[..., 1]
+
+    def _per_unit(self, numbers: OfRows) -> Array:
+        found = self.solution.against_offsets([], [numbers], self._parameters)
+        assert found is not None
+        return self._kept(found[1])
 
     @cached_property
-    def _found(self) -> list[_Motion] | None:
-        """What each offset does; None where entries are singular."""
+    def _found(self) -> list[Array] | None:
+        """Stiffness (n, n, ...), and by unit offsets the largest deformation of a spring (n, ..., 1) and displacements
+        at the loads (n, ..., m); None where entries are singular.
+        """
         rows = [] if self._loaded is None else self._rows(self._loaded)
         springs = [] if self._loaded is None else self._springs
-        others = [
-            lambda values: [reduce(np.maximum, map(abs, values(springs)), 0.0)],
-            lambda values: values(rows),
+        others: list[OfRows] = [
+            lambda values: [_most(values(springs))],
+            lambda values: list(values(rows)),
         ]
-        found = self.solution.joint_components_per_unit(self._pairs, others, self._parameters)
-        return None if found is None else [_Motion(*each) for each in found]
+        return self.solution.against_offsets(self._pairs, others, self._parameters)
 
     @cached_property
     def _parameters(self) -> list[int]:
@@ -194,3 +226,8 @@ class UnitMotionsPerEntry(UnitMotions):
         values = self.plan.rhs_parameters.values
         places = {float(value.flat[0]): k for k, value in enumerate(values) if isinstance(value, np.ndarray)}
         return [places[float(number)] for number in range(1, len(self._pairs) + 1)]
+
+
+def _most(values: Sequence[Any]) -> Any:
+    """Largest absolute value."""
+    return reduce(np.maximum, map(abs, values), 0.0)

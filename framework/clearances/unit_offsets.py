@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
@@ -11,30 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..batch import Array, Shape
-from ..composed import Unstrained
+from ..batch import Array, Shape, aligned
 from ..description import Description
 from ..dofs import DISPLACEMENTS
-from ..entries import WHOLE, Change
 from ..errors import FrameError
-from ..joint_protocol import JointElement
-from ..program.sweep import LONG
-from ..protocol import LineElement
 from ..structure.constraints import Contradiction
-from ..structure.parts import total
 from .contact_state import ClearanceComponents, sizes
+from .member_stiffness import member_stiffness
 from .unit_motions import Solvers, UnitMotions, UnitMotionsPerEntry
+from .without_loads import alike, at_first_entry, count_of_entries, typical_members, without_loads
 
 # A function that returns whether components carry a force at the entries, (n, ...).
 Bearing = Callable[[], NDArray[np.bool_]]
 # Decreases of forces, (n, n, ...), entries at which they are unknown, (...), and thresholds of rounding, (n, n, ...).
 Answer = tuple[Array, NDArray[np.bool_], Array]
 
-# A stiffness against offsets below _UNRESISTED times that of the members is rounding. Up to _DOUBTFUL times that it may
-# be, if the unit offset moves nodes by many times as much, which is examined for up to _MOST numbers.
-_UNRESISTED, _DOUBTFUL, _MOST = 1e-13, 1e5, 2**24
+# A stiffness against offsets below _UNRESISTED times that of the members is rounding. Where that against one of them is
+# up to _DOUBTFUL times as much it may be, too, as unit offsets move nodes by many times as much.
+_UNRESISTED, _DOUBTFUL = 1e-13, 1e5
 # Up to this many entries the stiffness of each entry costs no more than a common one.
 _FEW = 1000
+# Above this many all offsets are found in one pass.
+_SOME = 2**11
 
 
 @dataclass(frozen=True)
@@ -100,23 +98,15 @@ def against_offsets(
     joints = {name: joint.element for name, joint in frame.joints.items()}
     members = {name: member.element for name, member in frame.members.items()}
     whole = len(frame.shape)
-    if loaded is not None and math.prod(frame.shape) > _FEW and all(_alike(element) for element in joints.values()):
-        bearings, alike = {name: each.typical() for name, each in joints.items()}, _typical_members(frame)
-        if _entries(frame, bearings, alike) < _entries(frame, joints, members):
-            found = _answer(_bare(frame, bearings, alike), whole, components, bearing, lost, solvers, loaded)
+    if loaded is not None and math.prod(frame.shape) > _FEW and all(alike(element) for element in joints.values()):
+        bearings, typical = {name: each.typical() for name, each in joints.items()}, typical_members(frame)
+        if count_of_entries(frame, bearings, typical) < count_of_entries(frame, joints, members):
+            found = _answer(without_loads(frame, bearings, typical), whole, components, bearing, lost, solvers, loaded)
             varies = any(element.stiffness.size > 6 for element in joints.values())
-            varies = varies or any(alike[name] is not element for name, element in members.items())
+            varies = varies or any(typical[name] is not element for name, element in members.items())
             if not (varies and found.stiffness.any()):
                 return found
-    return _answer(_bare(frame, joints, members), whole, components, bearing, lost, solvers, loaded)
-
-
-def _entries(frame: Description, joints: Mapping[str, JointElement], members: Mapping[str, LineElement]) -> int:
-    """Number of batch entries of the frame with the given joints and members, without loads."""
-    places = (node.coordinates.shape[:-1] for node in frame.nodes.values())
-    bodies = (shape for body in frame.bodies.values() for shape in (body.origin.shape[:-1], body.axes.shape[:-2]))
-    shapes = [*(each.shape for each in joints.values()), *(each.shape for each in members.values())]
-    return math.prod(np.broadcast_shapes(*places, *bodies, *shapes))
+    return _answer(without_loads(frame, joints, members), whole, components, bearing, lost, solvers, loaded)
 
 
 def resists_at_first_entry(frame: Description, components: ClearanceComponents, solvers: Solvers) -> bool:
@@ -124,7 +114,7 @@ def resists_at_first_entry(frame: Description, components: ClearanceComponents, 
     joints = {name: joint.element.typical() for name, joint in frame.joints.items()}
     if any(each.shape for each in joints.values()):
         return False
-    bare = _bare(frame, joints, _typical_members(frame), change=_first)
+    bare = without_loads(at_first_entry(frame), joints, typical_members(frame))
     if bare.shape:
         return False
     none = np.zeros((), dtype=bool)
@@ -133,36 +123,6 @@ def resists_at_first_entry(frame: Description, components: ClearanceComponents, 
     except FrameError:
         return False
     return bool(found.stiffness.any())
-
-
-def _alike(element: JointElement) -> bool:
-    """Whether each component is free at all batch entries or at none."""
-    free = (element.stiffness == 0.0).reshape(-1, 6)
-    return bool(np.all(free.all(axis=0) == free.any(axis=0)))
-
-
-def _typical_members(frame: Description) -> dict[str, LineElement]:
-    """The elements of members as they are at the first entry, where that says what they resist at all entries.
-
-    That is so if they resist every deformation there, and what they resist does not depend on their own numbers.
-    """
-    members: dict[Hashable, list[str]] = {}
-    for name, member in frame.members.items():
-        members.setdefault(member.element.kind, []).append(name)
-    out: dict[str, LineElement] = {}
-    for names in members.values():
-        element = frame.members[names[0]].element
-        if element.shape and (element.deforms_as is not None or not element.has_springs):
-            first = element.cut(_first)
-            lengths = np.array([_first(frame.length(name), 0) for name in names])
-            element = first if np.all(first.spring_stiffness(lengths) > 0.0) else element
-        out |= dict.fromkeys(names, element)
-    return {name: out[name] for name in frame.members}
-
-
-def _first(array: NDArray[Any], trailing: int) -> NDArray[Any]:
-    """An array (..., trailing) at the first batch entry, without batch axes."""
-    return np.asarray(array[(0,) * (array.ndim - trailing)])
 
 
 def _answer(
@@ -179,29 +139,12 @@ def _answer(
     if out.any():
         bare.exclude(out)
     motions, unfit = _fitting(bare, out, components, solvers, loaded)
-    found = -motions.forces
-    if out.any():
-        found[..., out] = 0.0
-    unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
-    determinate = not unknown.any()
     members = _members(motions, components)
-    root = np.sqrt(members)
-    least = _UNRESISTED * root[:, None] * root
-    size = np.abs(found)
-    with np.errstate(invalid="ignore"):
-        above = size > least
-        doubtful = above.any() and bool((above & (size <= _DOUBTFUL * least)).any())
-    if doubtful:
-        moved = np.where(unknown | out, 1.0, _largest_motions(motions, components))
-        least = least * moved[:, None] * moved
-    if not determinate:
-        borne = _alike_within(bearing(), lost, bare.shape)
-        found, unknown, least = _of_loaded(bare, components, borne, (found, unknown, least), solvers)
-    elif not above.any():
-        found = np.zeros((count, count, *(1,) * (found.ndim - 2)))
-    found = 0.5 * (found + np.swapaxes(found, 0, 1))
-    found = found if determinate else np.nan_to_num(found)
-    stiffness = np.where(np.abs(found) > least, found, 0.0)
+    unknown, determinate = np.zeros(bare.shape, dtype=bool), True
+    stiffness = None if out.any() else _well_known(motions, members, components)
+    if stiffness is None:
+        determinate = not np.isnan(motions.forces[..., ~out]).any()
+        stiffness, unknown = _examined(bare, components, (motions, members), (lost, out), bearing, solvers)
     new = (1,) * (whole - unknown.ndim)
     return Resistance(
         stiffness.reshape(count, count, *new, *stiffness.shape[2:]),
@@ -210,6 +153,90 @@ def _answer(
         unfit,
         motions if determinate else None,
     )
+
+
+def _well_known(motions: UnitMotions, members: Array, components: ClearanceComponents) -> Array | None:
+    """The stiffness against offsets with rounding set to zero; None where offsets move a mechanism, see `_examined`.
+
+    Numbers that are far above rounding at all entries, or at none, need no look at each entry.
+    """
+    stiffness = motions.stiffness
+    batch = tuple(range(2, stiffness.ndim))
+    if not stiffness.size:
+        return None
+    low, high = stiffness.min(axis=batch), stiffness.max(axis=batch)
+    if np.isnan(low).any():
+        return None
+    root = np.sqrt(members)
+    weakest, strongest = (most(root, axis=tuple(range(1, root.ndim))) for most in (np.min, np.max))
+    unresisted = np.maximum(np.abs(low), np.abs(high)) <= _UNRESISTED * weakest[:, None] * weakest
+    if unresisted.all():
+        return np.zeros((*low.shape, *(1,) * len(batch)))
+    doubtful = np.zeros(stiffness.shape[2:], dtype=bool)
+    zero: dict[tuple[int, int], Any] = dict.fromkeys(zip(*np.nonzero(unresisted), strict=True), True)
+    for i, j in np.argwhere(np.triu(~unresisted)).tolist():
+        number, share = stiffness[i, j], _UNRESISTED * (_DOUBTFUL if i == j else 1.0)
+        if max(low[i, j], -high[i, j], np.abs(number).min()) > share * strongest[i] * strongest[j]:
+            continue
+        size, rounding = np.abs(number), _UNRESISTED * root[i] * root[j]
+        zero[i, j] = zero[j, i] = size <= rounding
+        if i == j:
+            doubtful |= (size > rounding) & (size <= _DOUBTFUL * rounding)
+    if zero or doubtful.any():
+        stiffness = stiffness.copy()
+    for at, where in zero.items():
+        stiffness[at] = np.where(where, 0.0, stiffness[at])
+    if doubtful.any():
+        some = stiffness[:, :, doubtful]
+        rounding = np.broadcast_to(root, stiffness.shape[1:])[:, doubtful]
+        rounding = rounding * _largest_motions(motions, components)[:, doubtful]
+        stiffness[:, :, doubtful] = np.where(np.abs(some) > _UNRESISTED * rounding[:, None] * rounding, some, 0.0)
+    return stiffness
+
+
+def _examined(
+    bare: Description,
+    components: ClearanceComponents,
+    solved: tuple[UnitMotions, Array],
+    left: tuple[NDArray[np.bool_], NDArray[np.bool_]],
+    bearing: Bearing,
+    solvers: Solvers,
+) -> tuple[Array, NDArray[np.bool_]]:
+    """The stiffness against offsets with rounding set to zero entry by entry, and the entries at which it is unknown.
+
+    Parameters
+    ----------
+    bare, components, bearing, solvers
+        The frame without loads, and as for `against_offsets`.
+    solved
+        Its solution for unit offsets, and the stiffness of its members, (n, ...).
+    left
+        Entries that need no result, of the frame with and without loads.
+    """
+    (motions, members), (lost, out), count = solved, left, len(components.pairs)
+    found = -motions.forces
+    if out.any():
+        found[..., out] = 0.0
+    unknown = np.asarray(np.isnan(found).any(axis=(0, 1)))
+    determinate = not unknown.any()
+    root = np.sqrt(members)
+    least = np.broadcast_to(_UNRESISTED * root[:, None] * root, found.shape)
+    size = np.abs(found)
+    with np.errstate(invalid="ignore"):
+        above = size > least
+        each = np.arange(count)
+        doubtful = np.asarray((above & (size <= _DOUBTFUL * least))[each, each].any(axis=0))
+    if doubtful.any():
+        moved = np.where(doubtful & ~(unknown | out), _largest_motions(motions, components), 1.0)
+        least = least * moved[:, None] * moved
+    if not determinate:
+        borne = _alike_within(bearing(), lost, bare.shape)
+        found, unknown, least = _of_loaded(bare, components, borne, (found, unknown, least), solvers)
+    elif not above.any():
+        found = np.zeros((count, count, *(1,) * (found.ndim - 2)))
+    found = 0.5 * (found + np.swapaxes(found, 0, 1))
+    found = found if determinate else np.nan_to_num(found)
+    return np.where(np.abs(found) > least, found, 0.0), unknown
 
 
 def _fitting(
@@ -307,14 +334,12 @@ def _largest_motions(motions: UnitMotions, components: ClearanceComponents) -> A
     The rounding of a force, recovered by a stiffness, is proportional to the displacements.
     """
     frame, is_rotation = motions.solution.frame, components.is_rotation
-    shape = motions.forces.shape[1:]
-    if 6 * len(frame.nodes) * math.prod(shape) > _MOST or not frame.size:
-        return np.ones(shape)
-    moved = np.abs(motions.nodal())
-    length, angle = moved[..., :3].max(axis=(-1, -2)), moved[..., 3:].max(axis=(-1, -2))
+    largest = motions.largest() if frame.size else None
+    if largest is None:
+        return np.ones((len(is_rotation), *motions.shape))
     size = sizes(frame)
-    arms = np.where(is_rotation.reshape(-1, *(1,) * (len(shape) - 1)), 1.0 / size, 1.0)
-    out: Array = np.maximum(1.0, arms * np.maximum(length, angle * size))
+    arms = np.where(is_rotation.reshape(-1, *(1,) * len(motions.shape)), 1.0 / size, 1.0)
+    out: Array = np.maximum(1.0, arms * np.maximum(largest[0], largest[1] * size))
     return out
 
 
@@ -327,7 +352,7 @@ def _motions(
 ) -> UnitMotions:
     """The solution for unit offsets in the components in the mask `asked`."""
     count = len(components.pairs)
-    if solvers.per_unit is not None and math.prod(bare.shape) >= LONG and asked.all():
+    if solvers.per_unit is not None and math.prod(bare.shape) > _SOME and asked.all():
         with suppress(Contradiction):  # which is told of each offset alone
             found = UnitMotionsPerEntry.of(bare.copy(), components.pairs, solvers.per_unit, loaded)
             if found is not None:
@@ -341,39 +366,13 @@ def _motions(
     return one_by_one
 
 
-def _bare(
-    frame: Description,
-    joints: Mapping[str, JointElement],
-    members: Mapping[str, LineElement],
-    change: Change = WHOLE,
-) -> Description:
-    """The frame with the given joints and members, without loads, free strains, offsets and imposed displacements.
-
-    It has the places to which `change` leads.
-    """
-    out = Description()
-    for name, body in frame.bodies.items():
-        out.body(name, change(body.origin, 1), change(body.axes, 2))
-    for name, node in frame.nodes.items():
-        out.node(name, change(node.coordinates, 1), node.body)
-    for name, member in frame.members.items():
-        out.add(name, members[name], member.start, member.end)
-        if members[name].free_strain(np.zeros(())) is not None:
-            out.members[name] = out.members[name]._replace(element=Unstrained(members[name]))
-    for name, joint in frame.joints.items():
-        out.add(name, joints[name], joint.first, joint.second)
-    out.ties = list(frame.ties)
-    for name, constrained in frame.supports.items():
-        out.fix(name, *(DISPLACEMENTS[k] for k in constrained))
-    return out
-
-
 def _members(motions: UnitMotions, components: ClearanceComponents) -> Array:
-    """Largest stiffness of a member's end against translation or rotation, as fits each component, (n, ...)."""
-    plan = motions.plan
-    largest = [np.zeros((1,) * len(plan.grid.shape)), np.zeros((1,) * len(plan.grid.shape))]
-    for a in plan.matrix:
-        value = np.asarray(total(plan.chained.scale(a))[1], dtype=np.float64)
-        largest[a % 6 // 3] = np.maximum(largest[a % 6 // 3], value)
-    counted = len(plan.grid.shape) == motions.forces.ndim - 1  # unit offsets along the first axis, of which one serves
-    return np.stack([largest[k // 3][0] if counted else largest[k // 3] for k in components.component])
+    """Largest stiffness of a member against translation or rotation, as fits each component, (n, ...)."""
+    ndim, kinds = len(motions.shape), []
+    for each in member_stiffness(motions.plan):
+        # unit offsets may stand along a first axis, over which members do not vary
+        kinds.append(aligned(each.reshape(each.shape[1:]) if each.ndim > ndim else each, ndim))
+    asked = [k // 3 for k in components.component]
+    if len(set(asked)) == 1:
+        return np.broadcast_to(kinds[asked[0]], (len(asked), *kinds[asked[0]].shape))
+    return np.stack(np.broadcast_arrays(*(kinds[kind] for kind in asked)))

@@ -281,27 +281,28 @@ class NamedResults(FrameStates):
             return np.moveaxis(self._masked(self._recovery.joint_components(pairs)), -1, 0)
         return np.stack([self.joint_force(name)[..., k] for name, k in pairs])
 
-    def joint_components_per_unit(
+    def against_offsets(
         self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
-    ) -> list[list[Array]] | None:
-        """Find joint forces and other numbers per unit of right-hand-side parameters, in one pass.
+    ) -> list[Array] | None:
+        """Find the stiffness against offsets in joints, and other numbers per unit offset, in one pass over the batch.
 
         Parameters
         ----------
         pairs
-            Name of the joint, and component 0 to 5, for each of n components.
+            Name of the joint, and component 0 to 5, for each of n offsets; () if no stiffness is asked for.
         others
-            Functions that return some numbers, given a function that returns the values of rows; see `stacked`.
+            Functions that return m numbers, given a function that returns the values of rows; see `stacked`.
         parameters
-            Indices of the parameters.
+            Index of the right-hand-side parameter that is the offset, for each of them.
 
         Returns
         -------
-        list of list of ndarray or None
-            For each parameter the components, (..., n), and for each function its numbers, (..., m); None where entries
-            are singular, or forces follow from those on the ends of an element without `end_force_numbers`.
+        list of ndarray or None
+            Decrease of the force in each component per unit offset in each, (n, n, ...), which is symmetric; and for
+            each function its numbers, (n, ..., m). None where entries are singular, or forces follow from those on the
+            ends of an element without `end_force_numbers`.
         """
-        return self._recovery.joint_components_per_unit(pairs, [_of_values(each) for each in others], parameters)
+        return self._recovery.against_offsets(pairs, [_of_values(each) for each in others], parameters)
 
     def contact(self, joint: str) -> Contact:
         """Contact of a joint with clearance: its state, side, force and gap.

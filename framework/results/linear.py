@@ -105,10 +105,13 @@ class LinearResults(Protocol):
         """Single components of joint forces in which offsets are possible, (n, ...), in a single pass."""
         ...
 
-    def joint_components_per_unit(
+    def against_offsets(
         self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
-    ) -> list[list[Array]] | None:
-        """Joint forces and other numbers per unit of right-hand-side parameters; None where they do not hold."""
+    ) -> list[Array] | None:
+        """Stiffness against n offsets, (n, n, ...), and other numbers per unit of each, (n, ..., m) each.
+
+        None where they do not hold.
+        """
         ...
 
     def reaction(self, node: str) -> Array:

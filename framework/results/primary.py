@@ -265,35 +265,33 @@ class Primary:
         once = Sweep(self.plan.grid, recording, values)
         return once.run(results(once))[0]
 
-    def per_unit(
-        self, results: Callable[[Sweep], Sequence[Sequence[Value]]], parameters: Sequence[int]
-    ) -> list[list[Array]] | None:
-        """Some results, each (..., n), per unit of each of some right-hand-side parameters, in one pass.
+    def per_unit(self, results: Callable[[Callable[[int], Sweep]], Sequence[Sequence[Value]]]) -> list[Array] | None:
+        """Some results, each (..., n), that follow from the effects of unit right-hand-side parameters, in one pass.
 
         Parameters
         ----------
         results
-            Function that adds results to a recording.
-        parameters
-            Indices of the parameters, of which no other acts.
+            Function that adds results, each of n numbers, to a recording, given a function of the index of a parameter:
+            the recording of the unknowns where that parameter is one, and no other acts.
 
         Returns
         -------
-        list of list of ndarray or None
-            For each parameter its results; None where they do not hold at all entries.
+        list of ndarray or None
+            The results; None where they do not hold at all entries.
         """
         recording, solver, grid = Recording(), self.solver, self.plan.grid
         if not isinstance(solver, BroadcastSolver) or (written := solver.written(recording, anew=True)) is None:
             return None
-        count, asked = len(self.plan.rhs_parameters.values), []
-        for parameter in parameters:
+        count = len(self.plan.rhs_parameters.values)
+
+        def under(parameter: int) -> Sweep:
             unit = [float(k == parameter) for k in range(count)]
-            asked.append(results(Sweep(grid, recording, partial(written.values, parameters=unit))))
+            return Sweep(grid, recording, partial(written.values, parameters=unit))
+
         once = Sweep(grid, recording, written.values, written.later)
-        found, least = once.run([each for those in asked for each in those], [*written.least.values()])
+        found, least = once.run(results(under), [*written.least.values()])
         solver.learn(dict(zip(written.least, least, strict=True)))
-        following = iter(found)
-        return [[next(following) for _ in those] for those in asked] if self._all_hold else None
+        return found if self._all_hold else None
 
     @property
     def _may_hold(self) -> bool:

@@ -107,19 +107,47 @@ class Recovery(AlongMembers):
         """
         return self.together([self._components(pairs)])[0]
 
-    def joint_components_per_unit(
+    def against_offsets(
         self, pairs: Sequence[tuple[str, int]], others: Sequence[Numbers], parameters: Sequence[int]
-    ) -> list[list[Array]] | None:
-        """The same and other results per unit of each of some right-hand-side parameters.
+    ) -> list[Array] | None:
+        """The stiffness against offsets in joints, and other results per unit offset, in one pass over the batch.
 
-        None if they do not hold, or follow from the end forces of an element without a formula.
+        Parameters
+        ----------
+        pairs
+            Name of the joint, and component of the joint, for each of n offsets; () if no stiffness is asked for.
+        others
+            Functions that return m numbers, given those of the forces.
+        parameters
+            Index of the right-hand-side parameter that is the offset, for each of them.
+
+        Returns
+        -------
+        list of ndarray or None
+            Decrease of the force in each component per unit offset in each, (n, n, ...), the mean of both that are
+            equal by Betti's theorem; and the other results, (n, ..., m) each. None where they do not hold at all
+            entries, or follow from the end forces of an element without a formula.
         """
-        results = [self._components(pairs), *others]
+        components = range(len(pairs))
+
+        def results(under: Callable[[int], Sweep]) -> list[Sequence[Value]]:
+            kinds = [self._components(pairs), *others]
+            each = [self._written(kinds, under(parameter), ends=refused) for parameter in parameters]
+            stiffness = [-0.5 * (each[j][0][i] + each[i][0][j]) for i in components for j in components]
+            return [stiffness, *([x for found in each for x in found[k]] for k in range(1, len(kinds)))]
+
         try:
             with np.errstate(all="ignore"):  # of mechanisms, for which there is no result
-                return self.solution.per_unit(partial(self._written, results, ends=refused), parameters)
+                found = self.solution.per_unit(results)
         except WithoutFormula:
             return None
+        if found is None:
+            return None
+        stiffness, *rest = (
+            np.moveaxis(array, -1, 0).reshape(len(parameters), array.shape[-1] // len(parameters), *array.shape[:-1])
+            for array in found
+        )
+        return [stiffness, *(np.moveaxis(array, 1, -1) for array in rest)]
 
     def _components(self, pairs: Sequence[tuple[str, int]]) -> Numbers:
         edges = {name: self._edge("joint", name) for name, _ in pairs}

@@ -16,6 +16,7 @@ from linkframe import Beam, Frame, Joint, Material, Rectangle
 from linkframe.elements import Spring
 from linkframe.framework import LineElement, Solution, straight_shapes
 from linkframe.framework.clearances import unit_offsets
+from linkframe.framework.clearances.member_stiffness import member_stiffness
 from linkframe.framework.clearances.unit_motions import UnitMotions, UnitMotionsPerEntry
 from linkframe.framework.composed import Composed
 from linkframe.framework.program import machine_code
@@ -153,17 +154,17 @@ def test_one_pass_for_all_offsets(springs: tuple[float, ...], monkeypatch: pytes
     monkeypatch.setattr(UnitMotionsPerEntry, "of", lambda *_: None)
     other = asked(given, springs, monkeypatch)
     assert not isinstance(other, UnitMotionsPerEntry)
-    assert found.entries == other.entries == len(found.forces) * COUNT
+    assert found.entries == other.entries == len(found.stiffness) * COUNT
     assert found.strained == other.strained == (springs is not SOFT)
     number = other.plan.topology.number
     rows = [other.plan.tree.row(number["b1"], k) for k in range(6)]
     loaded = [6 * number["b0"], 6 * number["b0"] + 1]
     pairs = [
-        (found.forces, other.forces),
+        (found.stiffness, other.stiffness),
         (found.rows(rows), other.rows(rows)),
         (found.moved(loaded), other.moved(loaded)),
         (found.moved(loaded[:1]), other.moved(loaded[:1])),
-        (found.nodal(), other.nodal()),
+        (np.stack(found.largest() or ()), np.stack(other.largest() or ())),
     ]
     scale = 2e8 if springs is STIFF else 1.0
     for (mine, theirs), size in zip(pairs, (scale, 1.0, 1.0, 1.0, 1.0), strict=True):
@@ -252,21 +253,20 @@ def test_results_per_unit_of_an_offset(sizes: tuple[int, int, int]) -> None:
     for k, name in enumerate(names):
         apart.offset(name, ux=np.full(count, k + 1.0))
         batch.offset(name, ux=2.0 * (np.arange(3) == k).reshape(3, 1))
-    solution, expected = Solution._per_unit(apart), batch.solve()
+    expected = batch.solve()
+    solution = Solution._per_unit(expected.plan, apart)
     values = solution.plan.rhs_parameters.values
     places_of = {float(value.flat[0]): k for k, value in enumerate(values) if isinstance(value, np.ndarray)}
     number = solution.plan.topology.number["b1"]
     rows = [solution.plan.tree.row(number, k) for k in range(6)]
-    pairs = [(name, 1) for name in names]
-    found = solution.joint_components_per_unit(
-        pairs, [lambda values: values(rows)], [places_of[k + 1.0] for k in range(3)]
-    )
+    pairs = [(name, 0) for name in names]
+    found = solution.against_offsets(pairs, [lambda values: values(rows)], [places_of[k + 1.0] for k in range(3)])
     assert found is not None
-    forces = np.stack([expected.joint_force(name)[..., 1] for name in names], axis=-1) / 2.0
-    moved = expected.displacement("b1") / 2.0
-    for k, (mine, displaced) in enumerate(found):
-        assert_allclose(mine, forces[k], rtol=0.0, atol=1e-13 * np.abs(forces).max())
-        assert_allclose(displaced, moved[k], rtol=0.0, atol=1e-13 * np.abs(moved).max())
+    forces = np.stack([expected.joint_force(name)[..., 0] for name in names]) / 2.0
+    moved, scale = expected.displacement("b1") / 2.0, np.abs(forces).max()
+    assert_allclose(found[0], -0.5 * (forces + np.swapaxes(forces, 0, 1)), rtol=0.0, atol=1e-13 * scale)
+    assert_allclose(forces, np.swapaxes(forces, 0, 1), rtol=0.0, atol=1e-9 * scale)
+    assert_allclose(found[1], moved, rtol=0.0, atol=1e-13 * np.abs(moved).max())
 
 
 class Tie(Spring):
@@ -392,3 +392,91 @@ def test_redundant_ideal_joints() -> None:
     for entry in AT:
         alone = arch(one(given, entry), ideal).solve()
         assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-12 * np.abs(moved[entry]).max())
+
+
+def two_beams(places: Array, gap: Array, fy: Array) -> Frame:
+    """Two beams clamped to each other at B, on journals at A and C, of which that at C leaves x free: determinate."""
+    frame = Frame()
+    for name, place in zip(("A", "B", "C", "a", "c"), (*places, places[0], places[2]), strict=True):
+        frame.node(name, place)
+    beam = Beam(Rectangle(y=0.02, z=0.01), Material(E=2e11, nu=0.3))
+    frame.add("AB", beam, "A", "B")
+    frame.add("BC", beam, "B", "C")
+    frame.add("ja", Joint((2e8, 2e8, 2e8, 2e5, 2e5, 0.0), clearance=gap[0]), "a", "A")
+    frame.add("jc", Joint((0.0, 2e8, 2e8, 2e5, 2e5, 0.0), clearance=gap[1]), "c", "C")
+    frame.fix("a")
+    frame.fix("c")
+    frame.load("B", fx=30.0, fy=fy)
+    return frame
+
+
+def test_rounding_is_told_from_stiffness_where_all_places_vary() -> None:
+    """No offset meets a stiffness: it is compared with that of members whose stiffness no array holds."""
+    rng = np.random.default_rng(1)
+    places = np.array([[0.0, 0.0, 0.0], [0.5, 0.2, 0.0], [1.0, 0.0, 0.0]])[:, None] * np.ones((3, COUNT, 3))
+    places[..., :2] += rng.uniform(-0.1, 0.1, (3, COUNT, 2))
+    gap, fy = 1e-4 * rng.uniform(0.5, 1.5, (2, COUNT)), rng.uniform(-150.0, 150.0, COUNT)
+    solution = two_beams(places, gap, fy).solve()
+    assert "no offset meets any stiffness" in solution.explain()
+    for k in range(3):
+        alone = two_beams(places[:, k], gap[:, k], fy[k]).solve()
+        assert "no offset meets any stiffness" in alone.explain()
+        mine, theirs = solution.displacement("B")[k], alone.displacement("B")
+        assert_allclose(mine, theirs, rtol=0.0, atol=1e-12 * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize("varies", ["E", "x", "E x", ""])
+def test_stiffness_of_members(varies: str) -> None:
+    """The largest of E A / L; and of 3 E I / L, the shear 12 E I / L³ at half the length."""
+    given = drawn(*varies.split())
+    frame = arch(given, STIFF)
+    plan = frame.solve(clearance=False).plan
+    translation, rotation = (np.broadcast_to(each, frame.shape) for each in member_stiffness(plan))
+    lengths = np.stack([np.broadcast_to(frame.length(name), frame.shape) for name in frame.members])
+    moduli = np.stack([np.broadcast_to(each.element.material.E, frame.shape) for each in frame.members.values()])
+    section = next(iter(frame.members.values())).element.section
+    assert_allclose(translation, (moduli * section.A / lengths).max(axis=0), rtol=1e-14)
+    assert_allclose(rotation, (3.0 * moduli * max(section.Iy, section.Iz) / lengths).max(axis=0), rtol=1e-14)
+
+
+@pytest.mark.parametrize("count", [3, 3000])
+def test_what_another_entry_resists_is_no_matter(count: int) -> None:
+    """At one entry nothing resists one joint; the stiffness against the others is that of the entry alone."""
+
+    def described(modulus: Array, stop: Array) -> Frame:
+        """A flat arch on a journal, with hardly any stiffness in its hinges, and a lever that a stop may hold."""
+        frame = Frame()
+        for name, place in {
+            "c0": (0, 0),
+            "a0": (0, 0),
+            "b0": (1, 1e-3),
+            "b1": (1, 1e-3),
+            "a1": (2, 0),
+            "c1": (2, 0),
+        }.items():
+            frame.node(name, (*place, 0.0))
+        for name, x in {"p": 0.0, "q": 0.0, "r": 1.0, "w": 1.0}.items():
+            frame.node(name, (x, 2.0, 0.0))
+        for name, ends in {"m0": ("a0", "b0"), "m1": ("b1", "a1"), "lever": ("q", "r")}.items():
+            frame.add(name, Beam(BAR, Material(E=modulus, nu=0.3)), *ends)
+        hinge = (2e8, 2e8, 2e8, 2e5, 2e5, 2.4e-6)
+        frame.add("j0", Joint(hinge, clearance=1e-4, clearance_directions=("ux", "uy")), "c0", "a0")
+        frame.add("j1", Joint(hinge), "b0", "b1")
+        frame.add("j2", Joint(hinge), "a1", "c1")
+        frame.add("jq", Joint(STIFF, clearance=1e-4, clearance_directions=("ux", "uy")), "p", "q")
+        held = np.zeros((*stop.shape, 6))
+        held[..., 1] = stop
+        frame.add("stop", Joint(held), "r", "w")
+        for name in ("c0", "c1", "p", "w"):
+            frame.fix(name)
+        frame.load("b0", fy=-1e-6)
+        frame.load("r", fx=3.0, fy=1.0)
+        return frame
+
+    modulus = 2e11 * np.exp(0.01 * np.random.default_rng(0).normal(size=count))
+    stop = np.full(count, 1e5)
+    stop[1] = 0.0
+    whole, alone = described(modulus, stop).solve(), described(modulus[1], stop[1]).solve()
+    assert_allclose(whole.contact("j0").offset[1], alone.contact("j0").offset, rtol=1e-6)
+    few = described(modulus[1:2], stop[1:2]).solve()
+    assert_allclose(few.contact("j0").offset[0], alone.contact("j0").offset, rtol=1e-6)
