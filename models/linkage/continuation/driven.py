@@ -13,6 +13,7 @@ from ....framework.errors import FrameError
 from ..description.parts import GROUND
 from ..kinematics.blocks import blocks, cut_all
 from ..kinematics.closed_poses import Pose
+from ..kinematics.dimensions import by_component
 from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .start import jacobian_at, rank_of
@@ -89,7 +90,7 @@ def _speeds(loops: Loops, parameters: Sequence[float], start: Pose, member: int)
         at = {}
         for point in link.points:
             own = mechanism.place(name, point) - body.place
-            along = np.einsum("...ji,...j->...i", body.reference_axes, own) / mechanism.size
+            along = np.einsum("...ji,...j->...i", body.reference_axes, own) / by_component(mechanism.size)
             arm = np.broadcast_to(along, (*linkage.shape, 3)).reshape(-1, 3)[member] @ pose[1:]
             at[point] = (velocity + np.cross(omega, arm)).T
         out[name] = omega.T, at
@@ -103,14 +104,14 @@ def _moves(speeds: Speeds, first: str, second: str, point: str) -> bool:
     return bool(np.abs(difference).max(initial=0.0) > STILL)
 
 
-def remedy(loops: Loops, gap: float) -> str:
-    """What to tell of a pose that has a gap, a length: too many drives, or too few digits; nothing where it is neither.
+def remedy(loops: Loops, gap: float, size: float) -> str:
+    """What to tell of a pose of a linkage of some size that has a gap, a length: too many drives, or too few digits.
 
-    Both show in more equations than there are independent ones.
+    Both show in more equations than there are independent ones; nothing where it is neither.
     """
     if too_many := too_many_drives(loops):
         return f"; {too_many}: their values do not agree"
-    if loops.mechanism.begun is not None and loops.rows > loops.linear.rank and gap < ALIKE * loops.mechanism.size:
+    if loops.mechanism.begun is not None and loops.rows > loops.linear.rank and gap < ALIKE * size:
         return "; overconstrained: give the points with more digits, or accept this gap with tolerance="
     return ""
 

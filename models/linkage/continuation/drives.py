@@ -100,7 +100,11 @@ def _components(what: str, value: ArrayLike, components: tuple[str, ...]) -> Arr
 
 
 def _states(
-    pair: Pair, components: tuple[str, ...], value: ArrayLike | None, scales: list[float], shapes: dict[str, Shape]
+    pair: Pair,
+    components: tuple[str, ...],
+    value: ArrayLike | None,
+    scales: Sequence[float | Array],
+    shapes: dict[str, Shape],
 ) -> list[Array]:
     if isinstance(value, float) and pair.reference.shape == (1,) and math.isfinite(value):
         return [np.asarray((value - pair.reference.item()) / scales[0])]
@@ -117,6 +121,6 @@ def _states(
     return _apart(given - pair.reference[..., chosen], scales)
 
 
-def _apart(numbers: Array, scales: Sequence[float]) -> list[Array]:
+def _apart(numbers: Array, scales: Sequence[float | Array]) -> list[Array]:
     """Each of the numbers on the last axis in the mechanism's units."""
     return [np.asarray(numbers[..., k] / scale) for k, scale in enumerate(scales)]

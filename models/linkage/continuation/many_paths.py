@@ -16,7 +16,19 @@ from ..kinematics.loops import Loops
 from ..kinematics.terms import Value
 from .derivatives import Derivatives
 from .interpolation import cubic
-from .predictor_corrector import BEYOND, DOUBLE_ZERO, EASY, FIRST, JUMPS, LONG, LONGEST, SHARPEST, SHORTEST, TURN
+from .predictor_corrector import (
+    BESIDE,
+    BEYOND,
+    DOUBLE_ZERO,
+    EASY,
+    FIRST,
+    JUMPS,
+    LONG,
+    LONGEST,
+    SHARPEST,
+    SHORTEST,
+    TURN,
+)
 
 Mask = NDArray[np.bool_]
 # First step of a path that is followed to a given end: longer than `FIRST`, as the second derivative is known there.
@@ -269,11 +281,13 @@ class ManyPaths(PathBatch[PosesAhead]):
         found, follow, step = points.found, points.follow[:, good], self.step[paths]
         self.before[:, paths], self.before_rate[:, paths] = self.state[:, paths], self.rate[:, paths]
         state = np.stack([np.broadcast_to(x, good.shape)[good] for x in found.state])
-        self.state[:, paths], self.width[paths] = state, step
+        before, self.state[:, paths], self.width[paths] = self.width[paths], state, step
         determinants = points.determinants[:, good]
         x, y = np.abs(self.last_determinants[:, paths]), np.abs(self.determinants[:, paths])
-        dips = (y <= DOUBLE_ZERO * np.maximum(x, np.abs(determinants))) & (y <= np.minimum(x, np.abs(determinants)))
-        self.touched[paths] |= dips.any(axis=0)
+        next_ones = np.abs(determinants)
+        # beside an almost double zero the steps may become so short that neighbours are as small
+        dips = (y <= DOUBLE_ZERO * np.maximum(x, next_ones)) | (np.minimum(before, step) < BESIDE)
+        self.touched[paths] |= (dips & (y <= np.minimum(x, next_ones))).any(axis=0)
         self.last_determinants[:, paths] = self.determinants[:, paths]
         self.follow[:, paths], self.determinants[:, paths] = follow, determinants
         self.rate[:, paths] = self._rates(state, follow, self.direction[:, paths])

@@ -82,7 +82,7 @@ def _turns(loops: Loops) -> Array | None:
     for name, those in mechanism.velocities.items():
         pitch = mechanism.linkage.joints[name].pitch
         if pitch is not None and np.any(pitch) and those.start in mechanism.unknown:
-            size = 2.0 * np.pi * mechanism.size / np.abs(pitch).max()
+            size = 2.0 * np.pi * float(np.max(mechanism.size)) / np.abs(pitch).max()
             out[mechanism.unknown.index(those.start)] = max(size, 1.0)
     return out if np.any(out > 1.0) else None
 

@@ -71,7 +71,7 @@ def started(
         If the reference configuration cannot be closed, or is singular so that nothing says which way it goes.
     """
     loops = Loops(mechanism, None, tolerance)
-    state = _closed_reference(loops, nominal)
+    state = _closed_reference(loops, nominal, member)
     jacobian = jacobian_at(loops, state, nominal)
     units = _units(mechanism, member)
     rank, full = _rank(loops, jacobian / units), min(loops.rows, loops.columns)
@@ -91,7 +91,7 @@ def started(
     return loops, start
 
 
-def _closed_reference(loops: Loops, nominal: Sequence[float]) -> list[float]:
+def _closed_reference(loops: Loops, nominal: Sequence[float], member: int) -> list[float]:
     closed = max(CLOSED, loops.tolerance)
     if open_by_one(loops, loops.reference_state, nominal) < CLOSED:
         return list(loops.reference_state)
@@ -102,7 +102,8 @@ def _closed_reference(loops: Loops, nominal: Sequence[float]) -> list[float]:
     state = [float(x) for x in best]
     if not error < closed:
         row = int(widest(loops, state, nominal))
-        raise not_assembled(loops.mechanism.rows[row][0], float(error) * loops.mechanism.size)
+        sizes = np.broadcast_to(loops.mechanism.size, loops.mechanism.linkage.shape)
+        raise not_assembled(loops.mechanism.rows[row][0], float(error) * float(sizes.reshape(-1)[member]))
     return state
 
 

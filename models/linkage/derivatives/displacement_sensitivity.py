@@ -14,6 +14,7 @@ from ....framework.errors import FrameError
 from ....framework.solution import Solution
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, about_first
+from ..kinematics.dimensions import six_units
 from ..poses.classified import ClassifiedPoses
 from .position_sensitivity import Place, PositionSensitivity
 from .virtual_work import VirtualWork
@@ -132,7 +133,7 @@ def through_loops(
         )
     good = work.regular[..., None, None]
     forces = work.joint_forces({link: np.where(good, value, 0.0) for link, value in moments.items()})
-    units = np.array([1.0 / work.mechanism.size] * 3 + [1.0] * 3)
+    units = six_units(1.0 / work.mechanism.size, 1.0)[..., None, :]
     joints = {name: np.where(good, forces[name] * units, np.nan) for name in motion.linkage.joints}
     by_node = {
         place: np.stack([each.nodes[name] for each in found.values()], axis=-2)

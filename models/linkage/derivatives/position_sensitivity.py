@@ -14,6 +14,7 @@ from ..description.joints import COMPONENTS
 from ..description.linkage_description import LinkageDescription
 from ..description.parts import GROUND, Pair
 from ..description.sketch import place
+from ..kinematics.dimensions import six_units
 from ..poses.classified import ClassifiedPoses
 from .virtual_work import VirtualWork
 
@@ -224,7 +225,7 @@ def with_redundant_rows(by: PositionSensitivity) -> PositionSensitivity:
     work = VirtualWork(by.motion)
     if not work.redundant:
         return by
-    units = np.array([1.0] * 3 + [work.mechanism.size] * 3)
+    units = six_units(1.0, work.mechanism.size)[..., None, :]
     regular = work.regular[..., None, None]
     rows = {joint: np.where(regular, force * units, np.nan) for joint, force in work.self_stresses().items()}
     joints = {joint: np.concatenate([value, rows[joint]], axis=-2) for joint, value in by.joints.items()}
@@ -237,8 +238,8 @@ def by_units(work: VirtualWork, force: Array) -> Array:
     `force` (..., 6, 6) has them with lengths in units of the linkage's size.
     """
     size = work.mechanism.size
-    lengths, angles = np.array([size] * 3 + [1.0] * 3), np.array([1.0 / size] * 3 + [1.0] * 3)
-    return np.where(work.regular[..., None, None], force * lengths[:, None] * angles, np.nan)
+    lengths, angles = six_units(size, 1.0), six_units(1.0 / size, 1.0)
+    return np.where(work.regular[..., None, None], force * lengths[..., :, None] * angles[..., None, :], np.nan)
 
 
 def sorted_as(motion: ClassifiedPoses, forces: dict[str, Array]) -> Iterator[str]:

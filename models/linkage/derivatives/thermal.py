@@ -67,7 +67,7 @@ def per_strain(motion: ClassifiedPoses, point: str, link: str | None, heated: st
 def _fitting(motion: ClassifiedPoses, found: Array, what: str) -> Array:
     """Displacement and rotation, (..., 6), without the gaps in redundant constraints; refuses gaps above rounding."""
     moved = np.nanmax(np.abs(found[..., :3]), initial=0.0)
-    unit = motion.mechanism.size * np.nanmax(np.abs(found), initial=0.0)
+    unit = float(np.max(motion.mechanism.size)) * np.nanmax(np.abs(found), initial=0.0)
     if np.any(np.abs(found[..., 6:]) > OPENED * max(moved, unit)):
         raise FrameError(
             f"{what} not fit in the overconstrained loops, whose internal forces under heat are not computed here: "

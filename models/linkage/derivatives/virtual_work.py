@@ -18,6 +18,7 @@ from ....framework.arm import transferred
 from ....framework.batch import Array
 from ..description.joints import COMPONENTS
 from ..description.parts import GROUND, Pair
+from ..kinematics.dimensions import by_component
 from ..kinematics.linear import by_singular_values, stacked_solve
 from ..poses.classified import ClassifiedPoses
 from ..poses.singular import SINGULAR
@@ -65,7 +66,7 @@ class VirtualWork:
 
     def place(self, point: Array) -> Array:
         """A global position (..., 3) in units of the size; zero where the pose is not regular."""
-        return np.where(self.regular[..., None], (point - self.origin) / self.mechanism.size, 0.0)
+        return np.where(self.regular[..., None], (point - self.origin) / by_component(self.mechanism.size), 0.0)
 
     @cached_property
     def places(self) -> dict[str, JointPlace]:

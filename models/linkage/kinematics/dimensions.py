@@ -6,6 +6,7 @@ ones share one. Linkages that differ only in the values of their parameters have
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -60,13 +61,16 @@ class Dimensions:
         The description.
     counted
         A joint whose coordinates must be part of the state, so that their whole turns are counted; or None.
+    common
+        Whether all members of the batch have one `size`.
 
     Attributes
     ----------
     tree
         Its spanning tree.
     size
-        Power of two near the greatest distance of points in the reference configuration.
+        Power of two near the greatest distance of points in the reference configuration: one number, or one for each
+        member of the batch, (...), where they differ, so that no member depends on the size of another.
     parameters
         Dimensions that the programs take, in units of `size`.
     bodies
@@ -87,10 +91,10 @@ class Dimensions:
         Indices of the driven velocity coordinates, in the order of ``linkage.drives``, and of the others.
     """
 
-    def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
+    def __init__(self, linkage: LinkageDescription, counted: str | None = None, *, common: bool = False) -> None:
         self.linkage = linkage
         self.tree: Tree = spanning_tree(linkage, counted)
-        self.size = _size(linkage)
+        self.size = _size(linkage, common=common)
         self._refuse_few_digits()
         self.parameters: list[Value] = []
         self._met: dict[tuple[tuple[int, ...], bytes], Parameter] = {}
@@ -180,7 +184,8 @@ class Dimensions:
     def _along(self, body: ReferenceLink, place: Array) -> Array:
         """Components (..., 3), over `size`, of vectors from a link's reference point to positions, in its axes."""
         axes, arm = body.reference_axes, place - body.place
-        return np.asarray(arm @ axes if axes.ndim == 2 else np.einsum("...ji,...j->...i", axes, arm)) / self.size
+        along = np.asarray(arm @ axes if axes.ndim == 2 else np.einsum("...ji,...j->...i", axes, arm))
+        return along / by_component(self.size)
 
     def _numbers(self, value: Array) -> tuple[Number, ...]:
         """Constants or parameters for three numbers (..., 3) of the description."""
@@ -200,26 +205,46 @@ class Dimensions:
 
     @cached_property
     def _rounding(self) -> float:
-        return 4.0 * EPS * max(1.0, max(self._reach.values(), default=0.0) / self.size)
+        return 4.0 * EPS * max([1.0, *(float(np.max(far / self.size, initial=0.0)) for far in self._reach.values())])
 
     @property
-    def _reach(self) -> dict[str, float]:
-        """Largest coordinate of each point in the reference configuration."""
-        return {name: float(np.abs(point).max(initial=0.0)) for name, point in self.linkage.points.items()}
+    def _reach(self) -> dict[str, Array]:
+        """Largest coordinate of each point in the reference configuration, (...)."""
+        return {name: np.abs(point).max(axis=-1) for name, point in self.linkage.points.items()}
 
     def _refuse_few_digits(self) -> None:
         """Raise an error if the points lie so far from the origin that their distances are rounding."""
         if self._rounding > FEW_DIGITS:
-            name, far = max(self._reach.items(), key=lambda each: each[1])
+            shares = {name: float(np.max(far / self.size)) for name, far in self._reach.items()}
+            name = max(shares, key=shares.__getitem__)
+            far = float(self._reach[name].max())
             raise FrameError(
                 f"point {name!r} lies {far:.3g} from the origin, where numbers are {np.spacing(far):.2g} apart, so "
                 "that points of the linkage coincide which are not meant to: give coordinates from an origin near it"
             )
 
 
-def _size(linkage: LinkageDescription) -> float:
-    """Power of two just above the extent of the linkage; 1 if all its points coincide."""
-    corners = [point.reshape(-1, 3) for point in linkage.points.values()]
-    places = np.concatenate(corners) if corners else np.zeros((1, 3))
-    extent = float(np.linalg.norm(places.max(axis=0) - places.min(axis=0)))
-    return float(2.0 ** np.ceil(np.log2(extent))) if extent > 0.0 else 1.0
+def by_component(size: float | Array) -> float | Array:
+    """A size, which may be one for each member of a batch (...), for division of vectors (..., 3)."""
+    return size[..., None] if isinstance(size, np.ndarray) else size
+
+
+def six_units(first: float | Array, second: float | Array) -> Array:
+    """Units (..., 6) of three components and three more, each a number or one for each member of a batch, (...)."""
+    return np.stack(np.broadcast_arrays(*[first] * 3, *[second] * 3), axis=-1)
+
+
+def diagonals(points: Sequence[Array]) -> Array:
+    """Diagonal of the bounding box of some points (..., 3), (...); 1 where all of them coincide."""
+    if not points:
+        return np.ones(())
+    corners = np.array(points) if len({each.shape for each in points}) == 1 else np.stack(np.broadcast_arrays(*points))
+    size: Array = np.linalg.norm(np.ptp(corners, axis=0), axis=-1)
+    return np.where(size > 0.0, size, 1.0)
+
+
+def _size(linkage: LinkageDescription, *, common: bool) -> float | Array:
+    """Power of two just above the extent of the linkage, or of each member of its batch where they differ."""
+    sizes: Array = 2.0 ** np.ceil(np.log2(diagonals([*linkage.points.values()])))
+    largest = float(sizes.max(initial=0.0)) or 1.0
+    return largest if common or bool((sizes == largest).all()) else sizes

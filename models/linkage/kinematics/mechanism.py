@@ -29,7 +29,7 @@ class Mechanism(Dimensions):
 
     Parameters
     ----------
-    linkage, counted
+    linkage, counted, common
         As in `Dimensions`.
 
     Attributes
@@ -48,8 +48,9 @@ class Mechanism(Dimensions):
         it.
     """
 
-    def __init__(self, linkage: LinkageDescription, counted: str | None = None) -> None:
-        super().__init__(linkage, counted)
+    def __init__(self, linkage: LinkageDescription, counted: str | None = None, *, common: bool = False) -> None:
+        super().__init__(linkage, counted, common=common)
+        self._common = common
         self.begun: tuple[list[float], Any, Any] | None = None
         self.starts: Any = None
         self.usual_speeds: dict[tuple[float, str | None, str], Array] = {}
@@ -78,7 +79,7 @@ class Mechanism(Dimensions):
     def counting(self, joint: str) -> Mechanism:
         """The same mechanism with the coordinates of a joint in its state, so that its turns are counted."""
         if joint not in self._counting:
-            self._counting[joint] = Mechanism(self.linkage, joint)
+            self._counting[joint] = Mechanism(self.linkage, joint, common=self._common)
         return self._counting[joint]
 
     # -- programs ---------------------------------------------------------------------------------------------------
@@ -194,11 +195,19 @@ def stacked(entries: tuple[Value, ...]) -> Array:
     return np.stack(np.broadcast_arrays(*entries), axis=-1)
 
 
-def compiled(linkage: LinkageDescription) -> Mechanism:
-    """The linkage's mechanism; compiled again only if the description has changed."""
+def compiled(linkage: LinkageDescription, *, common: bool = False) -> Mechanism:
+    """The linkage's mechanism; compiled again only if the description has changed.
+
+    Parameters
+    ----------
+    linkage
+        The description.
+    common
+        Whether all members of the batch count lengths in the same unit, as for a gap that is accepted in all of them.
+    """
     last: tuple[tuple[object, ...], Mechanism] | None = COMPILED.get(linkage)
-    version = linkage.version
+    version = (*linkage.version, common)
     if last is None or not alike(last[0], version):
-        last = version, Mechanism(linkage.alike())
+        last = version, Mechanism(linkage.alike(), common=common)
         COMPILED.put(linkage, last)
     return last[1]

@@ -79,10 +79,11 @@ class AssembledPoses:
             raise FrameError(f"branch is {branch!r}: choose one of {', '.join(BRANCHES)}")
         if not 0.0 <= tolerance < np.inf:
             raise FrameError(f"tolerance is {tolerance:g}: give a length, 0 or above")
-        mechanism = compiled(linkage)
+        mechanism = compiled(linkage, common=tolerance > 0.0)
         mechanism.check_free()
         drives = given_drives(linkage, mechanism, values, rates, accelerations)
-        found = assembled(mechanism, drives, branch == "switch", tolerance / mechanism.size, other_modes)
+        share = tolerance / mechanism.size if isinstance(mechanism.size, float) else 0.0
+        found = assembled(mechanism, drives, branch == "switch", share, other_modes)
         poses = cls(linkage, mechanism, drives, found)
         if rates or accelerations:
             poses.check_rates()
@@ -109,7 +110,8 @@ class AssembledPoses:
     @property
     def tolerance(self) -> float:
         """Greatest gap, a length, with which poses count as assembled; 0 for rounding."""
-        return self.assembly.loops.tolerance * self.mechanism.size
+        size = self.mechanism.size
+        return self.assembly.loops.tolerance * size if isinstance(size, float) else 0.0
 
     # -- closure ----------------------------------------------------------------------------------------------------
 
@@ -130,10 +132,13 @@ class AssembledPoses:
         status = np.full(found.shape, "regular", dtype="<U200")
         if not found.reached.all():
             status[found.other] = OTHER_MODE
+            sizes = np.broadcast_to(self.mechanism.size, found.shape)
             for index in map(tuple, np.argwhere(~found.reached & ~found.other)):
                 joint = self.mechanism.rows[int(found.open_row[index])][0]
                 gap = float(found.gap[index])
-                status[index] = f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap)}"
+                status[index] = (
+                    f"not assembled: gap {gap:.3g} at joint {joint}{remedy(found.loops, gap, float(sizes[index]))}"
+                )
         return np.broadcast_to(status, self.shape)
 
     def counted(self, joint: str) -> Assembly:
@@ -228,7 +233,7 @@ class AssembledPoses:
         """Whether a drive goes so far that its sine takes more care."""
         return any(float(np.abs(x).max(initial=0.0)) > 0.5 * FARTHEST for x in self.drives.states)
 
-    def _global(self, components: Sequence[Value], scale: float = 1.0) -> Array:
+    def _global(self, components: Sequence[Value], scale: float | Array = 1.0) -> Array:
         """Vector (..., 3) in global axes from entries in the ground's axes."""
         arrays = [x.shape for x in components if isinstance(x, np.ndarray)]
         if arrays or self.shape:

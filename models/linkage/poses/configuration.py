@@ -53,6 +53,8 @@ class Configurations:
         Names of the links whose angles count so.
     dependent
         Ratio to the largest singular value below which one counts as zero.
+    size
+        The mechanism's size at the entry.
     row_units, units
         Units of the equations and of the joint coordinates, in which lengths count in extents of the linkage.
     """
@@ -68,7 +70,8 @@ class Configurations:
         self.tolerance = tolerance / size
         self.dependent = max(DEPENDENT, 10.0 * self.tolerance)
         self.parameters = [float(self.of_entry(number)) for number in self.mechanism.parameters]
-        self._share = self.mechanism.size / size
+        self.size = float(self.of_entry(self.mechanism.size))
+        self._share = self.size / size
         self.row_units: Array
         self.row_units, self.units = (
             np.array([self._share if component[0] == "u" else 1.0 for _, component in names])
@@ -95,7 +98,7 @@ class Configurations:
             parameters = [np.array(number) for number in self.parameters]
             best, error = nearest(Loops(self.mechanism), [np.array(x) for x in state], parameters)
             row = widest(Loops(self.mechanism), best, parameters)
-            raise not_assembled(self.mechanism.rows[int(row)][0], float(error) * self.mechanism.size)
+            raise not_assembled(self.mechanism.rows[int(row)][0], float(error) * self.size)
         return closed
 
     def jacobian(self, state: Array) -> Array:

@@ -87,7 +87,7 @@ class MotionPath:
     @property
     def unit(self) -> float:
         """Unit of the driving coordinate: the mechanism's size, or one radian."""
-        return self.space.mechanism.size if self.name[1][0] == "u" else 1.0
+        return self.space.size if self.name[1][0] == "u" else 1.0
 
     def coordinate(self, state: Array) -> float:
         """Value of the driving coordinate."""

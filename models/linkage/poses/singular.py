@@ -275,11 +275,12 @@ def _around(motion: Kinematics) -> Kinematics:
     for place, name in enumerate(sorted(linkage.drives)):
         pair, components = linkage.joint(name), linkage.drives[name]
         chosen = pair.kind.places_of(components)
-        units = np.array([motion.mechanism.size if component[0] == "u" else 1.0 for component in components])
+        scales = [motion.mechanism.size if component[0] == "u" else 1.0 for component in components]
+        units = np.stack(np.broadcast_arrays(*scales), axis=-1)
         steps = np.random.default_rng(place).uniform(-BESIDE, BESIDE, (PROBES, len(chosen)))
         steps[0] = 0.0
         at = pair.reference[..., chosen]
-        given = at + (steps * units).reshape(PROBES, *(1,) * len(linkage.shape), len(chosen))
+        given = at + steps.reshape(PROBES, *(1,) * len(linkage.shape), len(chosen)) * units
         values[name] = given if len(chosen) > 1 else given[..., 0]
     return Kinematics.of(linkage, values, {}, {}, tolerance=motion.tolerance)
 

@@ -29,8 +29,9 @@ def free_accelerations(motion: FramedPoses, forces: Mapping[str, ArrayLike]) -> 
         join(known, f"force on joint {joint!r}", given.shape[:-1])
     # drive accelerations count lengths in units of the linkage's size
     size = motion.mechanism.size
-    unit = np.array([size if name.startswith("u") else 1.0 for names in driven.values() for name in names])
-    rest, *pushed = _forces(motion, np.vstack([np.zeros(len(unit)), np.eye(len(unit))]))
+    units = [size if name.startswith("u") else 1.0 for names in driven.values() for name in names]
+    unit, count = np.stack(np.broadcast_arrays(*units), axis=-1), len(units)
+    rest, *pushed = _forces(motion, np.vstack([np.zeros(count), np.eye(count)]))
     mass = np.stack([force - rest for force in pushed], axis=-1)
     shape = np.broadcast_shapes(*(given.shape[:-1] for given in each))
     push = np.concatenate([np.broadcast_to(given, (*shape, given.shape[-1])) for given in each], axis=-1)
