@@ -154,7 +154,7 @@ class BatchProgram:
         return batch_solution(self, results, numbers, loads, way, size, again=again)
 
     def _by_machine(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InTables, bool] | None:
-        nodes, others = self.machine.run(numbers.table(), loads.table())
+        nodes, others = self.machine.run(numbers.table, loads.table)
         count = len(self.least)
         if not (others[:, :count] > SUSPECT).all():
             return None

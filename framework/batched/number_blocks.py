@@ -13,6 +13,9 @@ from ..batch import Array, any_of
 from ..lazily import cached_property
 from ..structure.parts import Grid, Value, mask_of_shape
 
+# So many numbers, all entries counted, are looked at together.
+_FEW = 2**17
+
 
 class Blocks:
     """Numbers that vary over a batch, in blocks of those that belong together.
@@ -59,6 +62,8 @@ class Blocks:
     @cached_property
     def used(self) -> list[bool]:
         """Which numbers are not zero at all entries, once all are added."""
+        if self.count * self.grid.sizes[-1] <= _FEW:
+            return [*(self.table != 0.0).any(axis=0).tolist()]
         first: Any = (slice(None), *(0,) * self._ndim)
         found = [number != 0.0 for block in self.blocks for number in block[first].tolist()]
         # most are not zero at the first entry, and need no second look
@@ -86,8 +91,9 @@ class Blocks:
             found += [numbers[k - start] for k in wanted[a:b]]
         return found
 
+    @cached_property
     def table(self) -> Array:
-        """All numbers at each entry: (entries, count)."""
+        """All numbers at each entry, once all are added: (entries, count)."""
         out = np.empty((self.grid.sizes[-1], self.count))
         columns = out.T.reshape(self.count, *self.grid.shape)
         for start, block in zip(self.starts, self.blocks, strict=True):
