@@ -32,8 +32,9 @@ VARIES = ("loads", "moduli", "places")
 POSES = 36
 WHY = (
     "beside the solution without clearances the frame is solved for a unit offset in each of six components and once "
-    "more with the offsets found, and the minimum of energy takes three factorisations of 6 x 6 an entry; where the "
-    "contact is determinate but lengths vary with the samples, two more solutions"
+    "more with the offsets found, and the minimum of energy takes three factorisations of 6 x 6 an entry. Of journals "
+    "whose places vary that is 9100 operations an entry to 2050 without, which machine code does in 0.46 and 0.08 us; "
+    "of pins whose lengths vary 6800 to 1400, in 0.45 and 0.08 us; where loads alone vary 2000 to 6, in 0.13 and 0.01"
 )
 
 
