@@ -128,7 +128,8 @@ class Clearances:
             loaded = None if self._resists else [*self._without_clearance.plan.forces]
             known = against_offsets(self.frame, self._components, self._bearing, self.lost, solvers, loaded)
             # that of a mechanism, which is without motions, depends on the loads
-            if not lost and known.motions is not None and known.stiffness.size <= _KEPT:
+            small = known.motions is not None and max(known.stiffness.size, known.motions.entries) <= _KEPT
+            if small and not lost:
                 factors.resistance = known
         return known
 

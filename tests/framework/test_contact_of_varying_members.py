@@ -6,8 +6,10 @@ any stiffness, with the members of the first entry.
 
 from __future__ import annotations
 
+import gc
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 import pytest
@@ -480,3 +482,23 @@ def test_what_another_entry_resists_is_no_matter(count: int) -> None:
     assert_allclose(whole.contact("j0").offset[1], alone.contact("j0").offset, rtol=1e-6)
     few = described(modulus[1:2], stop[1:2]).solve()
     assert_allclose(few.contact("j0").offset[0], alone.contact("j0").offset, rtol=1e-6)
+
+
+@pytest.mark.parametrize("springs", [SOFT, STIFF], ids=["determinate", "indeterminate"])
+def test_motions_of_a_long_batch_are_not_kept(springs: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither by the solution nor for the next one: they take many times the memory of the results."""
+    given, seen = drawn("x"), WeakSet[UnitMotions]()
+    made = UnitMotionsPerEntry.__init__
+
+    def noted(self: UnitMotionsPerEntry, *args: Any) -> None:
+        made(self, *args)
+        seen.add(self)
+
+    monkeypatch.setattr(UnitMotionsPerEntry, "__init__", noted)
+    frame = arch(given, springs)
+    solution = frame.solve()
+    moved = solution.displacement("b0")
+    gc.collect()
+    assert not seen
+    frame.set_load("b0", fx=given["fx"], fy=given["fy"])
+    assert_array_equal(frame.solve().displacement("b0"), moved)
