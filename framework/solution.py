@@ -80,7 +80,7 @@ class Solution(ResultsWithBounds):
         plan, factors = planned(frame, described, checked(method))
         if described.idle and (free := released(described, plan.topology)) is not described:
             return cls.of(free, method, clearance=clearance)
-        without_clearance = cls(described, plan, primary=Primary(plan, factors, contact=False))
+        without_clearance = cls(described, plan, primary=Primary(plan, factors))
         if not (clearance and joints_with_clearance(described)):
             return without_clearance
         contact = Clearances(described, without_clearance, Solvers(cls.of, partial(cls._per_unit, plan)), factors)
@@ -93,7 +93,7 @@ class Solution(ResultsWithBounds):
         The plan of the same members under other loads is `known`.
         """
         plan = Plan(alone(frame), method=BROADCAST, former=beside(known, frame), apart=True)
-        return cls(frame, plan, primary=Primary(plan, Factors(), contact=False))
+        return cls(frame, plan, primary=Primary(plan, Factors()))
 
     def explain(self) -> str:
         """Report in words of what is computed at which batch shapes, what is skipped, and why.

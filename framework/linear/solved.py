@@ -68,8 +68,8 @@ class SolvedFrame(SavedResults):
     def primary(self) -> Primary:
         """The unknowns and the solver that computes them."""
         if self.clearances is None:
-            return Primary(self.plan, Factors(), contact=False)
-        return Primary(self.plan, Factors(), contact=True, driven=self.clearances.lost)
+            return Primary(self.plan, Factors())
+        return Primary(self.plan, Factors(), driven=self.clearances.lost)
 
     @property
     def determinate(self) -> DeterminateContact | None:

@@ -42,8 +42,6 @@ class Primary:
         The plan of the frame.
     factors
         Factors that solutions of the same frame share.
-    contact
-        Whether offsets of joints contain the positions of journals in their clearances.
     solver
         The solver; made when first needed where None.
     driven
@@ -60,18 +58,17 @@ class Primary:
         plan: Plan,
         factors: Factors,
         *,
-        contact: bool,
         solver: Solver | None = None,
         driven: NDArray[np.bool_] | None = None,
     ) -> None:
-        self.plan, self.factors, self.contact, self._driven = plan, factors, contact, driven
+        self.plan, self.factors, self._driven = plan, factors, driven
         self.known_consistent_mechanisms: ConsistentMechanisms | None = None
         if solver is not None:
             self.solver = solver
 
     def under(self, plan: Plan, solver: Solver) -> Primary:
         """The unknowns of another plan of the frame, in which other parts count as loaded."""
-        return Primary(plan, self.factors, contact=self.contact, solver=solver)
+        return Primary(plan, self.factors, solver=solver)
 
     def part(self, node: int, movable: Callable[[], NDArray[np.bool_]]) -> Primary:
         """The unknowns of the part of the frame that contains a node; itself where all parts are solved together.
@@ -161,7 +158,7 @@ class Primary:
     @cached_property
     def resolved(self) -> Solved | None:
         """Results in extended precision of entries that are almost singular in double precision; None for none."""
-        if self.contact or self.sound:
+        if self.sound:
             return None
         found: Solved
         if isinstance(self.solver, SparseSolver):
