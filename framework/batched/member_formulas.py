@@ -13,13 +13,12 @@ import numpy as np
 from ..batch import Array, all_of, any_of
 from ..orientation import level_axis_numbers
 from ..structure.group import EXTENDED
+from ..structure.member_numbers import ALONG_X
 from ..structure.topology import Topology
 from .number_blocks import Blocks
 
 # A number that is not there.
 ABSENT = -1
-# Axes of a member along the x axis of its nodes' axes.
-_ALONG_X = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
 
 
 class MemberFormulas(NamedTuple):
@@ -48,7 +47,7 @@ class MemberFormulas(NamedTuple):
     def axes(self, chord: Sequence[Any], number: Callable[[int], Any]) -> list[Any]:
         """Components of the local axes, row by row, from those of the chord; `number` is the function of an index."""
         if self.horizontal == ABSENT:
-            return _ALONG_X
+            return ALONG_X
         horizontal = number(self.horizontal)
         length = horizontal if self.length == ABSENT else number(self.length)
         x, y, z = chord
