@@ -8,22 +8,18 @@ uncertain are left to `linkframe.framework.results.constrained_batch`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..batch import Array, aligned
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
-from ..description import Description
-from ..entries import Change, Entries, Index, Selected
+from ..described.at_entries import frame_at
+from ..entries import Entries, Index, Selected
 from ..error_bounds.equilibrium import EquilibriumResidual, Statics
 from ..error_bounds.kinematic_edge import Real, extended
-from ..error_bounds.plan_at import frame_at
 from ..error_bounds.resolved import alike, distinct, geometry_shape, matrix_shape
 from ..error_bounds.tree_members import MEMBER
-from ..joint_protocol import JointElement
 from ..structure.tree import JointTree, TreeSpring
 from .constrained import COMPUTED, GIVEN, ConstrainedSolution, free, weighed
 from .constrained_batch import (
@@ -193,7 +189,9 @@ def _spread(shape: tuple[int, ...], index: tuple[Index, ...], values: Array) -> 
 
 def _with_springs(plan: Plan, entries: Selected, springs: dict[int, Array]) -> BroadcastSolver | None:
     """The solver of the frame at some entries with springs on some unknowns; None if its unknowns differ there."""
-    own = Plan(_described(plan.frame, entries, entries.shape))
+    frame = frame_at(plan.frame, entries, entries.shape)
+    frame.absent = None
+    own = Plan(frame)
     if _joined(own.tree) is None or _joined(own.tree) != _joined(plan.tree) or own.unknowns != plan.unknowns:
         return None
     own.tree.springs += [TreeSpring({unknown: 1.0}, own.grid.value(values)) for unknown, values in springs.items()]
@@ -205,41 +203,3 @@ def _joined(tree: JointTree) -> list[object] | None:
     branches: list[object] = [(each.edge.name, each.edge.kind, each.parent, each.child) for each in tree.branches]
     closing = [(edge.name, edge.kind, edge.first, edge.second) for edge, _ in tree.closing]
     return None if tree.exchanged else [*branches, *closing, *tree.elimination.rows]
-
-
-def _described(frame: Description, change: Change, shape: tuple[int, ...]) -> Description:
-    """A frame at some entries of its batch."""
-    clone = frame_at(frame, change, shape)
-    clone.absent = clone.made_from = None
-    clone.joints = {name: link._replace(element=_JointAt(link.element, change)) for name, link in frame.joints.items()}
-    clone.supports, clone.offsets = _changed(frame.supports, change), _changed(frame.offsets, change)
-    return clone
-
-
-def _changed(given: Mapping[str, Mapping[int, Array]], change: Change) -> dict[str, Mapping[int, Array]]:
-    """Supports or offsets, by name and component, at some entries of their batch."""
-    return {name: {k: change(value, 0) for k, value in each.items()} for name, each in given.items()}
-
-
-class _JointAt(JointElement):
-    """A joint without clearance at some entries of its batch."""
-
-    def __init__(self, element: JointElement, change: Change) -> None:
-        self.stiffness = change(element.stiffness, 1)
-        self.axes = None if element.axes is None else change(element.axes, 2)
-        self.pitch = change(element.pitch, 0)
-        self.clearance, self.clearance_directions = np.zeros(()), ()
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Batch shape: the broadcast of stiffness, axes and pitch."""
-        axes = () if self.axes is None else self.axes.shape[:-2]
-        return np.broadcast_shapes(self.stiffness.shape[:-1], axes, self.pitch.shape)
-
-    def matrix(self) -> Array:
-        """Stiffness of the two nodes, (..., 12, 12)."""
-        return self.springs_matrix()
-
-    def typical(self) -> _JointAt:
-        """The joint itself: it is used in linear solutions without clearance only."""
-        return self
