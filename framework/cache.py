@@ -172,5 +172,7 @@ STACKS: Bounded[tuple[object, ...], Any] = Bounded(2**20)
 # Of a frame its plan and factors; of a linkage its mechanism, and the inertia of its links. None of them refers to the
 # description that it is kept for, which would then never go.
 SOLVED: LimitedCache[Any] = LimitedCache()
+# Of a frame with clearances the same with unit offsets in its joints.
+OFFSET: LimitedCache[Any] = LimitedCache()
 COMPILED: LimitedCache[Any] = LimitedCache()
 INERTIAS: LimitedCache[Any] = LimitedCache()

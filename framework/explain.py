@@ -194,8 +194,8 @@ def _contact(found: Clearances) -> str:
     return (
         "above is the frame with each joint's offset in contact, found before from the joint forces without clearances"
         + (
-            f" and their answer to a unit offset in each joint, at the minimum of energy: {found.contact_state.search}."
-            if found.contact_state.stiffness.any()
+            f" and their answer to a unit offset in each joint, at the minimum of energy: {found.tally}"
+            if found.tally.how
             else "; no offset meets any stiffness, so that contact is along these forces."
         )
     )

@@ -8,7 +8,7 @@ from .batched.block import BlockFactor
 from .batched.plan import Plan
 from .batched.reuse import Differences
 from .batched.unloaded import Chained, Former, Unloaded
-from .cache import SOLVED
+from .cache import OFFSET, SOLVED
 from .description import Description, alone
 from .solvers.method import choose
 from .solvers.stacked_bands import StackedFactor
@@ -44,7 +44,9 @@ class Factors:
         return self._sparse
 
 
-def planned(frame: Description, described: Description, method: str | None) -> tuple[Plan, Factors]:
+def planned(
+    frame: Description, described: Description, method: str | None, *, apart: bool = False
+) -> tuple[Plan, Factors]:
     """The plan of a description: that of the last solution if only loads have changed.
 
     If only joints or supports have changed, its members are those of the last one.
@@ -57,6 +59,9 @@ def planned(frame: Description, described: Description, method: str | None) -> t
         A copy of it.
     method
         The requested method, checked.
+    apart
+        Whether the copy has unit offsets in its joints, each of them a right-hand-side parameter of its own. Its plan
+        is kept beside that of the frame without them.
 
     Returns
     -------
@@ -65,16 +70,17 @@ def planned(frame: Description, described: Description, method: str | None) -> t
     """
     # the object from which a frame was made may refer to the frame, which would then never be released
     described = alone(described)
-    last: tuple[Plan, Factors] | None = SOLVED.get(frame)
+    solved = OFFSET if apart else SOLVED
+    last: tuple[Plan, Factors] | None = solved.get(frame)
     differences = None if last is None else Differences(last[0].frame, described)
     if last is not None and differences is not None and differences.none and last[0].asked == method:
         found = last[0].reloaded(described), last[1]
     else:
         former = None if last is None or differences is None else _known(last[0].unloaded, differences)
-        found = Plan(described, method=method, former=former), Factors()
+        found = Plan(described, method=method, former=former, apart=apart), Factors()
         if method is not None:
             choose(found[0], method)  # refuses at once what does not suit the batch
-    SOLVED.put(frame, found)
+    solved.put(frame, found)
     return found
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache
 
 from .batched.idle import released
 from .batched.plan import Plan
 from .clearances.clearance import Clearances, joints_with_clearance
-from .clearances.unit_motions import Solvers
+from .clearances.contact_search import ContactSearch, FrameSolvers
+from .clearances.contact_state import ClearanceComponents
 from .description import Description, alone
 from .explain import explain
 from .factor_cache import Factors, beside, planned
@@ -76,15 +77,37 @@ class Solution(ResultsWithBounds):
         FrameError
             If the method is unknown, not installed, or not for this batch.
         """
-        described = frame.copy()
-        plan, factors = planned(frame, described, checked(method))
-        if described.idle and (free := released(described, plan.topology)) is not described:
+        described, asked = frame.copy(), checked(method)
+
+        @cache
+        def whole() -> tuple[Plan, Factors]:
+            return planned(frame, described, asked)
+
+        if described.idle and (free := released(described, whole()[0].topology)) is not described:
             return cls.of(free, method, clearance=clearance)
-        without_clearance = cls(described, plan, primary=Primary(plan, factors))
         if not (clearance and joints_with_clearance(described)):
-            return without_clearance
-        contact = Clearances(described, without_clearance, Solvers(cls.of, partial(cls._per_unit, plan)), factors)
-        return cls(described, contact.plan(plan) if contact.determinate is None else None, contact)
+            plan, factors = whole()
+            return cls(described, plan, primary=Primary(plan, factors))
+
+        def search(some: Description, components: ClearanceComponents, resists: bool | None) -> ContactSearch:
+            part = some is not described
+
+            def loaded() -> tuple[Solution, Factors]:
+                plan, factors = (Plan(alone(some), method=asked), Factors()) if part else whole()
+                return cls(some, plan, primary=Primary(plan, factors)), factors
+
+            def with_offsets(given: Description) -> Solution:
+                plan, factors = (
+                    (Plan(alone(given), method=asked, apart=True), Factors())
+                    if part
+                    else planned(frame, given, asked, apart=True)
+                )
+                return cls(given, plan, primary=Primary(plan, factors))
+
+            return ContactSearch(some, components, FrameSolvers(cls.of, cls._per_unit, loaded, with_offsets), resists)
+
+        contact = Clearances(described, search, asked)
+        return cls(described, contact.plan, contact)
 
     @classmethod
     def _per_unit(cls, known: Plan, frame: Description) -> Solution:

@@ -15,7 +15,7 @@ reach in the direction of the load (see `determinate`).
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -25,26 +25,16 @@ from ..batch import Array, aligned, rotated
 from ..batched.plan import Plan
 from ..batched.unloaded import Former
 from ..description import Description
-from ..dofs import DISPLACEMENTS
 from ..errors import MechanismWarning
-from ..factor_cache import Factors
-from ..results.linear import LinearResults
-from ..states import ClearanceState, States, put
-from ..structure.parts import collapsed
+from ..states import ClearanceState, States
+from .by_parts import ContactOfParts, contact_of_parts, is_long, too_much_varies
 from .contact import Contact
-from .contact_state import ClearanceComponents, ContactState, sizes
-from .determinate import (
-    DeterminateContact,
-    determinate_contact,
-    forces_by_work,
-    rounding_of_forces,
-    told_by_work,
-)
-from .unit_motions import Solvers
-from .unit_offsets import Resistance, against_offsets, resists_at_first_entry
+from .contact_search import ContactSearch
+from .contact_state import ClearanceComponents, Tally
 
-# Largest number of entries of the stiffness against offsets that is kept for the next solution.
-_KEPT = 2**16
+# A function that returns the search for contact in a frame, given its components with clearance, and whether offsets
+# cause forces at its first batch entry; None if that is not known.
+Search = Callable[[Description, ClearanceComponents, bool | None], ContactSearch]
 
 
 def joints_with_clearance(frame: Description) -> list[str]:
@@ -54,6 +44,14 @@ def joints_with_clearance(frame: Description) -> list[str]:
     return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
 
 
+def components_with_clearance(frame: Description) -> ClearanceComponents:
+    """The components of all joints with clearance."""
+    names = joints_with_clearance(frame)
+    each = [frame.joints[name].element.clearance_directions for name in names]
+    own = np.repeat(np.arange(len(names)), [len(directions) for directions in each])
+    return ClearanceComponents(names, own, [k for directions in each for k in directions])
+
+
 class Clearances:
     """The clearances of a frame in equilibrium under its loads.
 
@@ -61,77 +59,37 @@ class Clearances:
     ----------
     frame
         The frame.
-    without_clearance
-        Its solution without clearances.
-    solvers
-        Functions that return solutions without clearances of a description.
-    factors
-        What is kept of the frame for its solution under other loads.
+    search
+        Function that returns the search for contact in this frame, or in some entries of its batch, see `Search`.
+    method
+        Name of the method of solution that was asked for; None for none.
 
     Attributes
     ----------
-    names
-        Names of the joints with clearance.
-    lost
-        Entries that certainly have no results, (...): left out, or kinematically unstable under the loads.
-    unfit
-        Entries without results because no offset is compatible with a loop of rigid links, (...).
     determinate
         Contact in closed form, where it may apply; else None.
+    plan
+        Plan of the frame with the position of each journal imposed; None in closed form.
     """
 
-    def __init__(
-        self, frame: Description, without_clearance: LinearResults, solvers: Solvers, factors: Factors
-    ) -> None:
-        self.frame, self.names = frame, joints_with_clearance(frame)
-        joints = [frame.joints[name].element for name in self.names]
-        own = np.repeat(np.arange(len(joints)), [len(joint.clearance_directions) for joint in joints])
-        self._components = ClearanceComponents(
-            self.names, own, [k for joint in joints for k in joint.clearance_directions]
-        )
-        self._without_clearance, self._asked = without_clearance, without_clearance.plan.asked
-        self.determinate: DeterminateContact | None = None
-        by_chunks = without_clearance.plan.medium or without_clearance.by_chunks
-        solvers = solvers if by_chunks else solvers._replace(per_unit=None)
-        self._resists = by_chunks and resists_at_first_entry(frame, self._components, solvers)
-        if self._resists:
-            self._joint_forces  # noqa: B018  # in one pass with the pivots, which tell what is lost
-        self.lost = without_clearance.lost
-        self._resistance = self._resisting(solvers, factors)
-        self.unfit = np.broadcast_to(self._resistance.unfit, frame.shape)
+    def __init__(self, frame: Description, search: Search, method: str | None) -> None:
+        self.frame, self._components = frame, components_with_clearance(frame)
+        self._found, without_clearance = self._found_by(search)
+        self.determinate = None if isinstance(self._found, ContactOfParts) else self._found.determinate
         if self.unfit.any():
             self._warn_unfit()
-        if self._resistance.motions is not None and not self._resistance.stiffness.any():
-            radius, motions = [joint.clearance for joint in joints], self._resistance.motions
-            self.determinate = determinate_contact(self._components, radius, without_clearance, motions)
-        if self.determinate is None:
-            # results of other solutions that contact needs are computed now, so that these need not be kept
-            self.contact_state  # noqa: B018
-            self._resistance = replace(self._resistance, motions=None)
-            del self._without_clearance
+        self.plan = None if self.determinate is not None else self.plan_with_offsets(method, without_clearance)
 
-    @cached_property
-    def contact_state(self) -> ContactState:
-        """Contact state of all journals."""
-        state = self._state(self._resistance.stiffness, self._resistance.members)
-        if self.unfit.any():
-            state = replace(state, radius=np.where(self.unfit, 0.0, state.radius))
-        if self.determinate is not None:
-            return replace(state, rounding=self.determinate.rounding)
-        return self._without_rounding(state)
-
-    def _resisting(self, solvers: Solvers, factors: Factors) -> Resistance:
-        """The resistance to offsets, that of the last solution where only loads have changed since."""
-        lost = bool(self.lost.any())
-        known: Resistance | None = None if lost else factors.resistance
-        if known is None:
-            loaded = None if self._resists else [*self._without_clearance.plan.forces]
-            known = against_offsets(self.frame, self._components, self._bearing, self.lost, solvers, loaded)
-            # that of a mechanism, which is without motions, depends on the loads
-            small = known.motions is not None and max(known.stiffness.size, known.motions.entries) <= _KEPT
-            if small and not lost:
-                factors.resistance = known
-        return known
+    def _found_by(self, search: Search) -> tuple[ContactSearch | ContactOfParts, Plan | None]:
+        """The contact of the whole batch, in parts if much of it is kept for each entry; and the plan without it."""
+        frame, components = self.frame, self._components
+        whole = None if is_long(frame) and too_much_varies(frame, components) else search(frame, components, None)
+        if whole is None or (is_long(frame) and whole.entry_by_entry):
+            found = contact_of_parts(frame, components, lambda part, resists: search(part, components, resists))
+            if found is not None:
+                return found, None
+        whole = whole or search(frame, components, None)
+        return whole, whole.finish()
 
     def _warn_unfit(self) -> None:
         warnings.warn(
@@ -142,95 +100,63 @@ class Clearances:
             stacklevel=5,
         )
 
-    def _state(self, stiffness: Array, members: Array) -> ContactState:
-        frame = self.frame
-        radius = np.stack([np.broadcast_to(frame.joints[name].element.clearance, frame.shape) for name in self.names])
-        force = np.nan_to_num(self._force) if self._singular.any() else self._force
-        load = _load(self._without_clearance.plan)
-        return ContactState(self._components, stiffness, members, force, radius, load, sizes(frame))
+    @property
+    def names(self) -> list[str]:
+        """Names of the joints with clearance."""
+        return self._components.names
 
-    def _without_rounding(self, state: ContactState) -> ContactState:
-        """A contact state whose forces, in components without stiffness against offsets, come from virtual work."""
-        motions, resisted = self._resistance.motions, state.stiffness.any(axis=0)
-        if motions is None or resisted.all() or not told_by_work(state.components, self._without_clearance, motions):
-            return state
-        if not resisted.any() and motions.strained:
-            return state
-        told = resisted | self._singular
-        found = np.where(told, state.found, forces_by_work(self._without_clearance, motions))
-        return replace(state, found=found, rounding=rounding_of_forces(state.components, motions, state.found.ndim - 1))
+    @property
+    def lost(self) -> NDArray[np.bool_]:
+        """Entries that certainly have no results, (...): left out, or kinematically unstable under the loads."""
+        return self._found.lost
 
     @cached_property
-    def _force(self) -> Array:
-        """Joint forces without clearance in the n components with clearance, (n, ...); NaN at mechanisms."""
-        if self.determinate is not None:
-            forces = forces_by_work(self._without_clearance, self.determinate.motions)
-            forces[:, self.lost] = np.nan
-            return forces
-        return self._joint_forces
+    def unfit(self) -> NDArray[np.bool_]:
+        """Entries without results because no offset is compatible with a loop of rigid links, (...)."""
+        return self._found.unfit
 
-    @cached_property
-    def _joint_forces(self) -> Array:
-        """These forces as the solution without clearance has them."""
-        # no warning: the state of contact is "mechanism" where the frame is one
-        return self._without_clearance.silenced().joint_components(self._components.pairs)
-
-    @cached_property
-    def _singular(self) -> NDArray[np.bool_]:
-        found: NDArray[np.bool_] = np.asarray(np.isnan(self._force).any(axis=0))
-        return found
-
-    def _bearing(self) -> NDArray[np.bool_]:
-        """Whether a component carries a force above rounding, (n, ...)."""
-        none = np.zeros(())
-        return np.asarray(self._state(none, none).without_clearance != 0.0)
-
-    @cached_property
+    @property
     def state(self) -> States:
-        """State of each joint, a `ContactState`, (joints, ...)."""
-        state = self.contact_state.state
-        unknown = self._resistance.unknown
-        if unknown.any():  # without forces in joints no contact is hidden
-            unknown = unknown & (self.contact_state.without_clearance != 0.0).any(axis=0)
-        for lost, why in (
-            (self.unfit, ClearanceState.UNRESOLVED),
-            (unknown, ClearanceState.UNRESOLVED),
-            (self._singular, ClearanceState.MECHANISM),
-            (self.frame.absent, ClearanceState.ABSENT),
-        ):
-            if lost is not None and np.any(lost):
-                state = put(state, lost, why)
-        return state
+        """State of each joint, a `ClearanceState`, (joints, ...)."""
+        return self._found.state
+
+    @property
+    def tally(self) -> Tally:
+        """How the minima of energy were found."""
+        return self._found.tally
 
     def offsets(self) -> Description:
         """The frame with the position of each journal imposed as an offset of its joint."""
         out = self.frame.copy()
-        for (name, k), offset in zip(self.contact_state.components.pairs, self.contact_state.offset, strict=True):
-            imposed = self.frame.offsets.get(name, {}).get(k, 0.0)
-            out.offset(name, **{DISPLACEMENTS[k]: imposed + offset})
+        for (name, k), offset in zip(self._components.pairs, self._found.offset, strict=True):
+            imposed = out.offsets.get(name, {})
+            # the offset itself is not copied, of which a long batch has many
+            out.offsets[name] = {**imposed, k: imposed[k] + offset if k in imposed else np.asarray(offset)}
         return out
 
-    def plan(self, without_clearance: Plan) -> Plan:
-        """The plan of that frame, reusing what is known of its members from the plan without clearance."""
-        former = Former(without_clearance.unloaded, moved=False, elements=False, linked=False)
-        return Plan(self.offsets(), method=self._asked, former=former)
+    def plan_with_offsets(self, method: str | None, without_clearance: Plan | None) -> Plan:
+        """The plan of that frame, by a method, reusing what is known of its members from that without clearance."""
+        former = None
+        if without_clearance is not None:
+            former = Former(without_clearance.unloaded, moved=False, elements=False, linked=False)
+        return Plan(self.offsets(), method=method, former=former)
 
     def contact(self, name: str) -> Contact:
         """Contact in a joint."""
-        j = self.names.index(name)
-        state, radius = np.asarray(self.state[j]), self.contact_state.radius[j]
+        j, joint = self.names.index(name), self.frame.joints[name].element
+        state, radius = np.asarray(self.state[j]), np.broadcast_to(joint.clearance, self.frame.shape)
         closed = np.asarray(state == ClearanceState.CLOSED)
-        offset, force = self._vector(j, self.contact_state.offset), self._vector(j, self.contact_state.force)
+        offset, force = self._vector(j, self._found.offset), self._vector(j, self._found.force)
         along = np.where((radius > 0.0)[..., None], offset, force)
         normal = along / np.where(closed, np.hypot.reduce(along, axis=-1), 1.0)[..., None]
-        axes = self.frame.joints[name].element.axes
-        normal = normal if axes is None else rotated(aligned(axes, len(self.frame.shape), 2), normal)
+        if joint.axes is not None:
+            normal = rotated(aligned(joint.axes, len(self.frame.shape), 2), normal)
         unknown = np.where(state >= ClearanceState.UNRESOLVED, np.nan, 0.0)
         return Contact(
             joint=name,
             state=state,
             normal=np.where(closed[..., None], normal, unknown[..., None]),
-            force=np.where(closed, self.contact_state.size[j], unknown),
+            force=np.where(closed, self._found.size[j], unknown),
             gap=np.where(closed, 0.0, radius - np.hypot.reduce(offset, axis=-1) + unknown),
             offset=offset,
         )
@@ -238,15 +164,6 @@ class Clearances:
     def _vector(self, j: int, values: Array) -> Array:
         """Values by component, (n, ...), as vectors in the axes of joint j, (..., 3)."""
         out = np.zeros((*self.frame.shape, 3))
-        for index in np.flatnonzero(self.contact_state.components.own == j):
-            out[..., self.contact_state.components.component[index] % 3] = values[index]
+        for index in np.flatnonzero(self._components.own == j):
+            out[..., self._components.component[index] % 3] = values[index]
         return out
-
-
-def _load(plan: Plan) -> Array:
-    """Largest force component and largest moment component on any node, (2, ...)."""
-    out: Array = np.zeros((2, *plan.frame.shape))
-    for a, by_source in plan.forces.items():
-        value = np.abs(np.asarray(collapsed(by_source, plan.rhs_parameters.values), dtype=np.float64))
-        out[a % 6 // 3] = np.maximum(out[a % 6 // 3], value)
-    return out

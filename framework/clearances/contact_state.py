@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, reduce
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +75,52 @@ class ClearanceComponents:
         return length
 
 
+class Tally(NamedTuple):
+    """How minima of energy were found.
+
+    Attributes
+    ----------
+    entries
+        Number of batch entries.
+    newton
+        Number of those at which Newton's method found the minimum.
+    steps
+        Sum of its steps there.
+    others
+        Number of entries at which interior points found it.
+    how
+        How the steps were done, and why, in words; empty where no stiffness resists offsets.
+    """
+
+    entries: int = 0
+    newton: int = 0
+    steps: float = 0.0
+    others: int = 0
+    how: str = ""
+
+    def and_of(self, other: Tally) -> Tally:
+        """That of these entries and of others together."""
+        entries, newton = self.entries + other.entries, self.newton + other.newton
+        how = other.how or self.how
+        return Tally(entries, newton, self.steps + other.steps, self.others + other.others, how)
+
+    def __str__(self) -> str:
+        mean = f" in {self.steps / self.newton:.2g} steps on average" if self.newton else ""
+        text = f"The minimum was found by Newton's method at {self.newton} of {self.entries} entries{mean}"
+        if self.others:
+            text += f", and by interior points at {self.others} where that failed or there are many minima"
+        return f"{text}: {self.how}."
+
+
+class _Found(NamedTuple):
+    """Offsets (n, ...), magnitudes of forces and states (joints, ...), and how they were found."""
+
+    offset: Array
+    size: Array
+    state: States
+    tally: Tally
+
+
 @dataclass(frozen=True, eq=False)
 class ContactState:
     """The contact state of all journals.
@@ -134,17 +181,22 @@ class ContactState:
     @property
     def offset(self) -> Array:
         """Displacement within the clearance, (n, ...)."""
-        return self._found[0].offset
+        return self._found.offset
 
     @property
     def size(self) -> Array:
         """Magnitude of the contact force in each joint, (joints, ...); rounding where there is none."""
-        return self._found[0].pressing
+        return self._found.size
 
     @property
     def state(self) -> States:
         """State of each joint, a `ClearanceState`: closed, open, free or unresolved, (joints, ...)."""
-        return self._found[1]
+        return self._found.state
+
+    @property
+    def tally(self) -> Tally:
+        """How the offsets of least energy were found."""
+        return self._found.tally
 
     @cached_property
     def force(self) -> Array:
@@ -155,20 +207,28 @@ class ContactState:
         return force
 
     @cached_property
-    def _found(self) -> tuple[Minimum, States]:
-        """Offsets and states, of long batches in parts that stay in the processor's cache."""
+    def _found(self) -> _Found:
+        """What is found, of long batches in parts that stay in the processor's cache."""
         shape = self.found.shape[1:]
         count, balls = math.prod(shape), len(self.components.names)
         if count <= _MOST:
             placed = self._placed
-            return placed, self._states(placed)
-        out, states, how = Minimum.places(len(self.found), balls, count), np.empty((balls, count), dtype=np.int8), ""
+            return _Found(placed.offset, placed.pressing, self._states(placed), self._tally(placed))
+        offset, size = np.empty((len(self.found), count)), np.empty((balls, count))
+        states, tally = np.empty((balls, count), dtype=np.int8), Tally()
         for start in range(0, count, _MOST):
             part = slice(start, min(start + _MOST, count))
-            piece, states[:, part] = self._at(part)._found
-            out.put(part, piece)
-            how = piece.how
-        return out.shaped(shape, how), states.reshape(balls, *shape)
+            offset[:, part], size[:, part], states[:, part], told = self._at(part)._found
+            tally = tally.and_of(told)
+        states = states.reshape(balls, *shape)
+        return _Found(offset.reshape(len(offset), *shape), size.reshape(balls, *shape), states, tally)
+
+    def _tally(self, placed: Minimum) -> Tally:
+        if not self.stiffness.any():
+            return Tally(placed.steps.size)
+        some = placed.found & (placed.steps > 0.0)
+        steps = float(placed.steps[some].sum())
+        return Tally(placed.steps.size, int(some.sum()), steps, int((~placed.found).sum()), placed.how)
 
     def _at(self, part: slice) -> ContactState:
         """The contact state of some entries of the batch, counted through."""
@@ -190,10 +250,13 @@ class ContactState:
             state[:, some] = put(state[:, some], free, ClearanceState.FREE)
         if not self.stiffness.any():
             return state
-        # near the smallest representable offset, a step of the offset changes the force
-        step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
-        allowed = _BALANCED * self.scale + np.maximum.reduceat(step, self.components.starts)
+        allowed = _BALANCED * self.scale
         wrong = np.asarray(~(placed.unbalanced <= allowed).all(axis=0))
+        if wrong.any():
+            # near the smallest representable offset, a step of the offset changes the force
+            step = np.abs(self.stiffness).sum(axis=1) * np.finfo(np.float64).smallest_subnormal
+            allowed = allowed + np.maximum.reduceat(step, self.components.starts)
+            wrong = np.asarray(~(placed.unbalanced <= allowed).all(axis=0))
         return put(state, wrong, ClearanceState.UNRESOLVED)
 
     @cached_property
@@ -215,18 +278,6 @@ class ContactState:
             out.put(places, found)
             how = found.how
         return out.shaped(shape, how)
-
-    @property
-    def search(self) -> str:
-        """How the offsets of least energy were found, in words."""
-        placed = self._found[0]
-        found, steps = placed.found, placed.steps
-        some, others = found & (steps > 0.0), int((~found).sum())
-        mean = f" in {steps[some].mean():.2g} steps on average" if some.any() else ""
-        text = f"The minimum was found by Newton's method at {int(some.sum())} of {steps.size} entries{mean}"
-        if others:
-            text += f", and by interior points at {others} where that failed or there are many minima"
-        return f"{text}: {placed.how}."
 
     def _least(self, part: Entries) -> Minimum:
         """The minima of energy at some entries; where there is no clearance `pressing` is the force in the joint."""

@@ -268,13 +268,18 @@ def determinate_contact(
     if len(plans) < 2 or any(plan.entry is not None and not plan.grid.shape for plan in plans):
         return None
     count, whole = motions.entries, loaded.grid.sizes[-1]
-    if whole < 2 or (count > _SMALL and _SHARE * count > whole):
+    if whole < 2 or not kept_in_memory(count, whole):
         return None
     if not moved.excited <= loaded.excited or without_clearance.solver.parts > 1:
         return None
     if not told_by_work(components, without_clearance, motions) or motions.strained:
         return None
     return DeterminateContact(components, radius, without_clearance, motions)
+
+
+def kept_in_memory(count: int, whole: int) -> bool:
+    """Whether motions at so many entries are kept in memory for a batch of `whole` entries."""
+    return count <= _SMALL or _SHARE * count <= whole
 
 
 def rounding_of_forces(components: ClearanceComponents, motions: UnitMotions, ndim: int) -> Array:

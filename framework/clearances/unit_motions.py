@@ -19,6 +19,8 @@ from ..structure.parts import Row, Value, add_row, is_zero
 _UNSTRAINED = 1e-9
 # Largest number of nodal displacements that are looked at.
 _MOST = 2**24
+# An offset whose effect is found per unit has its number times this as its value, which is that of no load.
+_MARK = 2.0**-1000
 Pairs = Sequence[tuple[str, int]]
 
 
@@ -128,22 +130,26 @@ class UnitMotions:
 class UnitMotionsPerEntry(UnitMotions):
     """The solution for unit offsets of a long batch that is factorised anew in each pass: all offsets in one pass.
 
-    What virtual works need is computed together with the forces.
+    What virtual works need is computed together with the forces, and so are the forces under the loads.
 
     Parameters
     ----------
     solution
-        The solution of the unloaded frame, of batch shape (...), each offset being a right-hand-side parameter.
+        The solution of the frame, of batch shape (...), each offset being a right-hand-side parameter.
     pairs
         Name of the joint, and component of the joint, for each of the n components with clearance.
     loaded
         DOF numbers of the loads on the frame, whose motions are its virtual displacements; None if no virtual work is
         asked for.
+    loads
+        Whether loads act on the frame, and the forces under them are asked for.
     """
 
-    def __init__(self, solution: LinearResults, pairs: Pairs, loaded: Sequence[int] | None) -> None:
+    def __init__(
+        self, solution: LinearResults, pairs: Pairs, loaded: Sequence[int] | None, *, loads: bool = False
+    ) -> None:
         super().__init__(solution, pairs)
-        self._loaded = None if loaded is None else list(loaded)
+        self._loaded, self._loads = None if loaded is None else list(loaded), loads
 
     @classmethod
     def of(
@@ -154,12 +160,32 @@ class UnitMotionsPerEntry(UnitMotions):
         loaded: Sequence[int] | None,
     ) -> UnitMotionsPerEntry | None:
         """The motions of a frame without offsets; None where the passes would not take less time, or not all hold."""
-        longest = int(np.argmax(bare.shape))
-        shape = tuple(size if axis == longest else 1 for axis, size in enumerate(bare.shape))
-        for number, (name, component) in enumerate(pairs, 1):
-            bare.offset(name, **{DISPLACEMENTS[component]: np.full(shape, float(number))})
-        found = cls(solve(bare).silenced(), pairs, loaded)
-        return found if found.solution.by_chunks and found._found is not None else None
+        return cls(_with_marks(bare, pairs, solve), pairs, loaded)._if_found
+
+    @classmethod
+    def with_loads(
+        cls, frame: Description, pairs: Pairs, solve: Callable[[Description], LinearResults], *, works: bool
+    ) -> UnitMotionsPerEntry | None:
+        """The motions of a loaded frame, together with its joint forces, and with what virtual `works` need.
+
+        None as for `of`, and if loads set entries in motion. In these components the frame has no offsets.
+        """
+        solution = _with_marks(frame, pairs, solve)
+        found = cls(solution, pairs, [*solution.plan.forces] if works else None, loads=True)._if_found
+        absent = solution.frame.absent
+        moving = found is not None and (solution.lost if absent is None else solution.lost & ~absent).any()
+        return None if moving else found
+
+    @property
+    def _if_found(self) -> UnitMotionsPerEntry | None:
+        return self if self.solution.by_chunks and self._found is not None else None
+
+    @property
+    def under_loads(self) -> Array:
+        """Joint forces under the loads, (n, ...), NaN at entries that are left out."""
+        assert self._found is not None
+        found, absent = self._found[-1], self.solution.frame.absent
+        return found if absent is None else np.where(absent, np.nan, found)
 
     @property
     def entries(self) -> int:
@@ -208,8 +234,8 @@ class UnitMotionsPerEntry(UnitMotions):
 
     @cached_property
     def _found(self) -> list[Array] | None:
-        """Stiffness (n, n, ...), and by unit offsets the largest deformation of a spring (n, ..., 1) and displacements
-        at the loads (n, ..., m); None where entries are singular.
+        """Stiffness (n, n, ...), by unit offsets the largest deformation of a spring (n, ..., 1) and displacements at
+        the loads (n, ..., m), and if asked for the forces under the loads (n, ...); None where entries are singular.
         """
         rows = [] if self._loaded is None else self._rows(self._loaded)
         springs = [] if self._loaded is None else self._springs
@@ -217,15 +243,24 @@ class UnitMotionsPerEntry(UnitMotions):
             lambda values: [_most(values(springs))],
             lambda values: list(values(rows)),
         ]
-        return self.solution.against_offsets(self._pairs, others, self._parameters)
+        return self.solution.against_offsets(self._pairs, others, self._parameters, loads=self._loads)
 
     @cached_property
     def _parameters(self) -> list[int]:
-        """Index of each offset among the right-hand-side parameters: its value is its number."""
+        """Index of each offset among the right-hand-side parameters, by its mark."""
         self.plan.tree  # noqa: B018  # which adds them
         values = self.plan.rhs_parameters.values
         places = {float(value.flat[0]): k for k, value in enumerate(values) if isinstance(value, np.ndarray)}
-        return [places[float(number)] for number in range(1, len(self._pairs) + 1)]
+        return [places[number * _MARK] for number in range(1, len(self._pairs) + 1)]
+
+
+def _with_marks(frame: Description, pairs: Pairs, solve: Callable[[Description], LinearResults]) -> LinearResults:
+    """The solution of a frame to which an offset is added in each component, known by its mark."""
+    longest = int(np.argmax(frame.shape))
+    shape = tuple(size if axis == longest else 1 for axis, size in enumerate(frame.shape))
+    for number, (name, component) in enumerate(pairs, 1):
+        frame.offset(name, **{DISPLACEMENTS[component]: np.full(shape, number * _MARK)})
+    return solve(frame).silenced()
 
 
 def _most(values: Sequence[Any]) -> Any:

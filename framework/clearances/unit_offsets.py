@@ -19,7 +19,7 @@ from ..structure.constraints import Contradiction
 from .contact_state import ClearanceComponents, sizes
 from .member_stiffness import member_stiffness
 from .unit_motions import Solvers, UnitMotions, UnitMotionsPerEntry
-from .without_loads import alike, at_first_entry, count_of_entries, typical_members, without_loads
+from .without_loads import at_first_entry, elements_of, typical_elements, typical_members, without_loads
 
 # A function that returns whether components carry a force at the entries, (n, ...).
 Bearing = Callable[[], NDArray[np.bool_]]
@@ -29,8 +29,6 @@ Answer = tuple[Array, NDArray[np.bool_], Array]
 # A stiffness against offsets below _UNRESISTED times that of the members is rounding. Where that against one of them is
 # up to _DOUBTFUL times as much it may be, too, as unit offsets move nodes by many times as much.
 _UNRESISTED, _DOUBTFUL = 1e-13, 1e5
-# Up to this many entries the stiffness of each entry costs no more than a common one.
-_FEW = 1000
 # Above this many all offsets are found in one pass.
 _SOME = 2**11
 
@@ -69,6 +67,7 @@ def against_offsets(
     lost: NDArray[np.bool_],
     solvers: Solvers,
     loaded: Sequence[int] | None,
+    known: UnitMotions | None = None,
 ) -> Resistance:
     """The resistance of a frame to offsets in its joints.
 
@@ -89,24 +88,25 @@ def against_offsets(
         Functions that return linear solutions of a description, without clearances.
     loaded
         DOF numbers of the loads on the frame; None if offsets are known to cause forces.
+    known
+        The motions by unit offsets, if they have been found together with the loads; else None.
 
     Raises
     ------
     FrameError
         If at all entries ideal joints close a loop of rigid links with which no offset is compatible.
     """
-    joints = {name: joint.element for name, joint in frame.joints.items()}
-    members = {name: member.element for name, member in frame.members.items()}
+    joints, members = elements_of(frame)
     whole = len(frame.shape)
-    if loaded is not None and math.prod(frame.shape) > _FEW and all(alike(element) for element in joints.values()):
-        bearings, typical = {name: each.typical() for name, each in joints.items()}, typical_members(frame)
-        if count_of_entries(frame, bearings, typical) < count_of_entries(frame, joints, members):
-            found = _answer(without_loads(frame, bearings, typical), whole, components, bearing, lost, solvers, loaded)
-            varies = any(element.stiffness.size > 6 for element in joints.values())
-            varies = varies or any(typical[name] is not element for name, element in members.items())
-            if not (varies and found.stiffness.any()):
-                return found
-    return _answer(without_loads(frame, joints, members), whole, components, bearing, lost, solvers, loaded)
+    common = None if known is not None or loaded is None else typical_elements(frame)
+    if common is not None:
+        bearings, typical = common
+        found = _answer(without_loads(frame, bearings, typical), whole, components, bearing, lost, solvers, loaded)
+        varies = any(element.stiffness.size > 6 for element in joints.values())
+        varies = varies or any(typical[name] is not element for name, element in members.items())
+        if not (varies and found.stiffness.any()):
+            return found
+    return _answer(without_loads(frame, joints, members), whole, components, bearing, lost, solvers, loaded, known)
 
 
 def resists_at_first_entry(frame: Description, components: ClearanceComponents, solvers: Solvers) -> bool:
@@ -133,12 +133,14 @@ def _answer(
     lost: NDArray[np.bool_],
     solvers: Solvers,
     loaded: Sequence[int] | None,
+    known: UnitMotions | None = None,
 ) -> Resistance:
     count = len(components.pairs)
     out = _everywhere(lost, bare.shape)
     if out.any():
         bare.exclude(out)
-    motions, unfit = _fitting(bare, out, components, solvers, loaded)
+    fitting = None if known is None else (known, np.zeros(bare.shape, dtype=bool))
+    motions, unfit = fitting or _fitting(bare, out, components, solvers, loaded)
     members = _members(motions, components)
     unknown, determinate = np.zeros(bare.shape, dtype=bool), True
     stiffness = None if out.any() else _well_known(motions, members, components)

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from ..batch import ZERO
 from ..composed import Unstrained
 from ..described.known_parts import add_body, add_node
+from ..described.parts import JointLink
 from ..description import Description
 from ..joint_protocol import JointElement
 from ..protocol import LineElement
+
+# Up to this many entries the stiffness of each entry costs no more than a common one.
+_FEW = 1000
 
 
 def without_loads(
@@ -62,10 +66,25 @@ def at_first_entry(frame: Description) -> Description:
 
 def count_of_entries(frame: Description, joints: Mapping[str, JointElement], members: Mapping[str, LineElement]) -> int:
     """Number of batch entries of the frame with the given joints and members, without loads."""
-    places = (node.coordinates.shape[:-1] for node in frame.nodes.values())
     elements = (*(each.shape for each in joints.values()), *(each.shape for each in members.values()))
-    shapes = [*_shapes_of_bodies(frame).values(), *elements]
-    return math.prod(np.broadcast_shapes(*places, *shapes))
+    return math.prod(np.broadcast_shapes(*_shapes_of_places(frame), *elements))
+
+
+def shape_of_stiffness(frame: Description) -> tuple[int, ...]:
+    """Batch shape over which the geometry of a frame and the stiffness of its members and joints vary."""
+    members = (member.element.shape for member in frame.members.values())
+    return np.broadcast_shapes(*_shapes_of_places(frame), *members, *map(_shape_of_springs, frame.joints.values()))
+
+
+def _shape_of_springs(joint: JointLink) -> tuple[int, ...]:
+    element = joint.element
+    axes = () if element.axes is None else element.axes.shape[:-2]
+    return np.broadcast_shapes(element.stiffness.shape[:-1], axes, element.pitch.shape)
+
+
+def _shapes_of_places(frame: Description) -> list[tuple[int, ...]]:
+    places = (node.coordinates.shape[:-1] for node in frame.nodes.values())
+    return [*places, *_shapes_of_bodies(frame).values()]
 
 
 def _shapes_of_bodies(frame: Description) -> dict[str, tuple[int, ...]]:
@@ -74,7 +93,23 @@ def _shapes_of_bodies(frame: Description) -> dict[str, tuple[int, ...]]:
     }
 
 
-def alike(element: JointElement) -> bool:
+def elements_of(frame: Description) -> tuple[dict[str, JointElement], dict[str, LineElement]]:
+    """Elements of joints and of members, by name."""
+    members = {name: member.element for name, member in frame.members.items()}
+    return {name: joint.element for name, joint in frame.joints.items()}, members
+
+
+def typical_elements(frame: Description) -> tuple[dict[str, JointElement], dict[str, LineElement]] | None:
+    """Elements of joints and members with a stiffness common to many entries of a long batch; None if it is not."""
+    joints, members = elements_of(frame)
+    if math.prod(frame.shape) <= _FEW or not all(_alike(element) for element in joints.values()):
+        return None
+    bearings, typical = {name: each.typical() for name, each in joints.items()}, typical_members(frame)
+    fewer = count_of_entries(frame, bearings, typical) < count_of_entries(frame, joints, members)
+    return (bearings, typical) if fewer else None
+
+
+def _alike(element: JointElement) -> bool:
     """Whether each component of a joint is free at all batch entries or at none."""
     free = (element.stiffness == 0.0).reshape(-1, 6)
     return bool(np.all(free.all(axis=0) == free.any(axis=0)))

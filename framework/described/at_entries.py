@@ -97,11 +97,6 @@ def frame_at(frame: Description, change: Change, shape: Shape) -> Description:
     ----------
     frame, change, shape
         As for `members_at`.
-
-    Raises
-    ------
-    FrameError
-        If the element of a member cannot be taken apart, as it is no dataclass.
     """
     at, clone = _where_varying(change), members_at(frame, change, shape)
     clone.joints = {name: joint._replace(element=_joint_at(joint.element, at)) for name, joint in frame.joints.items()}

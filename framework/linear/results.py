@@ -282,7 +282,12 @@ class NamedResults(FrameStates):
         return np.stack([self.joint_force(name)[..., k] for name, k in pairs])
 
     def against_offsets(
-        self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
+        self,
+        pairs: Sequence[tuple[str, int]],
+        others: Sequence[OfRows],
+        parameters: Sequence[int],
+        *,
+        loads: bool = False,
     ) -> list[Array] | None:
         """Find the stiffness against offsets in joints, and other numbers per unit offset, in one pass over the batch.
 
@@ -294,15 +299,18 @@ class NamedResults(FrameStates):
             Functions that return m numbers, given a function that returns the values of rows; see `stacked`.
         parameters
             Index of the right-hand-side parameter that is the offset, for each of them.
+        loads
+            Whether the forces under the loads, without these offsets, are asked for as well.
 
         Returns
         -------
         list of ndarray or None
-            Decrease of the force in each component per unit offset in each, (n, n, ...), which is symmetric; and for
-            each function its numbers, (n, ..., m). None where entries are singular, or forces follow from those on the
-            ends of an element without `end_force_numbers`.
+            Decrease of the force in each component per unit offset in each, (n, n, ...), which is symmetric; for each
+            function its numbers, (n, ..., m); and, if asked for, the forces in the components, (n, ...). None where
+            entries are singular, or forces follow from those on the ends of an element without `end_force_numbers`.
         """
-        return self._recovery.against_offsets(pairs, [_of_values(each) for each in others], parameters)
+        kinds = [_of_values(each) for each in others]
+        return self._recovery.against_offsets(pairs, kinds, parameters, loads=loads)
 
     def contact(self, joint: str) -> Contact:
         """Contact of a joint with clearance: its state, side, force and gap.

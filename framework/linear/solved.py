@@ -62,7 +62,8 @@ class SolvedFrame(SavedResults):
         """Numbering, joint tree and order of elimination, the journals being at their points of contact."""
         assert self.clearances is not None
         assert self.determinate is not None
-        return self.clearances.plan(self.determinate.without_clearance.plan)
+        without_clearance = self.determinate.without_clearance.plan
+        return self.clearances.plan_with_offsets(without_clearance.asked, without_clearance)
 
     @cached_property
     def primary(self) -> Primary:

@@ -39,6 +39,8 @@ class ForceNumbers:
         Function that returns the forces on the ends of a piece as an array, (..., 12).
     written
         Whether a recording is made: `ends` is then used only if the element has no formula.
+    loaded
+        Whether the loads act, free strains included; without them what imposed displacements cause is found.
     """
 
     def __init__(
@@ -50,9 +52,11 @@ class ForceNumbers:
         ends: Callable[[int], Array],
         *,
         written: bool,
+        loaded: bool = True,
     ) -> None:
         self.grid, self.topology, self.tree = plan.grid, plan.topology, plan.tree
         self.values, self._place, self._take, self._arrays, self._written = values, place, take, ends, written
+        self._loaded = loaded
         self._nodes: dict[int, Sequence[Value]] = {}
         self._ends: dict[int, Sequence[Value]] = {}
         self._sums: dict[bool, dict[int, list[Value]]] = {False: {}, True: {}}
@@ -84,8 +88,8 @@ class ForceNumbers:
         local = [*_rotated(start, moved[:6]), *_rotated(end, moved[6:])]
         length = aligned(group.length[position], len(self.grid.shape))
         found = group.of(position).end_force_numbers(length, local)
-        if found is None:
-            return None
+        if found is None or not self._loaded:
+            return found
         loads = self.grid.components(end_loads(self.topology, group, np.array([position]))[0])
         return [force - self._take(load) for force, load in zip(found, loads, strict=True)]
 
@@ -232,6 +236,8 @@ class ForceNumbers:
     def _loads(self) -> dict[int, list[tuple[int, Value]]]:
         """Components and values of the loads on each node."""
         loads: dict[int, list[tuple[int, Value]]] = {}
+        if not self._loaded:
+            return loads
         for node, k, value in component_loads(self.topology):
             loads.setdefault(node, []).append((k, self._take(self.grid.value(value))))
         for node, vector in mass_loads(self.topology):

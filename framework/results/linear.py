@@ -106,11 +106,16 @@ class LinearResults(Protocol):
         ...
 
     def against_offsets(
-        self, pairs: Sequence[tuple[str, int]], others: Sequence[OfRows], parameters: Sequence[int]
+        self,
+        pairs: Sequence[tuple[str, int]],
+        others: Sequence[OfRows],
+        parameters: Sequence[int],
+        *,
+        loads: bool = False,
     ) -> list[Array] | None:
         """Stiffness against n offsets, (n, n, ...), and other numbers per unit of each, (n, ..., m) each.
 
-        None where they do not hold.
+        If asked for, the forces in these components under the loads, (n, ...), as well. None where they do not hold.
         """
         ...
 

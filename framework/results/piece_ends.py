@@ -79,7 +79,7 @@ class PieceEnds(GroupedPieces):
         found = group.end_forces(at, local[None])[0] - end_loads(self.topology, group, at)[0]
         return np.broadcast_to(found, (*self.solution.shape, 12))
 
-    def written(self, once: Sweep, ends: Callable[[int], Array] | None = None) -> ForceNumbers:
+    def written(self, once: Sweep, ends: Callable[[int], Array] | None = None, *, loaded: bool = True) -> ForceNumbers:
         """Forces component by component, as terms of a recording.
 
         Parameters
@@ -88,9 +88,11 @@ class PieceEnds(GroupedPieces):
             The recording.
         ends
             Function that returns the forces on the ends of a piece whose element has no formula; `forces` where None.
+        loaded
+            Whether the loads act, which is so unless the recording is that of a unit offset.
         """
         values, take = once.values, once.recording.take
-        return ForceNumbers(self.plan, self.group, values, take, ends or self.forces, written=True)
+        return ForceNumbers(self.plan, self.group, values, take, ends or self.forces, written=True, loaded=loaded)
 
     def of_arrays(self) -> ForceNumbers:
         """Forces component by component, as arrays."""

@@ -262,14 +262,19 @@ class Primary:
         once = Sweep(self.plan.grid, recording, values)
         return once.run(results(once))[0]
 
-    def per_unit(self, results: Callable[[Callable[[int], Sweep]], Sequence[Sequence[Value]]]) -> list[Array] | None:
+    def per_unit(
+        self, parameters: Sequence[int], results: Callable[[Callable[[int | None], Sweep]], Sequence[Sequence[Value]]]
+    ) -> list[Array] | None:
         """Some results, each (..., n), that follow from the effects of unit right-hand-side parameters, in one pass.
 
         Parameters
         ----------
+        parameters
+            Indices of these parameters.
         results
             Function that adds results, each of n numbers, to a recording, given a function of the index of a parameter:
-            the recording of the unknowns where that parameter is one, and no other acts.
+            the recording of the unknowns where that parameter is one, and no other acts; of None, the one where all
+            parameters but these act.
 
         Returns
         -------
@@ -279,11 +284,13 @@ class Primary:
         recording, solver, grid = Recording(), self.solver, self.plan.grid
         if not isinstance(solver, BroadcastSolver) or (written := solver.written(recording, anew=True)) is None:
             return None
-        count = len(self.plan.rhs_parameters.values)
+        every = self.plan.rhs_parameters.values
 
-        def under(parameter: int) -> Sweep:
-            unit = [float(k == parameter) for k in range(count)]
-            return Sweep(grid, recording, partial(written.values, parameters=unit))
+        def under(parameter: int | None) -> Sweep:
+            acting: list[Value] = [float(k == parameter) for k in range(len(every))]
+            if parameter is None:
+                acting = [0.0 if k in parameters else value for k, value in enumerate(every)]
+            return Sweep(grid, recording, partial(written.values, parameters=acting))
 
         once = Sweep(grid, recording, written.values, written.later)
         found, least = once.run(results(under), [*written.least.values()])

@@ -108,7 +108,12 @@ class Recovery(AlongMembers):
         return self.together([self._components(pairs)])[0]
 
     def against_offsets(
-        self, pairs: Sequence[tuple[str, int]], others: Sequence[Numbers], parameters: Sequence[int]
+        self,
+        pairs: Sequence[tuple[str, int]],
+        others: Sequence[Numbers],
+        parameters: Sequence[int],
+        *,
+        loads: bool = False,
     ) -> list[Array] | None:
         """The stiffness against offsets in joints, and other results per unit offset, in one pass over the batch.
 
@@ -120,34 +125,38 @@ class Recovery(AlongMembers):
             Functions that return m numbers, given those of the forces.
         parameters
             Index of the right-hand-side parameter that is the offset, for each of them.
+        loads
+            Whether the forces under the loads, without these offsets, are asked for as well.
 
         Returns
         -------
         list of ndarray or None
             Decrease of the force in each component per unit offset in each, (n, n, ...), the mean of both that are
-            equal by Betti's theorem; and the other results, (n, ..., m) each. None where they do not hold at all
-            entries, or follow from the end forces of an element without a formula.
+            equal by Betti's theorem; the other results, (n, ..., m) each; and, if asked for, the forces (n, ...). None
+            where they do not hold at all entries, or follow from the end forces of an element without a formula.
         """
         components = range(len(pairs))
 
-        def results(under: Callable[[int], Sweep]) -> list[Sequence[Value]]:
+        def results(under: Callable[[int | None], Sweep]) -> list[Sequence[Value]]:
             kinds = [self._components(pairs), *others]
-            each = [self._written(kinds, under(parameter), ends=refused) for parameter in parameters]
+            forces = self._written(kinds[:1], under(None), ends=refused) if loads else []
+            each = [self._written(kinds, under(parameter), ends=refused, loaded=False) for parameter in parameters]
             stiffness = [-0.5 * (each[j][0][i] + each[i][0][j]) for i in components for j in components]
-            return [stiffness, *([x for found in each for x in found[k]] for k in range(1, len(kinds)))]
+            return [stiffness, *([x for found in each for x in found[k]] for k in range(1, len(kinds))), *forces]
 
         try:
             with np.errstate(all="ignore"):  # of mechanisms, for which there is no result
-                found = self.solution.per_unit(results)
+                found = self.solution.per_unit(parameters, results)
         except WithoutFormula:
             return None
         if found is None:
             return None
+        forces = [np.moveaxis(found.pop(), -1, 0)] if loads else []
         stiffness, *rest = (
             np.moveaxis(array, -1, 0).reshape(len(parameters), array.shape[-1] // len(parameters), *array.shape[:-1])
             for array in found
         )
-        return [stiffness, *(np.moveaxis(array, 1, -1) for array in rest)]
+        return [stiffness, *(np.moveaxis(array, 1, -1) for array in rest), *forces]
 
     def _components(self, pairs: Sequence[tuple[str, int]]) -> Numbers:
         edges = {name: self._edge("joint", name) for name, _ in pairs}
@@ -231,9 +240,14 @@ class Recovery(AlongMembers):
             return [self._stacked(result(self._numbers)) for result in results]
 
     def _written(
-        self, results: Sequence[Numbers], once: Sweep, ends: Callable[[int], Array] | None = None
+        self,
+        results: Sequence[Numbers],
+        once: Sweep,
+        ends: Callable[[int], Array] | None = None,
+        *,
+        loaded: bool = True,
     ) -> list[Sequence[Value]]:
-        numbers = self._piece_ends.written(once, ends)
+        numbers = self._piece_ends.written(once, ends, loaded=loaded)
         return [result(numbers) for result in results]
 
     def _alone(self, result: Numbers) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from linkframe import Beam, Frame, Joint, Material, Rectangle
 from linkframe.framework.cache import KERNELS
-from linkframe.framework.clearances import ball_program, ball_qp, clearance
+from linkframe.framework.clearances import ball_program, ball_qp, contact_search
 from linkframe.framework.clearances.ball_problem import BallProblem, Groups, Minimum
 from linkframe.framework.clearances.unit_offsets import Resistance
 from linkframe.framework.program import machine_code
@@ -216,13 +216,13 @@ def test_parts_of_a_batch_give_the_same_bits(monkeypatch: pytest.MonkeyPatch) ->
 
 def test_resistance_to_offsets_is_found_once_for_all_loads(monkeypatch: pytest.MonkeyPatch) -> None:
     """And anew where a joint, another one with clearance included, is changed."""
-    asked, search = [0], clearance.against_offsets
+    asked, search = [0], contact_search.against_offsets
 
     def counted(*given: Any) -> Resistance:
         asked[0] += 1
         return search(*given)
 
-    monkeypatch.setattr(clearance, "against_offsets", counted)
+    monkeypatch.setattr(contact_search, "against_offsets", counted)
     gap, push = np.array([1e-4, 2e-4]), np.array([100.0, 50.0])
     frame = closed_loop(gap, push)
     frame.solve().displacement("b0")

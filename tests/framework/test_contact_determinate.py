@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution
-from linkframe.framework.clearances import clearance, determinate
+from linkframe.framework.clearances import contact_search, determinate
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike
 
@@ -57,7 +57,7 @@ def four_bar(seed: int, samples: int = 60, size: ArrayLike = 1.0, poses: int = P
 def searched(frame: Frame, patch: pytest.MonkeyPatch) -> Solution:
     """The solution in which contact is sought in all joints, and their offsets are imposed on the frame."""
     with patch.context() as inside:
-        inside.setattr(clearance, "determinate_contact", lambda *_: None)
+        inside.setattr(contact_search, "determinate_contact", lambda *_: None)
         return frame.solve()
 
 

@@ -17,7 +17,7 @@ import skfem
 from linkframe import Beam, Frame, Joint, Material, Rectangle
 from linkframe.elements import Spring
 from linkframe.framework import LineElement, Solution, straight_shapes
-from linkframe.framework.clearances import unit_offsets
+from linkframe.framework.clearances import contact_search, unit_offsets
 from linkframe.framework.clearances.member_stiffness import member_stiffness
 from linkframe.framework.clearances.unit_motions import UnitMotions, UnitMotionsPerEntry
 from linkframe.framework.composed import Composed
@@ -147,17 +147,30 @@ def test_shorter_batches(varies: tuple[str, ...], count: int) -> None:
         assert_allclose(moved[entry], alone.displacement("b0"), rtol=0.0, atol=1e-13 * np.abs(moved[entry]).max())
 
 
+@pytest.mark.parametrize("with_loads", [False, True], ids=["alone", "with loads"])
 @pytest.mark.parametrize("springs", [SOFT, STIFF, LOOSE], ids=["determinate", "indeterminate", "soft springs"])
-def test_one_pass_for_all_offsets(springs: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_pass_for_all_offsets(
+    springs: tuple[float, ...], with_loads: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The same as of unit offsets that are entries of a batch: forces, motions, and whether springs deform."""
     given = drawn("E", "x", "stiffness")
-    found = asked(given, springs, monkeypatch)
+    with monkeypatch.context() as patch:
+        if with_loads:
+            patch.setattr(contact_search, "_MANY", 0)
+        else:
+            patch.setattr(UnitMotionsPerEntry, "with_loads", lambda *_, **__: None)
+        found = asked(given, springs, patch)
     assert isinstance(found, UnitMotionsPerEntry)
-    monkeypatch.setattr(UnitMotionsPerEntry, "of", lambda *_: None)
+    for name in ("of", "with_loads"):
+        monkeypatch.setattr(UnitMotionsPerEntry, name, lambda *_, **__: None)
     other = asked(given, springs, monkeypatch)
     assert not isinstance(other, UnitMotionsPerEntry)
     assert found.entries == other.entries == len(found.stiffness) * COUNT
     assert found.strained == other.strained == (springs is not SOFT)
+    if with_loads:
+        forces = arch(given, springs).solve(clearance=False).joint_force
+        expected = np.stack([forces(f"j{k}")[:, i] for k in range(3) for i in range(2)])
+        assert_allclose(found.under_loads, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
     number = other.plan.topology.number
     rows = [other.plan.tree.row(number["b1"], k) for k in range(6)]
     loaded = [6 * number["b0"], 6 * number["b0"] + 1]
@@ -173,17 +186,29 @@ def test_one_pass_for_all_offsets(springs: tuple[float, ...], monkeypatch: pytes
         assert_allclose(mine, theirs, rtol=0.0, atol=1e-9 * size)
 
 
-def asked(given: Numbers, springs: tuple[float, ...], patch: pytest.MonkeyPatch) -> UnitMotions:
-    """The unit motions that a solution asks for last."""
-    seen: list[UnitMotions] = []
-    motions = unit_offsets._motions
+@pytest.mark.parametrize("springs", [SOFT, STIFF], ids=["determinate", "indeterminate"])
+def test_another_method_that_is_asked_for(springs: tuple[float, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long batches of large frames are solved by bands, in which offsets take no pass of their own."""
+    given = {name: few(name, value, slice(17_000)) for name, value in drawn("E", "x", "stiffness").items()}
+    expected = arch(given, springs).solve()
+    monkeypatch.setattr(UnitMotionsPerEntry, "_found", property(lambda self: pytest.fail("a pass over the batch")))
+    solution = arch(given, springs).solve(method="banded")
+    assert solution.plan.method.name == "banded"
+    moved = solution.displacement("b0")
+    assert_allclose(moved, expected.displacement("b0"), rtol=0.0, atol=1e-9 * np.abs(moved).max())
 
-    def noted(*args: Any, **named: Any) -> UnitMotions:
-        seen.append(motions(*args, **named))
-        return seen[-1]
+
+def asked(given: Numbers, springs: tuple[float, ...], patch: pytest.MonkeyPatch) -> UnitMotions:
+    """The unit motions from which a solution takes the stiffness against offsets last."""
+    seen: list[UnitMotions] = []
+    members = unit_offsets._members
+
+    def noted(motions: UnitMotions, *others: Any) -> Array:
+        seen.append(motions)
+        return members(motions, *others)
 
     with patch.context() as inside:
-        inside.setattr(unit_offsets, "_motions", noted)
+        inside.setattr(unit_offsets, "_members", noted)
         arch(given, springs).solve().displacement("b0")
     return seen[-1]
 
@@ -490,8 +515,8 @@ def test_motions_of_a_long_batch_are_not_kept(springs: tuple[float, ...], monkey
     given, seen = drawn("x"), WeakSet[UnitMotions]()
     made = UnitMotionsPerEntry.__init__
 
-    def noted(self: UnitMotionsPerEntry, *args: Any) -> None:
-        made(self, *args)
+    def noted(self: UnitMotionsPerEntry, *args: Any, **named: Any) -> None:
+        made(self, *args, **named)
         seen.add(self)
 
     monkeypatch.setattr(UnitMotionsPerEntry, "__init__", noted)
