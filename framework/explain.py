@@ -191,8 +191,10 @@ def _contact(found: Clearances) -> str:
             "joint forces, which are the work of the loads on the motions by unit offsets; displacements are those "
             "without clearances and a sum of these motions."
         )
+    parts = f", for {found.parts} parts of the batch one after the other," if found.parts > 1 else ""
     return (
-        "above is the frame with each joint's offset in contact, found before from the joint forces without clearances"
+        f"above is the frame with each joint's offset in contact, found before{parts} from the joint forces without "
+        "clearances"
         + (
             f" and their answer to a unit offset in each joint, at the minimum of energy: {found.tally}"
             if found.tally.how

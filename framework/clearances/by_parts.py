@@ -6,8 +6,9 @@ Stiffness against offsets and joint trees take some hundred numbers an entry, co
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,8 @@ class ContactOfParts:
 
     Attributes
     ----------
+    count
+        Number of parts.
     lost, unfit
         Entries without results, (...), see `ContactSearch`.
     offset, force
@@ -46,6 +49,7 @@ class ContactOfParts:
         How the minima of energy were found.
     """
 
+    count: int
     lost: NDArray[np.bool_]
     unfit: NDArray[np.bool_]
     offset: Array
@@ -91,9 +95,9 @@ def contact_of_parts(
     masks = [np.zeros(shape, dtype=bool) for _ in range(2)]
     vectors = [np.empty((count, *shape)) for _ in range(2)]
     out = [*masks, *vectors, np.empty((joints, *shape)), np.empty((joints, *shape), dtype=np.int8)]
-    tally = Tally()
+    tally, parts = Tally(), _parts(frame)
     resists: bool | None = None
-    for part in _parts(frame):
+    for part in parts:
         try:
             found = search(frame_at(frame, part, _shape_of(part, frame)), resists)
             found.finish()
@@ -106,17 +110,16 @@ def contact_of_parts(
         resists = found.known_to_resist
         tally = tally.and_of(found.tally)
     lost, unfit, offset, force, size, state = out
-    return ContactOfParts(lost, unfit, offset, force, size, state, tally)
+    return ContactOfParts(len(parts), lost, unfit, offset, force, size, state, tally)
 
 
-def _parts(frame: Description) -> Iterator[Stretch]:
+def _parts(frame: Description) -> list[Stretch]:
     """Parts of a batch along its longest axis, of almost equal size."""
     axis = int(np.argmax(frame.shape))
     length = frame.shape[axis]
     parts = min(length, -(-math.prod(frame.shape) // MOST))
-    for k in range(parts):
-        indices = slice(k * length // parts, (k + 1) * length // parts)
-        yield Stretch(ndim=len(frame.shape), axis=axis, indices=indices)
+    ends = [k * length // parts for k in range(parts + 1)]
+    return [Stretch(ndim=len(frame.shape), axis=axis, indices=slice(*pair)) for pair in pairwise(ends)]
 
 
 def _shape_of(part: Stretch, frame: Description) -> tuple[int, ...]:

@@ -121,6 +121,11 @@ class Clearances:
         return self._found.state
 
     @property
+    def parts(self) -> int:
+        """Number of parts of the batch for which contact was found one after the other."""
+        return self._found.count if isinstance(self._found, ContactOfParts) else 1
+
+    @property
     def tally(self) -> Tally:
         """How the minima of energy were found."""
         return self._found.tally

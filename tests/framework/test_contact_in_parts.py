@@ -116,6 +116,8 @@ def test_the_same_as_at_once(
     assert (whole.status == "absent").any()
     told = [each.explain().split("The minimum")[1].split(" entries")[0] for each in (in_parts, whole, by_two)]
     assert told[0] == told[1] == told[2]
+    assert f"found before, for {len(met)} parts of the batch one after the other, from" in in_parts.explain()
+    assert "found before from" in whole.explain()
 
 
 @pytest.mark.parametrize("springs", [PIN, IDEAL], ids=["springs", "ideal"])
