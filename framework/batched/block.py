@@ -212,8 +212,7 @@ class BlockFactor:
         progress, self._again = self._recorded(recording), self._again if anew else self._holdable
 
         def values(rows: Sequence[Row], given: Sequence[Value] | None) -> list[Value]:
-            parameters = None if given is None else list(map(recording.take, given))
-            return progress.values([mapped_row(row, recording.take) for row in rows], parameters)
+            return progress.values([mapped_row(row, recording.take) for row in rows], given)
 
         return WrittenBlock(values, None if self._least is not None else progress.least)
 

@@ -12,6 +12,7 @@ from linkframe.elements import Beam, Joint, Material, PointMass, Rectangle, Spri
 from linkframe.framework import Frame, FrameError, MechanismWarning, Solution
 from linkframe.framework.clearances import by_parts, contact_search
 from linkframe.framework.clearances.unit_motions import UnitMotionsPerEntry
+from linkframe.framework.entries import Stretch
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.spatial.transform import Rotation
 
@@ -131,19 +132,24 @@ def test_as_each_entry_alone(springs: Array, monkeypatch: pytest.MonkeyPatch) ->
             assert_allclose(mine[pose, sample], theirs[0, 0], rtol=0.0, atol=1e-11 * np.nanmax(np.abs(theirs)))
 
 
-@pytest.mark.parametrize("count", [1, 3, 4000])
-def test_beside_mechanisms(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a bar has no spring about its pin and a load turns it, other parts of the frame have their contact."""
-    loose = np.isin(np.arange(count), [0, 1999, 3000])
+@pytest.mark.parametrize("joined", [False, True], ids=["apart", "joined"])
+@pytest.mark.parametrize("count", [1, 3, 20_000])
+def test_beside_mechanisms(count: int, joined: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a bar has no spring about its pin and a load turns it, other parts of the frame have their contact.
+
+    But the part to which it is joined has none, and no results.
+    """
+    loose = np.isin(np.arange(count), [0, 1999, 13_000])
 
     def hung() -> Frame:
         frame = arch(count, "moduli")
-        for name, x in {"h": 1.0, "h2": 1.0, "t": 1.5}.items():
-            frame.node(name, (x, 0.0, 0.0))
-        frame.fix("h")
+        for name, x in ({"h2": 1.0, "t": 1.5} | ({} if joined else {"h": 1.0})).items():
+            frame.node(name, (x, 0.5 * joined, 0.0))
+        if not joined:
+            frame.fix("h")
         springs = np.full((count, 6), 1e6)
         springs[loose, 5] = 0.0
-        frame.add("hinge", Joint(springs), "h", "h2")
+        frame.add("hinge", Joint(springs), "b0" if joined else "h", "h2")
         frame.add("bar", Beam(BAR, Material(E=2e11, nu=0.3)), "h2", "t")
         frame.load("t", fy=3.0)
         return frame
@@ -156,10 +162,54 @@ def test_beside_mechanisms(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
             moved = solution.displacement("t")
         assert_array_equal(np.isnan(moved).all(axis=-1), loose)
         assert_array_equal(solution.status == "mechanism", loose)
+        if joined:
+            assert np.isnan(solution.displacement("b0")[loose]).all()
+            assert (solution.contact("top").status[loose] == "mechanism").all()
+            assert (solution.contact("top").status[~loose] == "closed").all()
+            continue
         assert_allclose(solution.displacement("b0"), expected.displacement("b0"), rtol=0.0, atol=1e-15)
         for name in JOURNALS:
             assert_array_equal(solution.contact(name).status, "closed")
             assert_allclose(solution.contact(name).force, expected.contact(name).force, rtol=1e-11)
+
+
+@pytest.mark.parametrize("load", ["on a member", "at a point", "weight", "on a node", "own offset"])
+def test_forces_of_ideal_journals(load: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They follow from the equilibrium of what they carry, of which a unit offset has no loads."""
+    passes: list[UnitMotionsPerEntry | None] = []
+    with_loads = UnitMotionsPerEntry.with_loads
+
+    def noted(*given: Any, **named: Any) -> UnitMotionsPerEntry | None:
+        passes.append(with_loads(*given, **named))
+        return passes[-1]
+
+    monkeypatch.setattr(UnitMotionsPerEntry, "with_loads", noted)
+
+    def loaded(count: int) -> Frame:
+        frame = arch(4000, "moduli")
+        for name in JOURNALS:
+            gap = frame.joints[name].element.clearance
+            frame.change(name, Joint(IDEAL, clearance=gap, clearance_directions=("ux", "uy")))
+        if load == "on a member":
+            frame.line_load("m1", fy=np.linspace(-30.0, -60.0, 4000))
+        elif load == "at a point":
+            frame.point_load("m1", at=0.4, fy=-40.0)
+        elif load == "weight":
+            frame.add("mass", PointMass(2.0), "b1")
+            frame.gravity((1.0, -9.81, 0.0))
+        elif load == "on a node":
+            frame.load("a1", mz=5.0)
+        else:
+            frame.offset("foot", ux=1e-5)
+        some = slice(7, 7 + count)
+        return by_parts.frame_at(frame, Stretch(ndim=1, axis=0, indices=some), (count,))
+
+    whole, alone = loaded(3993).solve(), loaded(1).solve()
+    assert [each is not None for each in passes] == ([] if load == "own offset" else [True])
+    for name in JOURNALS:
+        assert_allclose(whole.contact(name).offset[0], alone.contact(name).offset[0], rtol=0.0, atol=1e-16)
+        assert_allclose(whole.contact(name).force[0], alone.contact(name).force[0], rtol=1e-11)
+    assert_allclose(whole.displacement("b0")[0], alone.displacement("b0")[0], rtol=0.0, atol=1e-16)
 
 
 @pytest.mark.parametrize("beside", ["constant", "springs", "moduli", "everything by pose"])
