@@ -303,12 +303,7 @@ class ContactSearch:
         if self._together is not None:
             return self._together.under_loads
         # no warning: the state of contact is "mechanism" where the frame is one
-        solution, pairs = self._without_clearance.silenced(), self._components.pairs
-        found = solution.joint_components(pairs)
-        if solution.solver.parts < 2 or not np.isnan(found).any():
-            return found
-        # what moves elsewhere is no matter here
-        return np.stack([solution.joint_force(name)[..., k] for name, k in pairs])
+        return self._without_clearance.silenced().joint_components(self._components.pairs)
 
     @cached_property
     def _singular(self) -> NDArray[np.bool_]:
