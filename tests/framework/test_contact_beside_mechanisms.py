@@ -17,6 +17,7 @@ from linkframe.models import FourBar
 from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import ArrayLike
 from reference import linkages
+from reference.rigid_links import rigid_links
 
 BAR = Beam(Rectangle(y=12.7e-3, z=6.35e-3), Material(E=200e9, nu=0.3))
 RNG = np.random.default_rng(1)
@@ -157,22 +158,6 @@ def test_unit_offsets_at_poses_that_are_singular_by_rounding_go_together(monkeyp
     expected = alone.displacement("P"), alone.joint_force("B"), alone.contact("B").offset
     for one, all_of_them in zip(expected, found, strict=True):
         assert_allclose(all_of_them[1, 7], one, rtol=0.0, atol=1e-9 * np.nan_to_num(np.abs(one)).max())
-
-
-def rigid_links(height: ArrayLike, fx: float, fy: ArrayLike) -> Frame:
-    """Two rigid links from A to C, a unit wide each, on ideal pins with clearance, loaded at B, which is as high."""
-    frame, y = Frame(), np.asarray(height)
-    for name, x in {"A": 0.0, "B": 1.0, "C": 2.0}.items():
-        for end in ("", "'"):
-            frame.node(name + end, np.stack(np.broadcast_arrays(x, y if name == "B" else 0.0, 0.0), axis=-1))
-        pin = Joint((np.inf,) * 5 + (0.0,), clearance=1e-4, clearance_directions=("ux", "uy"))
-        frame.add(f"pin {name}", pin, name, name + "'")
-    frame.rigid("A'", "B")
-    frame.rigid("B'", "C")
-    frame.fix("A")
-    frame.fix("C'")
-    frame.load("B", fx=fx, fy=fy)
-    return frame
 
 
 HEIGHTS = np.array([0.3, 0.0, 0.1, 0.0, -0.2])

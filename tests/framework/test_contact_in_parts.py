@@ -14,6 +14,7 @@ from linkframe.framework.clearances import by_parts, contact_search
 from linkframe.framework.clearances.unit_motions import UnitMotionsPerEntry
 from linkframe.framework.entries import Stretch
 from numpy.testing import assert_allclose, assert_array_equal
+from reference.rigid_links import rigid_links
 from scipy.spatial.transform import Rotation
 
 BAR = Rectangle(y=0.02, z=0.01)
@@ -280,40 +281,23 @@ def at_one(pose: int, sample: int) -> Any:
     return change
 
 
-def rigid_links(height: Array, load: Array) -> Frame:
-    """Two rigid links from A to C on ideal pins with clearance, loaded at B; no offset fits where they are in line."""
-    frame = Frame()
-    for name, x in {"A": 0.0, "B": 1.0, "C": 2.0}.items():
-        for end in ("", "'"):
-            place = np.stack(np.broadcast_arrays(x, height if name == "B" else 0.0, 0.0), axis=-1)
-            frame.node(name + end, place)
-        pin = Joint((np.inf,) * 5 + (0.0,), clearance=1e-4, clearance_directions=("ux", "uy"))
-        frame.add(f"pin {name}", pin, name, name + "'")
-    frame.rigid("A'", "B")
-    frame.rigid("B'", "C")
-    frame.fix("A")
-    frame.fix("C'")
-    frame.load("B", fx=load, fy=0.0 * load)
-    return frame
-
-
 @pytest.mark.parametrize("where", ["here and there", "a whole part"])
 def test_entries_at_which_no_offset_fits(where: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """They are told once, also if a part has no others; and if the batch has no others that is an error."""
     height, load = np.linspace(0.1, 0.3, 6000), np.linspace(1.0, 2.0, 6000)
     height[[3, 17, 4000] if where == "here and there" else slice(2000, 4000)] = 0.0
     with pytest.warns(MechanismWarning):
-        whole = rigid_links(height, load).solve()
+        whole = rigid_links(height, load, 0.0).solve()
     met, count = parts_of(2000, monkeypatch), (height == 0.0).sum()
     with pytest.warns(MechanismWarning, match=f"{count} of 6000 batch entries are unresolved .* pin A, pin B") as told:
-        found = rigid_links(height, load).solve()
+        found = rigid_links(height, load, 0.0).solve()
     assert len(met) >= 2
     assert [each.filename for each in told] == [__file__]
     assert_allclose(found.displacement("B"), whole.displacement("B"), rtol=1e-12, atol=1e-18)
     assert_array_equal(found.status, whole.status)
     assert_array_equal(found.contact("pin B").status, whole.contact("pin B").status)
     with pytest.raises(FrameError, match="no offset fits"):
-        rigid_links(0.0 * height, 0.0 * load).solve()
+        rigid_links(0.0 * height, 0.0, 0.0).solve()
 
 
 def arch(count: int, *varies: str, clearance: bool = True) -> Frame:
