@@ -36,7 +36,7 @@ LAYERS = {
     "linear algebra": "solvers/*",
     "plan": (
         "batched/unloaded batched/entry_program batched/entry_recording batched/batch_program batched/batch_recording "
-        "batched/medium_program "
+        "batched/medium_program batched/trailing_program "
         "batched/plan structure/matrices"
     ),
     "equations in extended precision": "error_bounds/*",

@@ -17,8 +17,9 @@ from ..structure.assembly import component_loads, member_and_mass_loads
 from ..structure.edge import GROUND, preference
 from ..structure.group import Group, precise
 from ..structure.member_numbers import numbers_of
-from ..structure.parts import Grid, is_zero
+from ..structure.parts import Grid, is_zero, mask_of_shape
 from ..structure.topology import Topology
+from .chunks import large_masks
 from .member_formulas import ABSENT, member_formulas
 from .number_blocks import Blocks
 from .one_entry import UNITS, Head
@@ -131,6 +132,9 @@ class BatchNumbers(Blocks):
         The groups of members; none where the program computes their springs.
     formulas
         The members whose springs the program computes, all or none.
+    at_once
+        Whether the stiffness of all members is summed for all entries at once: the batch is short, or no stiffness
+        varies over many of its entries.
     key
         What each number belongs to, over which axes it varies, and which are zero.
     former
@@ -149,11 +153,13 @@ class BatchNumbers(Blocks):
             if body is not None and body not in self.turns:
                 self.turns[body] = self._turned(topology.frame.bodies[body].axes)
         places = {body: k for k, body in enumerate(self.turns)}
-        self.formulas = (member_formulas(self, topology) if self.short else None) or ()
+        large = large_masks(grid)
+        self.at_once = not any(large[mask_of_shape(group.stiffness_shape)] for group in topology.groups)
+        self.formulas = (member_formulas(self, topology) if self.at_once else None) or ()
         self.members: list[Piecewise | PieceNumbers] = []
         on: tuple[Hashable, ...] = (topology.ends.tobytes(),)
         if not self.formulas:
-            own = self._springs if self.short else self._pieces
+            own = self._springs if self.at_once else self._pieces
             self.members = [own(group) for group in topology.groups]
             on = tuple([group.dofs.tobytes() for group in topology.groups])
         self.former: tuple[Any, Any] | None = None

@@ -7,7 +7,7 @@ bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -21,9 +21,9 @@ from ..structure.parts import Extended, Value
 from .batch_machine import BatchMachineCode
 from .batch_numbers import BatchLoads, BatchNumbers
 from .entry_program import EntrySolution, Way
-from .entry_steps import Step
 from .numpy_calls import NumpyCalls, carry_out
 from .stage import SUSPECT
+from .step_layout import StepLayout
 
 
 class BatchProgramFacts(Protocol):
@@ -78,7 +78,6 @@ def batch_solution(
     again: bool,
 ) -> EntrySolution:
     """The solution of a batch by the results of a program of so many steps, run in the given way."""
-    parameters = [(loads if load else numbers).values([k])[0] for load, k in program.parameters]
     return EntrySolution(
         displacements=None,
         numbers=program.unknowns,
@@ -91,32 +90,87 @@ def batch_solution(
         way=way,
         size=size,
         node=results.node,
-        parameters=[1.0, *parameters],
+        parameters=parameters_of(program, numbers, loads),
         shape=numbers.grid.shape,
     )
+
+
+def parameters_of(program: BatchProgramFacts, numbers: BatchNumbers, loads: BatchLoads) -> list[Value]:
+    """Values of the right-hand-side parameters of a batch."""
+    return [1.0, *[(loads if load else numbers).value(k) for load, k in program.parameters]]
+
+
+class Steps:
+    """The steps of a program by NumPy, those that do not depend on the loads once for all loads.
+
+    Parameters
+    ----------
+    layout
+        The steps.
+    least
+        Places of the least pivot ratios.
+    needed
+        Places of the other numbers that all results need.
+    groups
+        Places of each group of numbers that are asked for together.
+    """
+
+    def __init__(
+        self, layout: StepLayout, least: Sequence[int], needed: Sequence[int], groups: Sequence[Sequence[int]]
+    ) -> None:
+        self.layout, self._least = layout, least
+        begin = len(layout.given) + len(layout.constants)
+        self.calls = NumpyCalls(begin, layout.shared, len(layout.loads), layout.loaded, [*least, *needed], groups)
+
+    def run(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[list[Any], bool] | None:
+        """The numbers by place, as far as all results need them, and whether those without the loads were known.
+
+        None where a pivot is close to rounding.
+        """
+        former, calls, layout = numbers.former, self.calls, self.layout
+        again = former is not None and former[0] is self
+        if former is not None and again:
+            values = list(former[1])
+        else:
+            values = self._begun(numbers)
+            carry_out(calls.shared, values)
+            if not all(np.all(values[k] > SUSPECT) for k in self._least):
+                return None
+            numbers.former = self, list(values)
+        values[calls.first : calls.first + len(layout.loads)] = loads.values(layout.loads)
+        carry_out(calls.loaded, values)
+        return values, again
+
+    @property
+    def size(self) -> int:
+        """Number of the steps that all results need."""
+        return len(self.calls.shared) + len(self.calls.loaded)
+
+    def of_group(self, index: int, values: Sequence[Any]) -> list[Any]:
+        """The numbers by place, those of a group among them, from those that `run` returned."""
+        own = list(values)
+        with np.errstate(all="ignore"):
+            carry_out(self.calls.of_group(index), own)
+        return own
+
+    def _begun(self, numbers: BatchNumbers) -> list[Any]:
+        """A list for all numbers, with those given to the program and its constants."""
+        layout = self.layout
+        each = zip(numbers.values(layout.given), layout.wide, strict=True)
+        given = [np.asarray(value).astype(Extended) if wide else value for value, wide in each]
+        return [*given, *layout.constants, *([None] * (layout.size + len(layout.loads)))]
 
 
 @dataclass(frozen=True)
 class BatchProgram:
     """A program for all batches of one topology and shape.
 
-    Its numbers are identified by their place in the order: given numbers, constants, results of the shared steps,
-    loads, results of the loaded steps.
-
     Attributes
     ----------
-    given, wide
-        Which of the frame's numbers are given to the program, and whether each is converted to extended precision.
-    constants
-        Constants of the program.
-    shared
-        Steps that do not depend on the loads.
-    loads
-        Which of the loads are given to the program.
+    layout
+        The steps, with a place for each number.
     widths
         How many numbers and how many loads there are, given ones and others.
-    loaded
-        Steps that depend on the loads.
     nodes
         Places of the displacements of all nodes, six for each.
     unknowns, least
@@ -127,12 +181,7 @@ class BatchProgram:
         As of an `EntrySolution`.
     """
 
-    given: tuple[int, ...]
-    wide: tuple[bool, ...]
-    constants: tuple[Value, ...]
-    shared: tuple[Step, ...]
-    loads: tuple[int, ...]
-    loaded: tuple[Step, ...]
+    layout: StepLayout
     widths: tuple[int, int]
     nodes: tuple[int, ...]
     unknowns: dict[int, int]
@@ -150,8 +199,7 @@ class BatchProgram:
         if found is None:
             return None
         results, again = found
-        size = len(self.shared) + len(self.loaded)
-        return batch_solution(self, results, numbers, loads, way, size, again=again)
+        return batch_solution(self, results, numbers, loads, way, self.layout.size, again=again)
 
     def _by_machine(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InTables, bool] | None:
         nodes, others = self.machine.run(numbers.table, loads.table)
@@ -163,39 +211,24 @@ class BatchProgram:
     @cached_property
     def machine(self) -> BatchMachineCode:
         """The steps as machine code."""
-        given = dict(zip(self.given, self.wide, strict=True))
-        steps = self.shared, self.loads, self.loaded
+        layout = self.layout
+        given = dict(zip(layout.given, layout.wide, strict=True))
+        steps = layout.shared, layout.loads, layout.loaded
         asked = [*self.least, *self.unknowns.values()]
-        return BatchMachineCode(given, self.constants, *steps, self.widths, self.nodes, asked)
+        return BatchMachineCode(given, layout.constants, *steps, self.widths, self.nodes, asked)
 
     def _by_numpy(self, numbers: BatchNumbers, loads: BatchLoads) -> tuple[InLists, bool] | None:
-        former, calls = numbers.former, self.calls
-        again = former is not None and former[0] is self
-        if former is not None and again:
-            values = list(former[1])
-        else:
-            values = self._begun(numbers)
-            carry_out(calls.shared, values)
-            if not all(np.all(values[k] > SUSPECT) for k in self.least):
-                return None
-            numbers.former = self, list(values)
-        values[calls.first : calls.first + len(self.loads)] = loads.values(self.loads)
-        carry_out(calls.loaded, values)
+        found = self.steps.run(numbers, loads)
+        if found is None:
+            return None
+        values, again = found
         return InLists(numbers.grid.shape, self, values), again
 
-    def _begun(self, numbers: BatchNumbers) -> list[Any]:
-        """A list for all numbers, with those given to the program and its constants."""
-        each = zip(numbers.values(self.given), self.wide, strict=True)
-        given = [np.asarray(value).astype(Extended) if wide else value for value, wide in each]
-        rest = len(self.shared) + len(self.loads) + len(self.loaded)
-        return [*given, *self.constants, *([None] * rest)]
-
     @cached_property
-    def calls(self) -> NumpyCalls:
-        """The steps as calls of NumPy."""
-        known = [*self.unknowns.values()]
-        begin = len(self.given) + len(self.constants)
-        return NumpyCalls(begin, self.shared, len(self.loads), self.loaded, self.nodes, known, self.least)
+    def steps(self) -> Steps:
+        """The steps by NumPy."""
+        nodes = [self.nodes[k : k + 6] for k in range(0, len(self.nodes), 6)]
+        return Steps(self.layout, self.least, [*self.unknowns.values()], nodes)
 
 
 class InTables:
@@ -241,9 +274,7 @@ class InLists:
 
     def node(self, number: int) -> Array:
         """Displacements of a node, (..., 6)."""
-        own = list(self._values)
-        with np.errstate(all="ignore"):
-            carry_out(self._program.calls.of_node(number), own)
+        own = self._program.steps.of_group(number, self._values)
         out = np.empty((6, *self._shape))
         for k, place in enumerate(self._program.nodes[6 * number : 6 * number + 6]):
             out[k] = own[place]

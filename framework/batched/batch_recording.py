@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import accumulate
 from typing import cast
 
@@ -48,6 +49,7 @@ from .partial_factorisation import PartialFactorisation
 from .replay import MOST, operations
 from .stage import Forces, Stage
 from .step_layout import StepLayout
+from .trailing_program import TrailingProgram, trailing_program
 
 # The program is recorded after this many solutions of a topology and shape whose numbers were gathered; it is compiled
 # to machine code after _OFTEN, which takes ten times as long.
@@ -55,13 +57,15 @@ _FEW, _OFTEN = 0, 20
 # Largest number of results, for all entries together, that a program for a medium batch computes at once.
 _ROOM = 2**22
 
+Program = BatchProgram | MediumProgram | TrailingProgram
+
 
 class _Alike:
     """Batches of one topology and shape in the cache: how often they were solved, and their program."""
 
     def __init__(self) -> None:
         self.met = 0
-        self.program: BatchProgram | MediumProgram | None = None
+        self.program: Program | None = None
         self.without = False
 
     def solution(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
@@ -121,7 +125,7 @@ class _BatchWriter:
     def __init__(self, plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> None:
         self.plan, self.numbers, self.loads = plan, numbers, loads
         grid = numbers.grid
-        self.later = len(grid.sizes) if numbers.short else 0
+        self.later = len(grid.sizes) if numbers.at_once else 0
         self.recording = Recording(axes=len(grid.sizes) - 1, signless=True)
         self._given = self._terms(numbers, 0)
         self._pushes = self._terms(loads, self.later)
@@ -310,13 +314,13 @@ def _sums(stiffness: list[Value], rows: list[list[Value]]) -> dict[tuple[int, in
 
 
 def _suits(plan: Writable, numbers: BatchNumbers) -> bool:
-    """Whether a batch may have a program: by its method, and if it is a medium one, as all of its members vary."""
+    """Whether a batch may have a program: by its method, and as all of its members vary over many entries, or none."""
     if plan.method.name != BROADCAST or plan.chains:
         return False
-    return numbers.short or len(plan.varying.groups) == len(plan.topology.groups)
+    return numbers.at_once or len(plan.varying.groups) == len(plan.topology.groups)
 
 
-def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchProgram | MediumProgram | None:
+def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> Program | None:
     """The program of a batch.
 
     None where there can be none: for another method, chains, several separate parts, too many operations, a mechanism,
@@ -335,6 +339,9 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
         blocks = {name: written.block(name) for name in sorted(written.excited)}
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
             return None
+        layout = partial(StepLayout, writer.recording, wide=numbers.wide, loads=loads.count, mask=writer.later)
+        if not numbers.short and numbers.at_once:
+            return trailing_program(written, blocks, layout, tuple(writer.parameters), plan.method)
         if not numbers.short and not all(block.varying for block in blocks.values()):
             return None
         known: dict[int, Value] = {}
@@ -356,19 +363,14 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> BatchP
             return None
         parts = writer.recording, nodes, known, [*least.values()], tuple(writer.parameters)
         return MediumProgram(*parts, written.component, frozenset(written.excited), plan.method)
-    program = StepLayout(writer.recording, asked, numbers.wide, loads.count, writer.later)
+    steps = layout(asked)
     a, b = accumulate((len(nodes), len(known)))
     return BatchProgram(
-        given=program.given,
-        wide=tuple(numbers.wide[k] for k in program.given),
-        constants=program.constants,
-        shared=program.shared,
-        loads=program.loads,
-        loaded=program.loaded,
+        layout=steps,
         widths=(numbers.count, loads.count),
-        nodes=tuple(program.outputs[:a]),
-        unknowns=dict(zip(known, program.outputs[a:b], strict=True)),
-        least=tuple(program.outputs[b:]),
+        nodes=tuple(steps.outputs[:a]),
+        unknowns=dict(zip(known, steps.outputs[a:b], strict=True)),
+        least=tuple(steps.outputs[b:]),
         parameters=tuple(writer.parameters),
         component=written.component,
         excited=frozenset(written.excited),

@@ -114,6 +114,8 @@ class BlockFactor:
     compiled
         Whether the program for the chunks is run as machine code (True) or by NumPy (False); None chooses the one that
         is expected to be faster.
+    shared
+        The steps that vary over few batch entries, if they are done already; else None.
 
     Attributes
     ----------
@@ -122,7 +124,13 @@ class BlockFactor:
     """
 
     def __init__(
-        self, block: Block, chunk: int | None = None, workers: int = 1, *, compiled: bool | None = None
+        self,
+        block: Block,
+        chunk: int | None = None,
+        workers: int = 1,
+        *,
+        compiled: bool | None = None,
+        shared: PartialFactorisation | None = None,
     ) -> None:
         self.block, self.workers = block, workers
         self.large: Wanted = large_masks(block.grid)
@@ -130,7 +138,7 @@ class BlockFactor:
         self.axis, self.step = steps(block.grid, block.orders, chunk)
         self.compiled = compiled
         with np.errstate(all="ignore"):
-            self.shared = self._shared()
+            self.shared = self._shared() if shared is None else shared
         # Kept for later results and other loads: values of the trailing unknowns and right-hand-side parameters, and
         # the factors of chunks.
         self._numbers: dict[int, Value] | None = None
@@ -151,7 +159,7 @@ class BlockFactor:
         clone.shared = self.shared.loaded(forces, {}, block.rhs_parameters)
         with np.errstate(all="ignore"):
             clone.shared.load(self.small)
-        whole = not any(self.large) or (len(clone._former) == self.chunks and not clone._only_trailing)
+        whole = not any(self.large) or (len(clone._former) == self.chunks and not clone.only_trailing)
         clone.origin = "the factor" if whole else "what the entries share of the factor"
         return clone
 
@@ -166,15 +174,24 @@ class BlockFactor:
         """Number of chunks; 1 where the whole batch is done at once."""
         return -(-self.block.grid.shape[self.axis] // self.step) if any(self.large) else 1
 
+    @functools.cached_property
+    def only_trailing(self) -> bool:
+        """Whether only the trailing joint-relative unknowns are left to the chunks."""
+        inner, _ = self.block.orders
+        if self.block.varying:
+            return False
+        done = self.shared.inner.complete and self.shared.outer.complete
+        return done and not any(self.large[mask] for mask in inner.masks.values())
+
     @property
     def by_chunks(self) -> bool:
         """Whether each pass over the batch eliminates more than the trailing unknowns."""
-        return any(self.large) and not self._only_trailing
+        return any(self.large) and not self.only_trailing
 
     @property
     def negligible(self) -> int:
         """Number of couplings that the chunks neglect because they are below rounding."""
-        return self._rest.negligible if any(self.large) and self._only_trailing else 0
+        return self._rest.negligible if any(self.large) and self.only_trailing else 0
 
     def values(self, rows: Sequence[Row], places: Sequence[Array | None] = ()) -> list[Value]:
         """Values of rows over the whole batch, each of a shape that broadcasts to it.
@@ -189,7 +206,14 @@ class BlockFactor:
         with np.errstate(all="ignore"):
             if not any(self.large):
                 return self.shared.values(rows)
-            return self._from_trailing(rows, places) if self._only_trailing else self._from_stages(rows, places)
+            if not self.only_trailing:
+                return self._from_stages(rows, places)
+            return self._from_trailing([self.shared.carried(row) for row in rows], places)
+
+    def from_trailing(self, carried: Sequence[Row], places: Sequence[Array | None] = ()) -> list[Value]:
+        """`values` of rows that are expressed in the trailing unknowns already, where only these are left."""
+        with np.errstate(all="ignore"):
+            return self._from_trailing(carried, places)
 
     def written(self, recording: Recording, *, anew: bool = False) -> WrittenBlock | None:
         """The solution as terms of a recording.
@@ -198,7 +222,7 @@ class BlockFactor:
         """
         if not any(self.large):
             return WrittenBlock(lambda rows, given: [recording.take(v) for v in self.shared.values(rows, given)])
-        if self._only_trailing:
+        if self.only_trailing:
             own = self._unknowns(recording) or self._rest.recorded(recording).numbers
 
             def products(rows: Sequence[Row], given: Sequence[Value] | None) -> list[Value]:
@@ -228,15 +252,17 @@ class BlockFactor:
         """The least pivot ratio, of the batch shape over which it varies."""
         shared = [np.asarray(value, dtype=np.float64) for value in self.shared.pivot_ratios]
         small: Array = functools.reduce(np.minimum, sorted(shared, key=np.size), np.asarray(np.inf))
-        if not any(self.large):
-            return small
+        return np.asarray(np.minimum(small, self.trailing_least())) if any(self.large) else small
+
+    def trailing_least(self) -> Array:
+        """The least pivot ratio of what the shared steps leave to the chunks."""
         if self._least is None:
-            if self._only_trailing and self._rest.pivot_ratio:  # known before anything is solved
+            if self.only_trailing and self._rest.pivot_ratio:  # known before anything is solved
                 self._least = np.asarray(self._rest.pivot_ratio)
             else:
                 self.values([])
         assert self._least is not None
-        return np.asarray(np.minimum(small, self._least))
+        return self._least
 
     # -- one run ----------------------------------------------------------------------------------------------------
 
@@ -253,15 +279,6 @@ class BlockFactor:
     # -- chunks -----------------------------------------------------------------------------------------------------
 
     @functools.cached_property
-    def _only_trailing(self) -> bool:
-        """Whether only the trailing joint-relative unknowns are left to the chunks."""
-        inner, _ = self.block.orders
-        if self.block.varying:
-            return False
-        done = self.shared.inner.complete and self.shared.outer.complete
-        return done and not any(self.large[mask] for mask in inner.masks.values())
-
-    @functools.cached_property
     def _rest(self) -> TrailingSchurComplement:
         """The Schur complement that the shared steps leave to the chunks."""
         stage = self.shared.outer
@@ -269,13 +286,12 @@ class BlockFactor:
         done = {step.mask for each in (self.shared.inner, stage) for step in each.pivots.values()}
         return TrailingSchurComplement.of(stage, left, self.shared.rhs_parameters, self.block.grid, done)
 
-    def _from_trailing(self, rows: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
-        """Values of rows from the trailing unknowns, which are kept from the second request on."""
+    def _from_trailing(self, asked: Sequence[Row], places: Sequence[Array | None]) -> list[Value]:
+        """Values of carried rows from the trailing unknowns, which are kept from the second request on."""
         shape, rest = self.block.grid.shape, self._rest
         alone = not self._written(1)
         self.ran = SHORT if alone else self.ran
         recording: Arithmetic = Direct(shape) if alone else Recording()
-        asked = [self.shared.carried(row) for row in rows]
         keep = self._numbers is None and (self._again or self.chunks == 1)
         watched: list[Value] = []
         numbers = self._unknowns(recording)
@@ -292,10 +308,10 @@ class BlockFactor:
             known = {-1 - s: value for s, value in enumerate(rest.rhs_parameters)}
             self._numbers = dict(zip(rest.pivots, found[len(found) - len(unknowns) :], strict=True)) | known
         if self._least is None:
-            self._least = np.asarray(found[len(rows)] if watched else rest.pivot_ratio)
-        if rows:  # without rows only the pivot ratio was requested, which does not count as a first request
+            self._least = np.asarray(found[len(asked)] if watched else rest.pivot_ratio)
+        if asked:  # without rows only the pivot ratio was requested, which does not count as a first request
             self._again = 8 * self.block.grid.sizes[-1] * len(rest.pivots) < KEEP
-        return found[: len(rows)]
+        return found[: len(asked)]
 
     def _unknowns(self, recording: Arithmetic) -> dict[int, Value]:
         """Trailing unknowns and right-hand-side parameters that were kept, by number; empty if none were."""

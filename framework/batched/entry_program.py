@@ -8,7 +8,7 @@ to the last bit.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from enum import Enum
@@ -68,6 +68,9 @@ class EntrySolution:
         Right-hand-side parameters.
     shape
         Batch shape.
+    of_rows
+        Function that returns the values of rows over the unknowns and the right-hand-side parameters, where they do not
+        follow from `known`; else None.
     """
 
     displacements: Array | None
@@ -83,6 +86,7 @@ class EntrySolution:
     node: Callable[[int], Array] = _of_a_batch
     parameters: Sequence[Value] = (1.0,)
     shape: Shape = ()
+    of_rows: Callable[[Sequence[Row]], list[Value]] | None = None
 
     @property
     def ran(self) -> str:
@@ -90,8 +94,8 @@ class EntrySolution:
         if self.displacements is not None:
             return f"{self.size} steps, recorded for all frames of this topology, {self.way.value}"
         how = "as machine code" if self.way is Way.MACHINE else "by NumPy one by one"
-        steps = f"{self.size} steps on {math.prod(self.shape)} entries"
-        return f"{steps}, recorded for all batches of this topology and shape, {how}"
+        numbers = f"{math.prod(self.shape)} entries" if self.of_rows is None else "what entries share"
+        return f"{self.size} steps on {numbers}, recorded for all batches of this topology and shape, {how}"
 
     @cached_property
     def unknowns(self) -> dict[int, Value]:
@@ -99,7 +103,9 @@ class EntrySolution:
         return dict(zip(self.numbers, self.known(), strict=True))
 
     def values(self, rows: Sequence[Row]) -> list[Value]:
-        """Values of rows over the unknowns and the right-hand-side parameter one."""
+        """Values of rows over the unknowns and the right-hand-side parameters."""
+        if self.of_rows is not None:
+            return self.of_rows(rows)
         return values_of(rows, self.component, self.excited, self.unknowns, self.parameters)
 
 
@@ -224,15 +230,23 @@ def values_of(
     parameters: Sequence[Value] = (1.0,),
 ) -> list[Value]:
     """Values of rows: for each the sum of its constant terms and of its terms in each loaded component."""
-    split: dict[int, dict[int, Row]] = {}
-    for index, row in enumerate(rows):
-        for k in unknowns(row):
-            if component[k] in excited:
-                split.setdefault(component[k], {}).setdefault(index, {})[k] = row[k]
+    split, direct = divided_rows(rows, component, excited)
     terms: list[list[tuple[Value, Value]]] = [
-        [(value, parameters[-1 - k]) for k, value in row.items() if k < 0] for row in rows
+        [(value, parameters[-1 - k]) for k, value in row.items()] for row in direct
     ]
     for parts in split.values():
         for index, part in parts.items():
             terms[index].append((1.0, combine([(factor, known[k]) for k, factor in part.items()])))
     return [combine(term) for term in terms]
+
+
+def divided_rows(
+    rows: Sequence[Row], component: Mapping[int, int], excited: Container[int]
+) -> tuple[dict[int, dict[int, Row]], list[Row]]:
+    """The part of each row over the unknowns of each loaded component, by index of the row, and over the parameters."""
+    split: dict[int, dict[int, Row]] = {}
+    for index, row in enumerate(rows):
+        for k in unknowns(row):
+            if component[k] in excited:
+                split.setdefault(component[k], {}).setdefault(index, {})[k] = row[k]
+    return split, [{k: value for k, value in row.items() if k < 0} for row in rows]

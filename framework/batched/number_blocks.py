@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Hashable, Iterator, Sequence
 from itertools import groupby, pairwise
 from typing import Any
@@ -89,6 +90,13 @@ class Blocks:
                 continue
             numbers = np.ascontiguousarray(block) if mask else block.reshape(-1)
             found += [numbers[k - start] for k in wanted[a:b]]
+        return found
+
+    def value(self, k: int) -> Value:
+        """The number of an index, of the shape over which it varies."""
+        place = bisect_right(self.starts, k) - 1
+        block, k = self.blocks[place], k - self.starts[place]
+        found: Value = np.ascontiguousarray(block[k]) if self.masks[place] else block.reshape(-1)[k]
         return found
 
     @cached_property

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from ..structure.parts import Extended
-from .entry_steps import Step, divided, kept_places, least, most, negative, widen
+from .entry_steps import Step, divided, least, most, negative, widen
 
 # A function, the places of its operands and of its result, and the places that are not read any more.
 Call = tuple[Callable[[Any, Any], Any], int, int, int, tuple[int, ...]]
 
 
 class NumpyCalls:
-    """The steps of a program: the shared ones, those that the unknowns need, and those of the displacements of a node.
+    """The steps of a program: those that all results need, and the others, which only some results need.
 
     Numbers are identified by their place in the order: given numbers and constants, results of the shared steps, loads,
     results of the loaded steps.
@@ -29,15 +29,17 @@ class NumpyCalls:
         Steps that do not depend on the loads, and those that do.
     loads
         Number of loads.
-    nodes, known, ratios
-        Places of the displacements of all nodes, of the unknowns, and of the least pivot ratios.
+    needed
+        Places of what all results need.
+    groups
+        Places of each group of numbers that are asked for together.
 
     Attributes
     ----------
     first
         Place of the first load.
     shared, loaded
-        Calls of the shared steps, and of those of the others that the unknowns need.
+        Calls of the steps that all results need, those that do not depend on the loads and those that do.
     """
 
     def __init__(
@@ -46,30 +48,32 @@ class NumpyCalls:
         shared: Sequence[Step],
         loads: int,
         loaded: Sequence[Step],
-        nodes: Sequence[int],
-        known: Sequence[int],
-        ratios: Sequence[int],
+        needed: Sequence[int],
+        groups: Sequence[Sequence[int]],
     ) -> None:
         self.first = begin + len(shared)
-        self._nodes = nodes
-        self._steps = dict(enumerate(loaded, self.first + loads))
-        self.shared = _calls(dict(enumerate(shared, begin)), kept_places(ratios, loaded, known, nodes, self.first))
-        self._done = self._needed(known)
-        later = {k: step for k, step in self._steps.items() if k not in self._done}
-        read = {k for _, a, b in later.values() for k in (a, b)}
-        self.loaded = _calls({k: self._steps[k] for k in sorted(self._done)}, {*known, *read, *nodes})
-        self._of_node: dict[int, list[Call]] = {}
+        self._groups = groups
+        self._steps = dict(enumerate(shared, begin)) | dict(enumerate(loaded, self.first + loads))
+        self._done = self._needed(needed)
+        read = {k for place, (_, a, b) in self._steps.items() if place not in self._done for k in (a, b)}
+        kept = read.union(needed, *groups)
+        done = {k: self._steps[k] for k in sorted(self._done)}
+        before = {k: step for k, step in done.items() if k < self.first}
+        after = {k: step for k, step in done.items() if k >= self.first}
+        self.shared = _calls(before, kept.union(k for _, a, b in after.values() for k in (a, b)))
+        self.loaded = _calls(after, kept)
+        self._of_group: dict[int, list[Call]] = {}
 
-    def of_node(self, node: int) -> list[Call]:
-        """The calls that the displacements of a node need beyond the others."""
-        if node not in self._of_node:
-            asked = self._nodes[6 * node : 6 * node + 6]
+    def of_group(self, index: int) -> list[Call]:
+        """The calls that a group of numbers needs beyond those that all results need."""
+        if index not in self._of_group:
+            asked = self._groups[index]
             needed = sorted(self._needed(asked) - self._done)
-            self._of_node[node] = _calls({k: self._steps[k] for k in needed}, asked)
-        return self._of_node[node]
+            self._of_group[index] = _calls({k: self._steps[k] for k in needed}, asked)
+        return self._of_group[index]
 
     def _needed(self, places: Iterable[int]) -> set[int]:
-        """Places of the loaded steps that some results need, themselves included."""
+        """Places of the steps that some results need, themselves included."""
         found: set[int] = set()
         left = [k for k in places if k in self._steps]
         while left:

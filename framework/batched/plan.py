@@ -144,7 +144,7 @@ class Plan:
     def medium(self) -> bool:
         """Whether a program solves a batch whose members vary, and that is not short."""
         numbers = self.unloaded.numbers
-        return isinstance(numbers, BatchNumbers) and not numbers.short and self.entry is not None
+        return isinstance(numbers, BatchNumbers) and not numbers.at_once and self.entry is not None
 
     # -- without the loads ------------------------------------------------------------------------------------------
 

@@ -35,6 +35,8 @@ class StepLayout:
     ----------
     given, loads
         Which of the given numbers, and which of the loads, the steps need.
+    wide
+        For each of these given numbers, whether it is in extended precision.
     constants
         Constants of the steps.
     shared, loaded
@@ -49,6 +51,7 @@ class StepLayout:
         program, inputs = recording.program([value for value in asked if isinstance(value, Term)])
         count = len(wide)
         self.given = tuple(k for k in inputs if k < count)
+        self.wide = tuple(wide[k] for k in self.given)
         self.loads = tuple(k - count for k in inputs if count <= k < count + loads)
         # new places of the numbers of the recorded program
         at = {given: number for number, given in enumerate(inputs)}
@@ -82,6 +85,11 @@ class StepLayout:
         self.loaded = tuple(self._steps)
         outputs = iter(program.outputs)
         self.outputs = [self._of(next(outputs) if isinstance(value, Term) else value) for value in asked]
+
+    @property
+    def size(self) -> int:
+        """Number of steps."""
+        return len(self.shared) + len(self.loaded)
 
     def _of(self, output: int | Value) -> int:
         """Place of an output; an output that is not a term is zero."""
