@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .batched.block import BlockFactor
+from .batched.block_factor import BlockFactor
 from .batched.plan import Plan
 from .batched.reuse import Differences
 from .batched.unloaded import Chained, Former, Unloaded

@@ -15,7 +15,7 @@ from ..program.recording import Recording
 from ..results.status import is_singular
 from ..structure.parts import Row, Value, sums
 from ..structure.varying import Varying
-from .block import BlockFactor, WrittenBlock
+from .block_factor import BlockFactor, WrittenBlock
 from .condensation import retained
 from .plan import Plan
 from .stage import SUSPECT

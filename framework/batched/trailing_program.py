@@ -20,7 +20,8 @@ from ..solvers.method import Method
 from ..structure.parts import Row, Value, sums
 from .batch_numbers import BatchLoads, BatchNumbers
 from .batch_program import Steps, batch_solution, parameters_of
-from .block import Block, BlockFactor
+from .block import Block
+from .block_factor import BlockFactor
 from .entry_program import EntrySolution, Way, divided_rows
 from .entry_recording import TermPlan
 from .partial_factorisation import PartialFactorisation

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched.block import BlockFactor
+from linkframe.framework.batched.block_factor import BlockFactor
 from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.solution import Solution
 from linkframe.models import FourBar

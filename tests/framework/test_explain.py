@@ -10,7 +10,8 @@ import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, MechanismWarning, Solution, ldl
 from linkframe.framework.batched import stage
-from linkframe.framework.batched.block import Block, BlockFactor
+from linkframe.framework.batched.block import Block
+from linkframe.framework.batched.block_factor import BlockFactor
 from linkframe.framework.cache import PROGRAMS
 from linkframe.framework.structure.parts import Value
 from linkframe.models import FourBar

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
 from linkframe.framework.batch import Array
-from linkframe.framework.batched.block import BlockFactor
+from linkframe.framework.batched.block_factor import BlockFactor
 from linkframe.framework.cache import KERNELS
 from linkframe.framework.program import calculation, machine_code
 from linkframe.framework.program.calculation import Calculation

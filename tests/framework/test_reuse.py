@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame
-from linkframe.framework.batched import block as block_module
+from linkframe.framework.batched import block_factor as block_module
 from linkframe.framework.batched import unloaded as unloaded_module
 from linkframe.framework.batched.broadcast import BroadcastSolver
 from linkframe.framework.batched.partial_factorisation import PartialFactorisation

@@ -9,7 +9,7 @@ import pytest
 from linkframe.elements import Joint
 from linkframe.framework import Frame
 from linkframe.framework.batch import Array
-from linkframe.framework.batched.block import BlockFactor
+from linkframe.framework.batched.block_factor import BlockFactor
 from linkframe.framework.batched.chunks import CHUNK, FEWEST, steps
 from linkframe.framework.batched.order import Order
 from linkframe.framework.program.combination import BLOCK, Combination

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle, Section
 from linkframe.framework import Frame
-from linkframe.framework.batched.block import BlockFactor
+from linkframe.framework.batched.block_factor import BlockFactor
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
