@@ -19,7 +19,7 @@ import numpy as np
 
 from ..batch import Array, Shape
 from ..solvers.method import Method
-from ..structure.parts import Extended, Row, Value, combine, unknowns
+from ..structure.parts import Extended, Row, Value, combine
 from .entry_machine import EntryMachineCode
 from .entry_steps import EntryCode, Step, carried_out
 from .one_entry import EntryLoads, EntryNumbers
@@ -246,7 +246,7 @@ def divided_rows(
     """The part of each row over the unknowns of each loaded component, by index of the row, and over the parameters."""
     split: dict[int, dict[int, Row]] = {}
     for index, row in enumerate(rows):
-        for k in unknowns(row):
-            if component[k] in excited:
-                split.setdefault(component[k], {}).setdefault(index, {})[k] = row[k]
+        for k, factor in row.items():
+            if k >= 0 and component[k] in excited:
+                split.setdefault(component[k], {}).setdefault(index, {})[k] = factor
     return split, [{k: value for k, value in row.items() if k < 0} for row in rows]

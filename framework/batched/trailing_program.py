@@ -6,7 +6,7 @@ without a program, by matrix products.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, cast
@@ -120,8 +120,8 @@ class TrailingProgram:
     @cached_property
     def steps(self) -> Steps:
         """The steps by NumPy; the numbers of each node are a group, and those of all factorisations are the last."""
-        groups = [*[_places_of([rows]) for rows in self.nodes], _places_of([*self.shared.values()])]
-        return Steps(self.layout, self.least, _places_of([*self._trailing.values()]), groups)
+        groups = [*[_places_of([rows]) for rows in self.nodes], _places_of(self.shared.values())]
+        return Steps(self.layout, self.least, _places_of(self._trailing.values()), groups)
 
     @cached_property
     def _trailing(self) -> dict[int, PartialFactorisation]:
@@ -190,8 +190,9 @@ def trailing_program(
     tree = written.tree
     each = [tree.global_rows(node) for node in range(len(tree.topology.number))]
     nodes = [CarriedRows.of(rows, written.component, begun) for rows in each]
-    terms = _terms_of([*begun.values(), *nodes])
-    terms |= {value.number: value for value in least if isinstance(value, Term)}
+    terms = {
+        value.number: value for value in [*_numbers_of([*begun.values(), *nodes]), *least] if isinstance(value, Term)
+    }
     found = layout(cast(list[Value], [*terms.values()]))
     place = placed(dict(zip(terms, found.outputs, strict=True)))
     return TrailingProgram(
@@ -294,29 +295,19 @@ def _masks(pivots: Mapping[int, Pivot]) -> dict[int, Pivot]:
     return {k: Pivot(step.mask, 0.0, {}) for k, step in pivots.items()}
 
 
-def _terms_of(parts: Sequence[PartialFactorisation | CarriedRows]) -> dict[int, Term]:
-    """All terms in some parts of a program, by number."""
-    found: dict[int, Term] = {}
+def _places_of(parts: Iterable[PartialFactorisation | CarriedRows]) -> list[int]:
+    """All places in some parts of a program."""
+    return sorted({int(value) for value in _numbers_of(parts) if isinstance(value, Place)})
+
+
+def _numbers_of(parts: Iterable[PartialFactorisation | CarriedRows]) -> list[Value]:
+    """All numbers in some parts of a program."""
+    found: list[Value] = []
 
     def note(value: Value) -> Value:
-        if isinstance(value, Term):
-            found[value.number] = value
+        found.append(value)
         return value
 
     for part in parts:
         part.mapped(note)
     return found
-
-
-def _places_of(parts: Sequence[PartialFactorisation | CarriedRows]) -> list[int]:
-    """All places in some parts of a program."""
-    found: set[int] = set()
-
-    def note(value: Value) -> Value:
-        if isinstance(value, Place):
-            found.add(value)
-        return value
-
-    for part in parts:
-        part.mapped(note)
-    return sorted(found)
