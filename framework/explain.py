@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .batched.broadcast import BroadcastSolver
 from .batched.chunks import large_masks, steps
 from .batched.order import Order
 from .batched.plan import Plan
-from .clearances.clearance import Clearances, joints_with_clearance
+from .clearances.joints import joints_with_clearance
 from .description import Description
 from .dofs import DISPLACEMENTS
 from .listing import Explanation
@@ -16,6 +18,9 @@ from .results.linear import LinearResults
 from .solvers.stacked import StackedSolver
 from .states import ClearanceState
 from .structure.parts import Grid
+
+if TYPE_CHECKING:
+    from .clearances.clearance import Clearances
 
 # Operations a second of one core on arrays that its cache holds, as order of magnitude for the estimate.
 RATE = 1e9

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 from .batched.idle import released
 from .batched.plan import Plan
-from .clearances.clearance import Clearances, joints_with_clearance
-from .clearances.contact_search import ContactSearch, FrameSolvers
-from .clearances.contact_state import ClearanceComponents
+from .clearances import clearance as contact_in_clearance
+from .clearances import contact_search
+from .clearances.joints import joints_with_clearance
 from .description import Description, alone
 from .explain import explain
 from .factor_cache import Factors, beside, planned
 from .linear.trust import ResultsWithBounds
 from .results.primary import Primary
 from .solvers.method import BROADCAST, checked
+
+if TYPE_CHECKING:
+    from .clearances.contact_state import ClearanceComponents
 
 
 class Solution(ResultsWithBounds):
@@ -89,7 +93,9 @@ class Solution(ResultsWithBounds):
             plan, factors = whole()
             return cls(described, plan, primary=Primary(plan, factors))
 
-        def search(some: Description, components: ClearanceComponents, resists: bool | None) -> ContactSearch:
+        def search(
+            some: Description, components: ClearanceComponents, resists: bool | None
+        ) -> contact_search.ContactSearch:
             part = some is not described
 
             def loaded() -> tuple[Solution, Factors]:
@@ -104,9 +110,10 @@ class Solution(ResultsWithBounds):
                 )
                 return cls(given, plan, primary=Primary(plan, factors))
 
-            return ContactSearch(some, components, FrameSolvers(cls.of, cls._per_unit, loaded, with_offsets), resists)
+            solvers = contact_search.FrameSolvers(cls.of, cls._per_unit, loaded, with_offsets)
+            return contact_search.ContactSearch(some, components, solvers, resists)
 
-        contact = Clearances(described, search, asked)
+        contact = contact_in_clearance.Clearances(described, search, asked)
         return cls(described, contact.plan, contact)
 
     @classmethod

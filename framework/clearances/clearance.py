@@ -31,17 +31,11 @@ from .by_parts import ContactOfParts, contact_of_parts, is_long, too_much_varies
 from .contact import Contact
 from .contact_search import ContactSearch
 from .contact_state import ClearanceComponents, Tally
+from .joints import joints_with_clearance
 
 # A function that returns the search for contact in a frame, given its components with clearance, and whether offsets
 # cause forces at its first batch entry; None if that is not known.
 Search = Callable[[Description, ClearanceComponents, bool | None], ContactSearch]
-
-
-def joints_with_clearance(frame: Description) -> list[str]:
-    """Names of the joints with clearance."""
-    given = ((name, joint.element.clearance) for name, joint in frame.joints.items())
-    # a single number is compared as a Python float, which takes a quarter of the time
-    return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
 
 
 def components_with_clearance(frame: Description) -> ClearanceComponents:

@@ -15,10 +15,9 @@ from ..description import Description
 from ..states import ClearanceState, States, put, states_of
 from .ball_problem import BallProblem, Groups, Minimum, or_one, times
 from .ball_qp import minima
+from .joints import UNLOADED
 from .middle import free_motions
 
-# A force below this share of the largest load or joint force is rounding.
-UNLOADED = 1e-12
 # A joint with less than this part in a free motion does not take part.
 _STILL = 1e-6
 # Between these squares have full precision.

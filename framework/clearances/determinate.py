@@ -24,7 +24,8 @@ from ..program.direct import Direct
 from ..program.recording import Recording, Term
 from ..results.linear import LinearResults
 from ..structure.parts import Value, is_zero, total
-from .contact_state import UNLOADED, ClearanceComponents, sizes
+from .contact_state import ClearanceComponents, sizes
+from .joints import UNLOADED
 from .unit_motions import UnitMotions
 
 # The force in a component as a sum of products: right-hand-side parameters, and the work of the loads per unit of each.

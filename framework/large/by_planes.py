@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.idle import released_at_rest
 from ..checked import whole_number
-from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
+from ..clearances.joints import joints_with_clearance
 from ..description import Description, excluding
 from ..errors import FrameError
 from ..listing import Explanation

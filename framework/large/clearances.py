@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..batch import Array
-from ..clearances.contact_state import UNLOADED
+from ..clearances.joints import UNLOADED
 from .equations import EquilibriumEquations
 from .joints import TreeJoint
 from .model import Model

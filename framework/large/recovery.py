@@ -15,9 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from .. import rotation
 from ..arm import transferred_along_x
 from ..batch import Array, aligned, rotated
-from ..clearances.clearance import joints_with_clearance
 from ..clearances.contact import Contact
-from ..clearances.contact_state import UNLOADED
+from ..clearances.joints import UNLOADED, joints_with_clearance
 from ..entries import flattened
 from ..member_law import DEFORMATIONS
 from ..results.along_member import AlongMembers

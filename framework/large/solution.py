@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..batch import Array
 from ..batched.plan import Plan
-from ..clearances.clearance import joints_with_clearance
+from ..clearances.joints import joints_with_clearance
 from ..described.released_ends import with_hinges
 from ..description import Description
 from ..listing import Explanation

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from ..batch import Array
 from ..batched.broadcast import BroadcastSolver
 from ..batched.plan import Plan
-from ..clearances.clearance import Clearances
-from ..clearances.determinate import DeterminateContact
 from ..described.released_ends import with_hinges
 from ..description import Description
 from ..error_bounds.resolved import Solved
@@ -26,6 +24,10 @@ from ..results.saved import SavedResults
 from ..solvers.sparse import SparseSolver
 from ..solvers.stacked import StackedSolver
 from ..structure.parts import Row
+
+if TYPE_CHECKING:
+    from ..clearances.clearance import Clearances
+    from ..clearances.determinate import DeterminateContact
 
 
 class SolvedFrame(SavedResults):
