@@ -15,10 +15,11 @@ from .paraview.files import whole_or_nothing
 from .pictures import plotting
 from .pictures.drawing import COLOURS, Drawing, drawing
 from .pictures.rendering import quiet
-from .solution import Solution
 
 if TYPE_CHECKING:
     import pyvista
+
+    from .solution import Solution
 
 Colour = Literal["von_mises", "displacement"]
 

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..batch import Array
 from ..paraview.entries import Index
 from ..paraview.scene import taken
-from ..solution import Solution
 from .shapes import Surface, joined, tubes, upright
+
+if TYPE_CHECKING:
+    from ..solution import Solution
 
 # Points of a quarter of a ring.
 ARC_POINTS = 9

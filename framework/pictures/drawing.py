@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from ..graphics.free_modes import free_modes
 from ..graphics.units import quantity, scaled, stress_unit
 from ..paraview.entries import Index
 from ..paraview.scene import beams, placed, solved, taken
-from ..solution import Solution
 from .bearings import Bearing, bearings
 from .shapes import Surface, arrows, block, cone, copies, joined, sphere, tubes, upright
+
+if TYPE_CHECKING:
+    from ..solution import Solution
 
 STATIONS = 24
 # What can colour the members, in words.
