@@ -14,8 +14,8 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -163,7 +163,7 @@ def _starts(found: Extremes, values: Array, unit: Array, near: int) -> _Starts:
     a, n = len(found.lower), len(unit)
     table = np.moveaxis(values.reshape(a, n, values.shape[1]), 1, 2)
     signed = np.stack([np.where(np.isnan(table), np.inf, sign * table) for sign in (1.0, -1.0)])
-    beside = np.argsort(cdist(unit, unit, "sqeuclidean"), axis=1, kind="stable")[:, 1 : near + 1]
+    beside = np.argsort(scipy.spatial.distance.cdist(unit, unit, "sqeuclidean"), axis=1, kind="stable")[:, 1 : near + 1]
     lowest = signed <= signed[..., beside].min(axis=-1, initial=np.inf)
     order = np.argsort(np.where(lowest, signed, np.inf), axis=-1, kind="stable")[..., :MOST_STARTS]
     chosen = np.take_along_axis(lowest, order, axis=-1)
