@@ -21,3 +21,18 @@ def without_search() -> Iterator[None]:
     finally:
         if searching:
             gc.enable()
+
+
+@contextmanager
+def lasting(*, alone: bool) -> Iterator[None]:
+    """Pause garbage collection in the context, as what is loaded and made there stays.
+
+    Parameters
+    ----------
+    alone
+        Whether it stays to the end of the process: then no later search goes through it, or anything older, again.
+    """
+    with without_search():
+        yield
+        if alone:
+            gc.freeze()

@@ -76,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = _options(arguments)
     except BrokenPipeError:
         return _unread()
-    options.begun = begun
+    options.begun, options.alone = begun, arguments is None
     with Signals(last=arguments is None) as signals:
         try:
             options.run(options)

@@ -11,6 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...framework.garbage import lasting
 from ..four_bar.closure import BRANCHES
 from ..job import run
 from ..job.output import add_output
@@ -156,7 +157,8 @@ def _start(options: Namespace) -> None:
     given["tolerance"] = given["tolerance"] or ()
     inputs = Inputs(**given)
     shared = sharing(options, inputs)
-    four_bar = job.FourBarJob(inputs, shared)
+    with lasting(alone=options.alone):
+        four_bar = job.FourBarJob(inputs, shared)
     for note in four_bar.beforehand():
         print(f"linkframe four-bar: note: {note}", file=sys.stderr, flush=True)
     run.run(four_bar, options.out, options.figures, options.format, options.wide, options.begun)

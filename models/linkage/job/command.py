@@ -6,6 +6,7 @@ from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ....framework.garbage import lasting
 from ...job import run
 from ...job.output import add_output
 from ...job.overrides import add_tolerance
@@ -106,12 +107,18 @@ def add_to(jobs: _SubParsersAction[ArgumentParser]) -> None:
 
 def _start(options: Namespace) -> None:
     out = options.out or Path(f"results-{options.file.stem}")
+    with lasting(alone=options.alone):
+        inputs = _inputs(options)
+        job = linkage_run.LinkageJob(inputs, sharing(options, inputs))
+    run.run(job, out, options.figures, options.format, options.wide, options.begun)
+
+
+def _inputs(options: Namespace) -> job_inputs.RunInputs:
+    """Inputs of the file, as the options change them."""
     given = (options.tolerance,) if options.tolerance else ()
     inputs = job_inputs.read_inputs(options.file, *given)
     if options.sampler is not None:
         inputs = inputs.drawn_by(options.sampler)
     if options.measured is not None:
         inputs = inputs.measured_by(options.measured)
-    shared = sharing(options, inputs)
-    job = linkage_run.LinkageJob(inputs, shared)
-    run.run(job, out, options.figures, options.format, options.wide, options.begun)
+    return inputs
