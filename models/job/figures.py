@@ -215,11 +215,21 @@ def _envelope(axes: Axes, places: Array) -> None:
 
     The outlines of all steps are drawn with twice the width and then filled, so that only the boundary remains.
     """
+    from matplotlib.patches import Polygon
+
     outlines = swept(places)
-    for outline in outlines:
-        axes.fill(*outline.T, fc="none", ec=BLUE, lw=2.2, joinstyle="round", zorder=0.2)
-    for outline in outlines:
-        axes.fill(*outline.T, fc=PALE, ec="none", zorder=0.3, gid=ENVELOPE)
+    if not outlines:
+        return
+    looks: tuple[dict[str, Any], ...] = (
+        {"fc": "none", "ec": BLUE, "lw": 2.2, "joinstyle": "round", "zorder": 0.2},
+        {"fc": PALE, "ec": "none", "zorder": 0.3, "gid": ENVELOPE},
+    )
+    for look in looks:
+        for outline in outlines:
+            axes.add_artist(Polygon(outline, **look))
+    # the corners of all at once, as add_patch would look for extrema along each edge
+    axes.update_datalim(np.concatenate(outlines))
+    axes.autoscale_view()
 
 
 def _ellipses(axes: Axes, cloud: Array) -> None:

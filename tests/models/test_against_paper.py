@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from linkframe.models import FourBar, Link
 from linkframe.models.four_bar.clearance import clearance_map
-from linkframe.models.job.figures import ENVELOPE, TracedPoint, draw_histograms, draw_trajectories
+from linkframe.models.job.figures import ENVELOPE, TracedPoint, _envelope, draw_histograms, draw_trajectories
 from linkframe.models.job.large_table import passages
 from linkframe.models.job.tables import with_error
 from linkframe.models.paper import reactions
@@ -21,6 +21,8 @@ from linkframe.models.paper.readings import AVERAGED, offset_covariance, reading
 from linkframe.models.paper.report import report
 from linkframe.models.paper.result import Result, compute
 from linkframe.models.paper.table import as_csv, as_markdown, as_text
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
@@ -163,6 +165,23 @@ def test_no_sample_is_drawn_outside_the_envelope() -> None:
     # It is no wider than the samples: scaled up by 2 % about the rigid path they do not fit.
     wider = 1e3 * (result.rigid[result.regular, None, :2] + 10.2 * result.samples[result.regular, :, :2])
     assert outside(outlines, wider) > 50
+
+
+def test_limits_of_the_axes_hold_the_envelope(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its corners are taken together: add_patch would look for extrema along each edge of each outline."""
+    patches: list[object] = []
+    kept = Axes.add_patch
+    monkeypatch.setattr(Axes, "add_patch", lambda axes, patch: (patches.append(patch), kept(axes, patch))[1])
+    places = np.linspace(0.0, 1.0, 20)[:, None, None] + np.zeros((20, 5, 2)) + 1e-2 * np.eye(5, 2)
+    figure = Figure()
+    axes = figure.add_subplot()
+    _envelope(axes, places)
+    outlines = np.concatenate(drawn_outlines(figure))
+    assert not patches
+    assert_allclose(axes.dataLim.get_points(), [outlines.min(axis=0), outlines.max(axis=0)])
+    low, high = zip(axes.get_xlim(), axes.get_ylim(), strict=True)
+    assert (np.array(low) < outlines.min(axis=0)).all()
+    assert (np.array(high) > outlines.max(axis=0)).all()
 
 
 @pytest.mark.parametrize("count", [2, 3])
