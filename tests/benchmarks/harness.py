@@ -10,7 +10,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import import_module
@@ -56,14 +56,14 @@ class Target:
     bound: str = ""
 
 
-def main(name: str, run: Callable[[Path, bool], list[Target]]) -> None:
-    """Command line of one benchmark: on one core, into ``--out``, and the targets into a file that run.py reads."""
+def main(name: str, run: Callable[[Path, bool], list[Target]], *, pinned: bool = True) -> None:
+    """Command line of one benchmark: on one core if `pinned`, into ``--out``, with the targets in a file for run.py."""
     parser = argparse.ArgumentParser(description=run.__doc__)
     parser.add_argument("--out", type=Path, default=Path("benchmarks-results"), help="folder for CSV and PNG")
     parser.add_argument("--quick", action="store_true", help="small sizes, for a look")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    with one_core():
+    with one_core() if pinned else nullcontext():
         targets = run(given.out, given.quick)
     (given.out / f"{name}.targets.json").write_text(json.dumps([asdict(t) for t in targets]), encoding="utf-8")
 
@@ -147,13 +147,15 @@ def child(program: str, *arguments: str, limit: float | None = None) -> Any:
     return json.loads(done.stdout)
 
 
-def wall(commands: Mapping[str, Sequence[str]], repeats: int) -> dict[str, float]:
-    """Median seconds of each command, run in turns in processes of their own."""
+def wall(
+    commands: Mapping[str, Sequence[str]], repeats: int, environment: Mapping[str, str] | None = None
+) -> dict[str, float]:
+    """Median seconds of each command, run in turns in processes of their own; the first turn is not counted."""
     spent: dict[str, list[float]] = {name: [] for name in commands}
     for turn in range(repeats + 1):
         for name, command in commands.items():
             start = perf_counter()
-            subprocess.run(command, capture_output=True, check=True)
+            subprocess.run(command, capture_output=True, check=True, env=environment)
             if turn:
                 spent[name].append(perf_counter() - start)
     return {name: median(each) for name, each in spent.items()}
