@@ -78,13 +78,18 @@ print(*(name for name in sys.modules if name.startswith(("linkframe.framework.ba
 
 
 def test_a_job_without_figures_loads_nothing_that_draws(tmp_path: Path) -> None:
-    """Nor what reads meshes, fits to measurements, keeps checkpoints, or shows a bar on a terminal."""
+    """Nor what reads meshes, fits to measurements, keeps checkpoints, or shows a bar on a terminal.
+
+    The job does in this process what it otherwise leaves to a copy.
+    """
     script = """
 import sys
 from linkframe.models.command_line import main
+from linkframe.models.job import beside
+beside.copies = lambda: False
 main()
 for name in sys.modules:
-    if name.startswith(("linkframe.", "tqdm", "matplotlib", "scipy.stats")):
+    if name.startswith(("linkframe.", "tqdm", "matplotlib", "scipy.", "meshio", "skfem")):
         print("loaded", name)
 """
     words = ["four-bar", "--poses", "30", "30", "1", "--samples", "2", "--figures", "none", "--out", str(tmp_path)]
@@ -97,6 +102,53 @@ for name in sys.modules:
         "tqdm", "matplotlib", "scipy.stats", "linkframe.elements.tube", "linkframe.elements.spring",
         "linkframe.framework.graphics.canvas", "linkframe.framework.graphics.plots", "linkframe.framework.meshes.lines",
         "linkframe.models.job.figures", "linkframe.models.measured.calibration", "linkframe.models.propagation.chunk",
-        "linkframe.models.propagation.checkpoint", "linkframe.models.propagation.packed",
+        "linkframe.models.propagation.checkpoint", "linkframe.models.propagation.packed", "meshio",
+        "linkframe.framework.clearances.contact_search",
     }  # fmt: skip
     assert not idle & loaded
+
+
+@pytest.mark.parametrize(
+    ("program", "idle"),
+    [
+        ("from linkframe.models import Linkage", "scipy.spatial"),
+        ("import linkframe.framework.pictures.drawing_process", "linkframe.framework.solution"),
+    ],
+)
+def test_neither_linkages_nor_the_process_that_draws_load_what_solves_other_tasks(program: str, idle: str) -> None:
+    script = f"{program}\nimport sys\nprint({idle!r} in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    assert told.split() == ["False"]
+
+
+@pytest.mark.parametrize("alone", [True, False])
+def test_garbage_collection_leaves_out_what_a_process_has_loaded(alone: bool) -> None:
+    """If the process runs nothing but a job; it goes on in any case."""
+    script = f"""
+import gc
+from linkframe.framework.garbage import lasting
+with lasting(alone={alone}):
+    print(gc.isenabled())
+print(gc.isenabled(), gc.get_freeze_count() > 0)
+"""
+    told = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True, text=True, timeout=60).stdout
+    assert told.split() == ["False", "True", str(alone)]
+
+
+def test_a_job_searches_for_garbage_among_its_own_objects(tmp_path: Path) -> None:
+    """As a command; called by another program it excludes none of that one's objects."""
+    script = """
+import gc
+import sys
+from linkframe.models import command_line
+from linkframe.models.job import run
+seen = []
+run.run, begin = lambda *given: (seen.append(gc.get_freeze_count() > 10_000), begin(*given)), run.run
+command_line.main(sys.argv[1:] if sys.argv.pop(1) == "called" else None)
+print(seen)
+"""
+    words = ["four-bar", "--poses", "30", "30", "1", "--samples", "2", "--figures", "none", "--out", str(tmp_path)]
+    for how, frozen in (("called", False), ("command", True)):
+        command = [sys.executable, "-c", script, how, *words]
+        told = subprocess.run(command, capture_output=True, check=True, text=True, timeout=100).stdout
+        assert told.splitlines()[-1] == f"[{frozen}]"
