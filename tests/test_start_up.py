@@ -89,7 +89,7 @@ from linkframe.models.job import beside
 beside.copies = lambda: False
 main()
 for name in sys.modules:
-    if name.startswith(("linkframe.", "tqdm", "matplotlib", "scipy.", "meshio", "skfem")):
+    if name.startswith(("linkframe.", "tqdm", "matplotlib", "scipy.")):
         print("loaded", name)
 """
     words = ["four-bar", "--poses", "30", "30", "1", "--samples", "2", "--figures", "none", "--out", str(tmp_path)]
@@ -102,7 +102,7 @@ for name in sys.modules:
         "tqdm", "matplotlib", "scipy.stats", "linkframe.elements.tube", "linkframe.elements.spring",
         "linkframe.framework.graphics.canvas", "linkframe.framework.graphics.plots", "linkframe.framework.meshes.lines",
         "linkframe.models.job.figures", "linkframe.models.measured.calibration", "linkframe.models.propagation.chunk",
-        "linkframe.models.propagation.checkpoint", "linkframe.models.propagation.packed", "meshio",
+        "linkframe.models.propagation.checkpoint", "linkframe.models.propagation.packed",
         "linkframe.framework.clearances.contact_search",
     }  # fmt: skip
     assert not idle & loaded
