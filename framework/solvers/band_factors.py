@@ -19,9 +19,10 @@ from ..program.machine_code import available, fused
 from ..program.machine_text import WIDTH
 from ..structure.topology import Index
 
-# Largest width of a band at which the overhead of LAPACK's calls outweighs its arithmetic, and least number of columns
-# of all entries at which machine code saves more time than loading it takes.
-_NARROW, _MANY = 80, 2**13
+# Largest width of a band at which the overhead of LAPACK's calls outweighs its arithmetic. From _MANY columns of all
+# entries on, machine code takes at most three quarters of LAPACK's time, and soon a quarter; loading it takes some 30
+# ms, once in a process. From _MORE on it also saves time where lanes are left unused, or for residuals by themselves.
+_NARROW, _MANY, _MORE = 80, 2**9, 2**13
 # NumPy factorises all matrices at once where a band has up to _SMALL numbers and there are at least _LONG entries; then
 # at least TOGETHER at a time, which makes the overhead of its calls small.
 _SMALL, _LONG, TOGETHER = 2**12, 400, 2**10
@@ -73,7 +74,13 @@ def side_by_side(entries: int, size: int, width: int) -> bool:
     Unused lanes of the last group take as long as the others.
     """
     pays = _ABREAST * in_lanes(entries) <= entries
-    return width <= _NARROW and entries * size >= _MANY and pays and available()
+    enough = _MANY if entries >= WIDTH else _MORE
+    return width <= _NARROW and entries * size >= enough and pays and available()
+
+
+def in_one_pass(entries: int, size: int, width: int) -> bool:
+    """Whether one pass of machine code can factorise, solve and refine, where deformations do not vary."""
+    return entries >= WIDTH and side_by_side(entries, size, width) and fused()
 
 
 def in_pairs(entries: int, size: int) -> bool:
@@ -81,7 +88,7 @@ def in_pairs(entries: int, size: int) -> bool:
 
     `entries` is the number of solutions, `size` that of their unknowns.
     """
-    return entries >= WIDTH and entries * size >= _MANY and available() and fused()
+    return entries >= WIDTH and entries * size >= _MORE and available() and fused()
 
 
 def in_lanes(entries: int) -> int:
@@ -224,15 +231,17 @@ class SideBySide:
         """Replace the loads (n, entries, k) on some entries by solutions."""
         if not loads.size:
             return
-        groups, at = np.unique(entries // WIDTH, return_inverse=True)
-        where = WIDTH * at + entries % WIDTH
+        # as most often, all in order: a slice is copied as it lies in memory
+        if np.array_equal(entries, np.arange(self._count)):
+            groups, lane = np.arange(len(self._bands)), slice(self._count)
+        else:
+            groups, at = np.unique(entries // WIDTH, return_inverse=True)
+            lane = WIDTH * at + entries % WIDTH
         rows = np.empty((self._size + self._width, loads.shape[2], len(groups), WIDTH))
         rows[self._size :] = 0.0
         lanes = rows[: self._size].reshape(self._size, loads.shape[2], -1)
-        if len(where) < lanes.shape[2]:
+        if len(entries) < lanes.shape[2]:
             lanes[...] = 0.0
-        # a slice is copied as it lies in memory
-        lane = slice(len(where)) if np.array_equal(where, np.arange(len(where))) else where
         lanes[:, :, lane] = loads.swapaxes(1, 2)
         band_code.solve(self._bands, groups, rows)
         loads[...] = lanes[:, :, lane].swapaxes(1, 2)

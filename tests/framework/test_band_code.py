@@ -111,6 +111,7 @@ def test_the_same_by_either(monkeypatch: pytest.MonkeyPatch) -> None:
         factor = next(solver.factors(solver.bands(solver.loaded)))[1]
         return found, type(factor._factors)
 
+    monkeypatch.setattr(band_factors, "_MANY", 10**6)
     one, kind = solved()
     assert kind is OneByOne
     monkeypatch.setattr(band_factors, "_MANY", 0)

@@ -6,11 +6,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from linkframe.elements import Beam, Material, Section
+from linkframe.elements import Beam, Joint, Material, Section
 from linkframe.framework import Frame
 from linkframe.framework.cache import TERMS
 from linkframe.framework.program import machine_code
 from linkframe.framework.solvers import band_factors, estimate
+from linkframe.framework.solvers.stacked import StackedSolver
 
 E, MEMBERS = 2e11, (4, 8, 9, 16, 17, 20, 24, 32, 64, 128, 256, 512, 1000, 2000)
 BATCHES = {"modulus": (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000), "load": (1, 10, 1000, 100_000)}
@@ -93,3 +94,50 @@ def test_the_least_is_picked(entries: int) -> None:
         apart = estimate.banded(plan.rough_coupling, plan.graph)
         assert plan.method.seconds in (shared, apart)
         assert plan.method.seconds <= 3.0 * min(shared, apart)
+
+
+@pytest.mark.parametrize(("count", "entries"), [(4, 60), (4, 300), (8, 30), (16, 20), (20, 10)])
+def test_batches_of_a_few_hundred_columns_are_solved_in_one_pass(count: int, entries: int) -> None:
+    """As longer ones are, so that they do not take longer; with the closed form's digits, an entry as by itself."""
+    pytest.importorskip("llvmlite")
+    frame, tip = chain(count, "modulus", entries), str(count)
+    solution = frame.solve()
+    found = solution.displacement(tip)
+    assert isinstance(solution.solver, StackedSolver)
+    assert solution.solver._solved._band_pass is not None
+    share = np.linspace(1.0, 2.0, entries)
+    exact = (3.0 * 2.0**3 / 3.0 + 0.5 * 2.0**2 / 2.0) / (E * SECTION.Iz * share)
+    np.testing.assert_allclose(found[:, 1], exact, rtol=1e-14)
+    alone = chain(count, "modulus", 1).solve().displacement(tip)
+    np.testing.assert_allclose(found * share[:, None], np.broadcast_to(alone, found.shape), rtol=1e-14)
+
+
+@pytest.mark.parametrize("entries", [4, 7])
+def test_fewer_entries_than_lanes_are_not(entries: int) -> None:
+    """They would take longer than by LAPACK, up to some size, and the pass has no room for them at any."""
+    for count in (4, 64, 512):
+        solver = chain(count, "modulus", entries).solve().solver
+        assert isinstance(solver, StackedSolver)
+        assert solver._solved._band_pass is None
+
+
+def joined(count: int, entries: int) -> Frame:
+    """A chain of members with springs between them that vary over a batch."""
+    frame, beam = Frame(), Beam(SECTION, Material(E=E, nu=0.25))
+    joint = Joint(stiffness=np.linspace(0.5, 2.0, entries)[:, None] * [2e8, 2e8, 2e8, 2e5, 2e5, 1e4])
+    frame.node("b0", (0.0, 0.0, 0.0))
+    frame.fix("b0")
+    for k in range(1, count + 1):
+        for side in "ab":
+            frame.node(f"{side}{k}", (float(k), 0.1 * (k % 2), 0.0))
+        frame.add(f"m{k}", beam, f"b{k - 1}", f"a{k}")
+        frame.add(f"j{k}", joint, f"a{k}", f"b{k}")
+    frame.load(f"b{count}", fx=1.0, fy=3.0)
+    return frame
+
+
+def test_joints_that_vary_are_counted() -> None:
+    """Measured, bands of such chains take half the time of broadcasting, of which joints are the greater part."""
+    for count, entries in ((10, 1000), (10, 3000), (10, 10_000), (20, 300), (20, 3000)):
+        assert joined(count, entries).solve().plan.method.name == "banded"
+    assert joined(4, 3000).solve().plan.method.name == "broadcast"
