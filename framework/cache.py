@@ -136,7 +136,8 @@ def alike(one: Any, other: Any) -> bool:
         if [*one] != [*other]:
             return False
         # most are the same objects, which takes no call of Python to see
-        return all(map(is_, one.values(), other.values())) or all(map(alike, one.values(), other.values()))
+        each = one.values(), other.values()
+        return all(map(is_, *each)) or all(alike(a, b) for a, b in zip(*each, strict=True) if a is not b)
     if issubclass(kind, (list, tuple)):
         return len(one) == len(other) and (all(map(is_, one, other)) or all(map(alike, one, other)))
     if issubclass(kind, np.ndarray):

@@ -219,10 +219,9 @@ class Editable(Description):
                 self.nodes[node] = Node(place, before[node].body)
             self.size = self._size_after(before, places)
             self._check_near(set(nodes))
-            shapes = {node: place.shape[:-1] for node, place in zip(nodes, each, strict=True)}
-            last = {node: at.coordinates.shape[:-1] for node, at in before.items()}
+            shapes, last = [at.shape[:-1] for at in each], [at.coordinates.shape[:-1] for at in before.values()]
             if shapes != last:
-                self._rejoin([*last.values()], {f"node {node!r}": shape for node, shape in shapes.items()})
+                self._rejoin(last, {f"node {node!r}": shape for node, shape in zip(nodes, shapes, strict=True)})
         except FrameError:
             self.nodes.update(before)
             self.members.update(formed)
@@ -231,12 +230,12 @@ class Editable(Description):
 
     def _size_after(self, before: dict[str, Node], places: Array) -> float:
         """Largest absolute coordinate of all nodes after some of them were moved to these places."""
-        bodies = any(node.body is not None for node in before.values())
+        bodies = [node.body for node in before.values() if node.body is not None]
         reached = self._reach(before) if bodies else _largest(places)
         if reached >= self.size or len(before) == len(self.nodes):
             return reached
         # all nodes are measured anew only where a moved node may have been the farthest
-        last = max(_largest(at.coordinates) if at.body is None else np.inf for at in before.values())
+        last = np.inf if bodies else max([_largest(at.coordinates) for at in before.values()])
         return self.size if last < self.size else self._reach(self.nodes)
 
     def _reach(self, names: Iterable[str]) -> float:

@@ -21,8 +21,9 @@ def default_axes(chord: Array) -> Array:
     member in a plane of constant global z has exact zeros out of that plane.
     """
     numbers = default_axis_numbers(chord)
-    shape = np.shape(numbers[0])
-    axes = np.empty((*shape, 9), np.result_type(numbers[0]))
+    first = np.asarray(numbers[0])
+    shape = first.shape
+    axes = np.empty((*shape, 9), first.dtype)
     for k, number in enumerate(numbers):
         axes[..., k] = number
     return axes.reshape(*shape, 3, 3)

@@ -82,6 +82,10 @@ class Solution(ResultsWithBounds):
             If the method is unknown, not installed, or not for this batch.
         """
         described, asked = frame.copy(), checked(method)
+        between = clearance and bool(joints_with_clearance(described))
+        if not (described.idle or between):  # as most often: nothing needs the plan a second time
+            plan, factors = planned(frame, described, asked)
+            return cls(described, plan, primary=Primary(plan, factors))
 
         @cache
         def whole() -> tuple[Plan, Factors]:
@@ -89,7 +93,7 @@ class Solution(ResultsWithBounds):
 
         if described.idle and (free := released(described, whole()[0].topology)) is not described:
             return cls.of(free, method, clearance=clearance)
-        if not (clearance and joints_with_clearance(described)):
+        if not between:
             plan, factors = whole()
             return cls(described, plan, primary=Primary(plan, factors))
 

@@ -14,7 +14,7 @@ _PARTS = ("nodes", "members", *_LINKS, "masses", "size")
 
 
 class Differences:
-    """The fields in which two descriptions differ, loads apart; each is compared when it is first asked for.
+    """The fields in which two descriptions differ, loads apart.
 
     Parameters
     ----------
@@ -24,36 +24,34 @@ class Differences:
 
     def __init__(self, one: Description, other: Description) -> None:
         self.one, self.other = one, other
-        self._known: dict[str, bool] = {} if one.shape == other.shape else dict.fromkeys(_PARTS, True)
-
-    def _differs(self, part: str) -> bool:
-        """Whether the descriptions differ in a field."""
-        found = self._known.get(part)
-        if found is None:
-            a, b = getattr(self.one, part), getattr(self.other, part)
-            # identical objects and empty ones need no comparison
-            found = self._known[part] = a is not b and bool(a or b) and not alike(a, b)
-        return found
+        a, b = vars(one), vars(other)
+        # identical objects and empty ones need no comparison
+        self._parts = {
+            part
+            for part in _PARTS
+            if one.shape != other.shape
+            or (a[part] is not b[part] and (a[part] or b[part]) and not alike(a[part], b[part]))
+        }
 
     @property
     def none(self) -> bool:
         """Whether there are no differences: the same names and the same elements and arrays."""
-        return not any(map(self._differs, _PARTS))
+        return not self._parts
 
     @property
     def connections(self) -> bool:
         """Whether members differ in nodes, or nodes in names or bodies; elements and positions may differ."""
-        return self._differs("bodies") or self._nodes or self._ends
+        return "bodies" in self._parts or self._nodes or self._ends
 
     @property
     def moved(self) -> bool:
         """Whether nodes differ."""
-        return self._differs("nodes")
+        return "nodes" in self._parts
 
     @property
     def elements(self) -> bool:
         """Whether members differ."""
-        return self._differs("members")
+        return "members" in self._parts
 
     @property
     def _nodes(self) -> bool:
@@ -74,4 +72,4 @@ class Differences:
     @property
     def links(self) -> bool:
         """Whether joints, ties, supports, offsets or bodies differ, or the arms of rigid links."""
-        return any(map(self._differs, _LINKS)) or (any(tie.rigid for tie in self.one.ties) and self.moved)
+        return not self._parts.isdisjoint(_LINKS) or (any(tie.rigid for tie in self.one.ties) and self.moved)

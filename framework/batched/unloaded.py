@@ -369,7 +369,9 @@ def _topology(frame: Description, *, cut: bool, former: Former | None) -> Topolo
     if former is None:
         return Topology.of(frame, cut=cut)
     known = former.unloaded.topology
-    return known.remade(frame, moved=former.moved) if former.moved or former.elements else known.loaded(frame)
+    if not (former.moved or former.elements):
+        return known.loaded(frame)
+    return known.remade(frame, moved=former.moved, elements=former.elements)
 
 
 def _stacks(topology: Topology, former: Former | None) -> list[NDArray[Any]] | None:

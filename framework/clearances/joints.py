@@ -12,6 +12,9 @@ UNLOADED = 1e-12
 
 def joints_with_clearance(frame: Description) -> list[str]:
     """Names of the joints with clearance."""
-    given = ((name, joint.element.clearance) for name, joint in frame.joints.items())
     # a single number is compared as a Python float, which takes a quarter of the time
-    return [name for name, gap in given if (gap.item() if gap.size == 1 else np.count_nonzero(gap))]
+    return [
+        name
+        for name, joint in frame.joints.items()
+        if (gap.item() if (gap := joint.element.clearance).size == 1 else np.count_nonzero(gap))
+    ]

@@ -85,7 +85,7 @@ class DescribedNodes:
         """
         clone = object.__new__(type(self))
         parts = clone.__dict__
-        parts.update({name: value.copy() if isinstance(value, _HELD) else value for name, value in vars(self).items()})
+        parts.update({name: value.copy() if type(value) in _HELD else value for name, value in vars(self).items()})
         for name in _GROWING:
             if parts[name]:
                 parts[name] = {key: each.copy() for key, each in parts[name].items()}

@@ -78,9 +78,9 @@ def side_by_side(entries: int, size: int, width: int) -> bool:
     return width <= _NARROW and entries * size >= enough and pays and available()
 
 
-def in_one_pass(entries: int, size: int, width: int) -> bool:
-    """Whether one pass of machine code can factorise, solve and refine, where deformations do not vary."""
-    return entries >= WIDTH and side_by_side(entries, size, width) and fused()
+def in_one_pass(entries: int) -> bool:
+    """Whether what is side by side can also be refined in one pass, where deformations do not vary."""
+    return entries >= WIDTH and fused()
 
 
 def in_pairs(entries: int, size: int) -> bool:

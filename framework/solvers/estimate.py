@@ -122,7 +122,7 @@ def banded(coupling: Coupling, graph: Graph) -> float:
     springs = sum(block.count for block in coupling.blocks[:-1] if block.group is None)
     seconds = _SET_UP if moved or springs else _KNOWN
     seconds += _NUMBERED * sum(map(_count, members)) + _JOINED * springs
-    together = in_one_pass(entries, size, int(width)) and not moved
+    together = beside and not moved and in_one_pass(entries)
     column, number, product = _IN_ONE_PASS if together else _ABREAST if beside else _ALONE
     seconds += lanes * size * (column + (number + product * width) * width)
     if together:

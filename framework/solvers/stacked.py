@@ -23,7 +23,7 @@ from ..lazily import cached_property
 from ..structure.parts import Row, Value, combine, product
 from ..structure.topology import Index
 from . import stacked_pass
-from .band_factors import TOGETHER, AllAtOnce, Room, in_lanes, in_pairs
+from .band_factors import TOGETHER, AllAtOnce, Room, in_lanes, in_one_pass, in_pairs
 from .deformation_table import Deformations
 from .evaluation import Picked
 from .rounding import zero_eigenvalue
@@ -328,7 +328,7 @@ class _Solved:
     @cached_property
     def _band_pass(self) -> SpringBands | None:
         """The solution in one pass; None where it has to be found step by step."""
-        possible = self.bands.in_one_pass and self.solver.columns == 1
+        possible = self.bands.side_by_side and in_one_pass(self.solver.count) and self.solver.columns == 1
         return stacked_pass.of(self.bands, self._deformations) if possible and not self.coupling.imposed else None
 
     def _in_one_pass(self, rows: Index, solution: SpringBands) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..batch import Array, all_of
 from ..lazily import cached_property
 from ..structure.topology import Index
-from .band_factors import BandFactors, Room, Zeros, in_lanes, in_one_pass, kind_of, side_by_side
+from .band_factors import BandFactors, Room, Zeros, in_lanes, kind_of, side_by_side
 from .coupling import Coupling
 from .evaluation import Picked, Sums, numbers_of
 from .factor import ITERATIONS, Factor, probe
@@ -77,8 +77,6 @@ class Bands:
         Class of the factors.
     side_by_side
         Whether machine code factorises several matrices at a time.
-    in_one_pass
-        Whether it can also solve and refine in the same pass, where deformations do not vary.
     """
 
     def __init__(self, coupling: Coupling, where: Mask, order: Index, deformed: Deformed | None = None) -> None:
@@ -91,7 +89,6 @@ class Bands:
         matrices = coupling.grid.sizes[coupling.mask]
         self.kind = kind_of(matrices, self.size, self.width)
         self.side_by_side = side_by_side(matrices, self.size, self.width)
-        self.in_one_pass = in_one_pass(matrices, self.size, self.width)
         self._diagonal = pattern.diagonal
         self.sums = Sums(coupling, pattern.sums)
 

@@ -144,8 +144,8 @@ class Group:
     @cached_property
     def end_axes(self) -> tuple[Array, Array]:
         """Local axes as rows, in the axes of the start node and in those of the end node, (n, ..., 3, 3) each."""
-        start, end = [self.rows if axes is None else self.rows @ axes for axes in self.axes]
-        return start, end
+        rows, (start, end) = self.rows, self.axes
+        return rows if start is None else rows @ start, rows if end is None else rows @ end
 
     @property
     def axis_components(self) -> list[Array]:

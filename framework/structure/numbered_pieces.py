@@ -92,7 +92,9 @@ class NumberedPieces:
         """Positions of the described nodes, (nodes, 3); None where one is on a body or varies over the batch."""
         nodes = self.frame.nodes.values()
         plain = [node.coordinates for node in nodes if node.body is None and node.coordinates.ndim == 1]
-        return np.concatenate([np.zeros(0), *plain]).reshape(-1, 3) if len(plain) == len(nodes) else None
+        if len(plain) < len(nodes):
+            return None
+        return np.concatenate(plain).reshape(-1, 3) if plain else np.zeros((0, 3))
 
     def plain_chords(self, kind: type[np.floating[Any]]) -> Array | None:
         """Chord of each piece's member in a given precision, (pieces, 3); None where `plain_positions` is None."""

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from linkframe.elements import Beam, Joint, Material, Rectangle
 from linkframe.framework import Frame, lazily
+from linkframe.framework.batched import entry_machine
 from linkframe.framework.cache import ORDERS, PROGRAMS
 from linkframe.models import Linkage
 
@@ -74,6 +75,31 @@ def test_few_calls_lead_from_a_load_to_a_displacement() -> None:
     assert counts[1] < 180
     assert counts[5] < 69
     assert between_files(partial(solved, frames[5], 50.0)) < 44
+
+
+@pytest.mark.skipif(not entry_machine.available(), reason="needs llvmlite and 80-bit numbers")
+def test_few_calls_lead_from_a_place_to_a_displacement() -> None:
+    """Of one node of a frame that was solved often: calls of Python's and NumPy's functions, those within files too."""
+
+    def solved(height: float) -> None:
+        frame.change("D", (0.2, height, 0.01))
+        frame.solve().displacement("C")
+
+    frame, count = described(0.1), 0
+    frame.load("C", fy=1.0)
+    for k in range(1200):  # until the program of the topology is machine code
+        solved(0.1 + 1e-4 * k)
+
+    def note(_: FrameType, event: str, __: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(note)
+    try:
+        solved(0.3)
+    finally:
+        sys.setprofile(None)
+    assert count <= 425
 
 
 @pytest.mark.parametrize(("entries", "varying", "most"), [(3, "modulus", 193), (30, "load", 231)])
