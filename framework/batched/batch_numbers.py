@@ -29,15 +29,18 @@ SHORT = 2**10
 # Largest number of entries of a batch that has a program.
 MEDIUM = 2**16
 # Numbers are gathered, and a program is recorded, after this many solutions of batches that look alike: recording takes
-# as long as two of them, and saves half of each that follows.
-FEW = 2
+# as long as two of them, and saves half of each that follows. What entries share takes as long as eight, and saves a
+# third: numbers are gathered again after SHARED.
+FEW, SHARED = 2, 12
 _NONE = (ABSENT,) * 6
 
 
 class Met:
-    """How often batches that look alike were planned, and whether one of them turned out to have no program."""
+    """How often batches that look alike were planned, after how many of them the numbers of the next are gathered, and
+    whether one of them turned out to have no program.
+    """
 
-    count = 0
+    count = least = 0
     without = False
 
 
@@ -116,6 +119,8 @@ class BatchNumbers(Blocks):
         The batch.
     met
         How often batches like this one were solved.
+    geometry
+        Mask of the axes over which positions vary, by which loads are divided among right-hand-side parameters.
 
     Attributes
     ----------
@@ -141,7 +146,7 @@ class BatchNumbers(Blocks):
         The program that was last run on these numbers, and the results of its first part.
     """
 
-    def __init__(self, topology: Topology, grid: Grid, met: Met) -> None:
+    def __init__(self, topology: Topology, grid: Grid, met: Met, geometry: int) -> None:
         super().__init__(grid)
         self.topology, self.met = topology, met
         self.links: list[LinkNumbers] = []
@@ -165,6 +170,7 @@ class BatchNumbers(Blocks):
         self.former: tuple[Any, Any] | None = None
         self.key: Hashable = (
             grid.shape,
+            geometry,
             self.pattern,
             tuple([(head, ends) for head, ends, _ in heads]),
             # numbers that are zero have no place, so that the pattern does not tell to what the others belong
@@ -175,6 +181,11 @@ class BatchNumbers(Blocks):
             on,
             (*self.members, *self.formulas),
         )
+
+    @property
+    def shared(self) -> bool:
+        """Whether the batch is not short, and no stiffness of a member varies over many of its entries."""
+        return self.at_once and not self.short
 
     @property
     def short(self) -> bool:

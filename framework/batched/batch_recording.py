@@ -36,10 +36,10 @@ from ..structure.parts import (
 from ..structure.tree import JointTree, Matrix3, edges_of
 from ..structure.varying import Entry, Springs, Varying
 from . import entry_machine
-from .batch_numbers import BatchLoads, BatchNumbers, PieceNumbers, Piecewise
+from .batch_numbers import SHARED, BatchLoads, BatchNumbers, PieceNumbers, Piecewise
 from .batch_program import BatchProgram
 from .block import Block
-from .chunks import large_masks
+from .chunks import CHUNK, large_masks
 from .entry_program import EntrySolution, Way, values_of
 from .entry_recording import TermTree, Writable, square
 from .medium_program import MediumProgram
@@ -54,6 +54,10 @@ from .trailing_program import TrailingProgram, trailing_program
 # The program is recorded after this many solutions of a topology and shape whose numbers were gathered; it is compiled
 # to machine code after _OFTEN, which takes ten times as long.
 _FEW, _OFTEN = 0, 20
+# What entries share is recorded after this many.
+_SHARED = 4
+# A program that found pivots close to rounding in so many runs, and in most, is not tried again.
+_REFUSED = 3
 # Largest number of results, for all entries together, that a program for a medium batch computes at once.
 _ROOM = 2**22
 
@@ -64,7 +68,7 @@ class _Alike:
     """Batches of one topology and shape in the cache: how often they were solved, and their program."""
 
     def __init__(self) -> None:
-        self.met = 0
+        self.met = self.refused = 0
         self.program: Program | None = None
         self.without = False
 
@@ -74,12 +78,20 @@ class _Alike:
         if self.met == 1:
             # what is known without recording, so that the next ones need not gather their numbers
             numbers.met.without = not _suits(plan, numbers)
-        if self.met <= _FEW or self.without:
+            numbers.met.least = SHARED if numbers.shared else numbers.met.least
+        if self.met <= (_SHARED if numbers.shared else _FEW) or self.without:
             return None
         if self.program is None:
             self.program = _written(plan, numbers, loads)
             self.without = numbers.met.without = self.program is None
-        return None if self.program is None else self.program.run(numbers, loads, self.way)
+        return None if self.program is None else self._run(self.program, numbers, loads)
+
+    def _run(self, program: Program, numbers: BatchNumbers, loads: BatchLoads) -> EntrySolution | None:
+        found = program.run(numbers, loads, self.way)
+        if found is None:
+            self.refused += 1
+            self.without = numbers.met.without = self.refused >= max(_REFUSED, self.met // 2)
+        return found
 
     @property
     def way(self) -> Way:
@@ -106,7 +118,7 @@ def solved(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> EntrySol
         The solution; None where the topology was solved a few times only, has no program, or a pivot is close to
         rounding at some entry: then the frame is to be solved without a program.
     """
-    weight = 80 * len(numbers.topology.number) ** 2
+    weight = (320 if numbers.shared else 80) * len(numbers.topology.number) ** 2
     alike: _Alike = PROGRAMS.found(("batch", numbers.key, loads.key, plan.asked), _Alike, weight)
     return alike.solution(plan, numbers, loads)
 
@@ -317,7 +329,9 @@ def _suits(plan: Writable, numbers: BatchNumbers) -> bool:
     """Whether a batch may have a program: by its method, and as all of its members vary over many entries, or none."""
     if plan.method.name != BROADCAST or plan.chains:
         return False
-    return numbers.at_once or len(plan.varying.groups) == len(plan.topology.groups)
+    if numbers.at_once:
+        return numbers.grid.sizes[-1] <= CHUNK
+    return len(plan.varying.groups) == len(plan.topology.groups)
 
 
 def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> Program | None:
@@ -340,7 +354,7 @@ def _written(plan: Writable, numbers: BatchNumbers, loads: BatchLoads) -> Progra
         if sum(operations(block.orders) for block in blocks.values()) > MOST:
             return None
         layout = partial(StepLayout, writer.recording, wide=numbers.wide, loads=loads.count, mask=writer.later)
-        if not numbers.short and numbers.at_once:
+        if numbers.shared:
             return trailing_program(written, blocks, layout, tuple(writer.parameters), plan.method)
         if not numbers.short and not all(block.varying for block in blocks.values()):
             return None

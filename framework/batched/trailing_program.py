@@ -144,7 +144,7 @@ class TrailingProgram:
             factors = {name: self._factor(name, values, parameters) for name in self.blocks}
             if not all(np.all(factor.trailing_least() > SUSPECT) for factor in factors.values()):
                 return None
-        results = FromTrailing(self, values, factors, parameters)
+        results = FromTrailing(self, numbers.grid.shape, values, factors, parameters)
         solution = batch_solution(self, results, numbers, loads, Way.STEPS, self.steps.size, again=again)
         solution.of_rows = results.rows
         return solution
@@ -215,6 +215,8 @@ class FromTrailing:
     ----------
     program
         The program.
+    shape
+        Batch shape.
     values
         Its numbers by place, as far as all results need them.
     factors
@@ -226,11 +228,13 @@ class FromTrailing:
     def __init__(
         self,
         program: TrailingProgram,
+        shape: Shape,
         values: Sequence[Any],
         factors: dict[int, BlockFactor],
         parameters: list[Value],
     ) -> None:
-        self._program, self._values, self._factors, self._parameters = program, values, factors, parameters
+        self._program, self._shape, self._values = program, shape, values
+        self._factors, self._parameters = factors, parameters
 
     def node(self, number: int) -> Array:
         """Displacements of a node, (..., 6)."""
@@ -256,10 +260,6 @@ class FromTrailing:
     @cached_property
     def _shared(self) -> dict[int, PartialFactorisation]:
         return self._program.factorisations(self._values)
-
-    @property
-    def _shape(self) -> Shape:
-        return next(iter(self._program.blocks.values())).grid.shape
 
 
 def numbered(values: Sequence[Any]) -> Callable[[Value], Value]:

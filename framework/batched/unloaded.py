@@ -80,7 +80,7 @@ class Unloaded:
         self._plain = short and not (cut or apart) and frame.absent is None and method in (None, BROADCAST)
         self._met = self._alike() if self._plain and frame.shape else Met()
         if frame.shape:  # numbers of batches are gathered only if a program is likely
-            self._plain = self._plain and self._met.count > FEW and not self._met.without
+            self._plain = self._plain and self._met.count > max(FEW, self._met.least) and not self._met.without
         joined = bool(frame.joints or frame.ties)
         self._forest: bool = self._plain and (not joined or (forest(frame) if linked is None else linked._forest))
         if not self._forest:
@@ -114,7 +114,7 @@ class Unloaded:
         if 6 * len(self.topology.number) - coupled > LARGE:
             return None
         if frame.shape:
-            return BatchNumbers(self.topology, self.grid, self._met)
+            return BatchNumbers(self.topology, self.grid, self._met, self.rhs_parameters.geometry)
         return EntryNumbers(self.topology, self._stacks, self._links)
 
     def _alike(self) -> Met:

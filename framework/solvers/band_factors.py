@@ -231,6 +231,7 @@ class SideBySide:
         """Replace the loads (n, entries, k) on some entries by solutions."""
         if not loads.size:
             return
+        lane: slice | Index
         # as most often, all in order: a slice is copied as it lies in memory
         if np.array_equal(entries, np.arange(self._count)):
             groups, lane = np.arange(len(self._bands)), slice(self._count)

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 # Solutions of a topology after which its program surely is there.
-MET = 9
+MET = 18
 SEVEN = (7,)
 
 
@@ -391,3 +391,64 @@ def test_explain_tells_how_the_program_was_run(monkeypatch: pytest.MonkeyPatch) 
         told += [*dict.fromkeys(re.findall(shape, solution.explain()) or [""])]
     last = "as machine code" if entry_machine.available() else "by NumPy one by one"
     assert told == ["", "", *["by NumPy one by one"] * 2, last, last]
+
+
+def test_shared_members_and_no_load() -> None:
+    """Displacements are zero, or those of a support that has moved."""
+    for moved in (0.0, 1e-3):
+        for _ in range(MET):
+            rng = np.random.default_rng(1)
+            frame = Frame()
+            frame.node("A", (0.0, 0.0, 0.0))
+            frame.node("B", rng.uniform(1.0, 2.0, (40, 1, 3)))
+            frame.add("AB", steel(rng), "A", "B")
+            frame.fix("A")
+            if moved:
+                frame.node("C", frame.position("B"))
+                frame.add("pin", Joint(stiffness=rng.uniform(1e5, 1e6, (30, 6))), "B", "C")
+                frame.prescribe("A", ux=moved)
+            else:
+                frame.load("B", fy=np.zeros(30))
+            solution = frame.solve("broadcast")
+            found = solution.displacement("B")
+        np.testing.assert_allclose(found, np.broadcast_to(np.eye(6)[0] * moved, (40, 30, 6)), atol=1e-15)
+
+
+def test_origins_that_vary_alone_make_another_batch(way: Way) -> None:
+    """Chords and axes tell nothing of them, but loads are divided among right-hand-side parameters by them."""
+
+    def placed(seed: int, poses: tuple[int, ...]) -> Frame:
+        rng = np.random.default_rng(seed)
+        frame = Frame()
+        frame.body("arm", rng.normal(size=(*poses, 3)))
+        for name, x in {"A": 0.0, "B": 1.0}.items():
+            frame.node(name, (x, 0.0, 0.0), body="arm")
+        frame.node("C", frame.position("B"))
+        frame.add("AB", steel(rng), "A", "B")
+        frame.add("pin", Joint(stiffness=rng.uniform(1e5, 1e6, (30, 6))), "B", "C")
+        frame.fix("A")
+        frame.load("C", fy=rng.normal(size=(40, 1)), fx=rng.normal(size=30))
+        return frame
+
+    for first, second in (((40, 1), ()), ((), (40, 1))):
+        PROGRAMS.clear()
+        wanted = unmet(placed(2, second)).displacement("C")
+        met(lambda poses=first: placed(1, poses))  # type: ignore[misc]
+        np.testing.assert_array_equal(placed(2, second).solve().displacement("C"), wanted)
+
+
+def test_what_is_often_singular_is_solved_without_a_program() -> None:
+    def singular(seed: int) -> Frame:
+        frame = linked(seed)
+        springs = np.full((7, 6), 2e11) * (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+        springs[3, :2] = 0.0
+        frame.change("b", Joint(stiffness=springs))
+        return frame
+
+    met(lambda: linked(1))
+    with pytest.warns(MechanismWarning):
+        met(lambda: singular(2))
+    solution = singular(3).solve()
+    with pytest.warns(MechanismWarning):
+        solution.displacement("P")
+    assert solution.plan.unloaded.numbers is None
