@@ -138,6 +138,22 @@ def under_many_loads(seed: int) -> Frame:
     return frame
 
 
+def tilted(seed: int) -> Frame:
+    """A bar and its joint on a tilted body: displacements are sums over several separate components."""
+    rng = np.random.default_rng(seed)
+    frame = Frame()
+    frame.body("all", axes=Rotation.from_rotvec([0.4, 0.0, 0.0]).as_matrix())
+    frame.node("A", (0.0, 0.0, 0.0), body="all")
+    frame.node("P", rng.uniform(0.1, 0.2, (40, 1, 1)) * [1.0, 0.0, 0.0], body="all")
+    frame.node("E", frame.nodes["P"].coordinates, body="all")
+    frame.add("AP", steel(rng), "A", "P")
+    frame.add("e", Joint(stiffness=rng.uniform(1e5, 1e7, (30, 6))), "P", "E")
+    frame.fix("A")
+    frame.fix("E")
+    frame.load("P", **dict(zip(("fx", "fy", "fz", "mx", "my", "mz"), rng.normal(size=(6, 30)), strict=True)))
+    return frame
+
+
 KINDS: dict[str, Callable[[int], Frame]] = {
     "linked": linked,
     "all kinds": all_kinds,
@@ -147,9 +163,10 @@ KINDS: dict[str, Callable[[int], Frame]] = {
     "shared": shared,
     "shared in turn": shared_in_turn,
     "under many loads": under_many_loads,
+    "tilted": tilted,
 }
 # Of these NumPy runs the steps in any case.
-BY_NUMPY = ("shared", "shared in turn", "under many loads")
+BY_NUMPY = ("shared", "shared in turn", "under many loads", "tilted")
 
 
 def everything(solution: Solution) -> dict[str, Array]:
@@ -452,3 +469,36 @@ def test_what_is_often_singular_is_solved_without_a_program() -> None:
     with pytest.warns(MechanismWarning):
         solution.displacement("P")
     assert solution.plan.unloaded.numbers is None
+
+
+def test_loads_that_vary_over_all_entries_have_no_program() -> None:
+    """Loads on members that turn with the pose, of another size for each sample."""
+
+    def loaded(seed: int) -> Frame:
+        frame, rng = shared(seed), np.random.default_rng(seed)
+        frame.point_load("PD", at=0.05, fy=rng.normal(size=30))
+        return frame
+
+    wanted = unmet(loaded(2)).displacement("P")
+    met(lambda: loaded(1))
+    solution = loaded(2).solve()
+    np.testing.assert_array_equal(solution.displacement("P"), wanted)
+    assert solution.plan.entry is None
+
+
+def test_a_mechanism_whatever_the_numbers_is_told() -> None:
+    """A pivot that is zero at all entries."""
+
+    def loose(seed: int) -> Frame:
+        frame = tilted(seed)
+        frame.node("Q", frame.nodes["P"].coordinates, body="all")
+        springs = np.random.default_rng(seed).uniform(1e5, 1e7, (30, 6)) * (1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
+        frame.add("q", Joint(stiffness=springs), "P", "Q")
+        frame.load("Q", mz=1.0)
+        return frame
+
+    with pytest.warns(MechanismWarning, match="1200 of 1200"):
+        met(lambda: loose(1))
+    solution = loose(2).solve()
+    with pytest.warns(MechanismWarning, match="1200 of 1200"):
+        assert np.isnan(solution.displacement("Q")).any(axis=-1).all()
