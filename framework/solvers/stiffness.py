@@ -18,11 +18,12 @@ from ..structure.matrices import Matrices
 from ..structure.topology import Index
 from .banded import BandedFactor
 from .cholesky import CholeskyFactor
+from .condensed import Places
 from .deformation_table import Deformations
 from .factor import Factor, NoFactor
 from .freedom import unsupported_motions
 from .graph import Graph
-from .iterative import Iterative, Places
+from .iterative import Iterative
 from .lu import LUFactor
 from .method import BANDED, CHOLESKY, ITERATIVE, available
 from .patterns import connected_by, part

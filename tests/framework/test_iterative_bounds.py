@@ -192,18 +192,3 @@ def test_a_further_bound_is_cheaper_than_a_solution() -> None:
     middle = iterations(solution)
     solution.error_bound("(4, 5, 5)")
     assert 2 * (iterations(solution) - middle) < middle - start
-
-
-@pytest.mark.parametrize(("shift", "blocks"), [(0.0, False), (0.1, True)])
-def test_members_along_the_axes_are_multiplied_entry_by_entry(shift: float, blocks: bool) -> None:
-    """Blocks of which most is zero take twice the time; either way a product has the same bits."""
-    frame, rng = lattice(4, 0), np.random.default_rng(1)
-    places = np.array(list(np.ndindex(4, 4, 4)), dtype=float)
-    frame.change([f"{tuple(map(int, place))}" for place in places], places + shift * rng.random(places.shape))
-    solver = frame.solve("iterative").solver
-    assert isinstance(solver, SparseSolver)
-    factor = solver.factor
-    assert isinstance(factor, Iterative)
-    assert (factor._acting.format == "bsr") == blocks
-    vector = rng.standard_normal(len(factor.root))
-    np.testing.assert_array_equal(factor._acting @ vector, factor.scaled @ vector)
