@@ -76,7 +76,7 @@ class Condensed:
         node = np.unique(places.node, return_inverse=True)[1].astype(np.int64)
         count, place = int(node.max()) + 1, 6 * node + places.component
         blocks = _by_nodes(matrix, place, count)
-        inverse = np.linalg.inv(np.linalg.cholesky(_own_blocks(blocks, place)))
+        inverse: Array = np.linalg.inv(np.linalg.cholesky(_own_blocks(blocks, place)))
         beside = _pattern(blocks)
         chosen = independent(beside)
         self.order: Index = np.argsort(~chosen, kind="stable")
@@ -110,8 +110,8 @@ class Condensed:
 
     def motions(self, blocks: Array) -> Array:
         """Motions of all nodes, (nodes, 6, m), as motions of the nodes kept in their unknowns here, (kept, 6, m)."""
-        found: Array = np.linalg.solve(self._inverse[self.out :].swapaxes(1, 2), blocks[self.order[self.out :]])
-        return found
+        factors = self._inverse[self.out :].swapaxes(1, 2)
+        return np.asarray(np.linalg.solve(factors, blocks[self.order[self.out :]]), np.float64)
 
 
 def compact(blocks: scipy.sparse.bsr_matrix) -> Any:
@@ -195,7 +195,7 @@ def _cut(
     parts = blocks.data[found.data - 1], found.indices, found.indptr
     left = _diagonal(inverse[rows]) @ scipy.sparse.bsr_matrix(parts, shape=shape)
     del parts
-    return left @ _diagonal(inverse[columns].swapaxes(1, 2))
+    return scipy.sparse.bsr_matrix(left @ _diagonal(inverse[columns].swapaxes(1, 2)))
 
 
 def _diagonal(blocks: Array) -> scipy.sparse.bsr_matrix:

@@ -16,7 +16,7 @@ from ..batch import Array
 from .condensed import Condensed, Places
 from .factor import MOTIONS, Factor
 from .patterns import filled
-from .radau import least_ritz, stored
+from .radau import dot, least_ritz, stored
 from .rigid_pieces import preconditioner
 from .rounding import SUSPECT, zero_eigenvalue
 
@@ -114,7 +114,7 @@ class Iterative(Factor):
         found = []
         for column in scaled.T:
             own, rest = self._condensed.condensed(column)
-            found.append(_dot(own, own) + stored(rest, self._condensed, self.precondition, least, _STEPS))
+            found.append(dot(own, own) + stored(rest, self._condensed, self.precondition, least, _STEPS))
         out: Array = np.sqrt(np.array(found))
         return out
 
@@ -196,7 +196,7 @@ class Iterative(Factor):
             lost = vector - found
             lost -= known @ (known.T @ lost)
             lost /= _norm(lost)
-            if _dot(lost, self.scaled @ lost) > zero_eigenvalue(size):
+            if dot(lost, self.scaled @ lost) > zero_eigenvalue(size):
                 break
             known = np.column_stack([known, lost])
         return known
@@ -247,11 +247,11 @@ class Iterative(Factor):
         lengths, growths = steps
         while not _norm(residual) <= enough(x):
             z = self.precondition(residual)
-            power = _dot(residual, z)
+            power = dot(residual, z)
             way *= power / before
             way += z
             ahead = self._condensed @ way
-            work = _dot(way, ahead)
+            work = dot(way, ahead)
             if not work > 0.0 or not power > 0.0 or len(lengths) >= ITERATIONS:
                 return None
             if lengths:
@@ -264,10 +264,5 @@ class Iterative(Factor):
         return x
 
 
-def _dot(a: Array, b: Array) -> float:
-    """Inner product without BLAS, whose threads would wait for each other at every step."""
-    return float(np.einsum("i,i->", a, b))
-
-
 def _norm(a: Array) -> float:
-    return float(np.sqrt(_dot(a, a)))
+    return float(np.sqrt(dot(a, a)))

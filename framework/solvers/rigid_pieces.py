@@ -40,8 +40,9 @@ def preconditioner(matrix: Condensed, root: Array, places: Places) -> Callable[[
     rigid = _rigid_motions(matrix, root, places)
     moved = scipy.sparse.csr_matrix(rigid.T @ (matrix @ rigid))
     stiff = moved.diagonal()
-    # motions that take no energy, as those of a piece without nodes that are kept, are left as they are
-    floor = np.where(stiff > _EPS * stiff.max(initial=0.0), _FLOOR * stiff, 1.0)
+    # motions that take no energy, as those of a piece without nodes that are kept, are left out
+    most = stiff.max(initial=0.0)
+    floor = np.where(stiff > _EPS * most, _FLOOR * stiff, most)
     coarse = LUFactor(scipy.sparse.csr_matrix(moved + scipy.sparse.diags(floor)))
     if coarse.factor is None or not stiff.any():
         return np.copy

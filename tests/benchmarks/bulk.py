@@ -23,7 +23,7 @@ FIRST, FURTHER = "bound of a node", "bound of a further node"
 LIMITS, SHARES = {DESCRIBED: 0.1, SAVED: 3.0}, {FIRST: 1.0, FURTHER: 0.1}
 WHY = {
     FIRST: "the solution in extended precision, a correction of some digits, and the least eigenvalue",
-    FURTHER: "eight iterations for each of six components",
+    FURTHER: "five iterations for each of six components",
 }
 LARGE, QUICK = 33, 10
 

@@ -93,7 +93,7 @@ def test_every_second_node_of_a_lattice_is_condensed_out(kind: str) -> None:
 @pytest.mark.parametrize("seed", range(5))
 def test_no_two_of_the_chosen_are_joined_and_no_more_can_be_chosen(seed: int) -> None:
     """Of a random graph in several parts, some vertices alone."""
-    graph = scipy.sparse.random(60, 60, 0.03, random_state=seed, format="csr")
+    graph = scipy.sparse.csr_matrix(scipy.sparse.random(60, 60, 0.03, random_state=seed))
     graph = scipy.sparse.csr_matrix(graph + graph.T)
     graph.setdiag(0.0)
     graph.eliminate_zeros()
