@@ -24,7 +24,7 @@ from .rounding import SUSPECT, zero_eigenvalue
 ITERATIONS = 4000
 # Share of the load down to which the first solution goes; that of what is left then adds the further digits, so that
 # the rounding of the condensed matrix counts no more.
-_FIRST = 1e-6
+_FIRST = 1e-5
 # If the residual of a random load falls to this share, the frame has no free motion.
 _PROBE = 1e-5
 # Number of vectors, and of steps, of the iteration to the least eigenvalues.
