@@ -14,7 +14,7 @@ from linkframe.framework.solvers.iterative import Iterative
 from linkframe.framework.solvers.sparse import SparseSolver
 
 BEAM = Beam(Section(A=1e-2, Iy=1e-5, Iz=2e-5, J=2e-5), Material(E=2e11, nu=0.3))
-CUBE, TOWER = (4, 4, 4), (3, 3, 24)
+CUBE, TOWER = (4, 4, 4), (3, 3, 40)
 
 
 def lattice(
@@ -132,8 +132,11 @@ def test_a_solution_takes_about_half_the_steps_of_one_for_all_nodes() -> None:
 
 
 def test_the_rounding_of_the_condensed_matrix_is_not_in_the_solution() -> None:
-    """Of a tower; without a second solution, of what the first leaves, the error is twenty times as large."""
-    frame = lattice(shape=TOWER)
-    node = str(np.prod(TOWER) - 1)
-    exact = np.asarray(frame.copy().solve("sparse").refined(node, "displacement")[0], np.float64)
-    assert np.abs(frame.solve("iterative").displacement(node) - exact).max() < 2e-12 * np.abs(exact).max()
+    """Of a tower; without a second solution, of what the first leaves, errors are five times as large on average."""
+    node, errors = str(np.prod(TOWER) - 1), []
+    for load in np.random.default_rng(0).standard_normal((6, 3)):
+        frame = lattice(shape=TOWER)
+        frame.set_load(node, **dict(zip(("fx", "fy", "fz"), load, strict=True)))
+        exact = np.asarray(frame.copy().solve("sparse").refined(node, "displacement")[0], np.float64)
+        errors.append(np.abs(frame.solve("iterative").displacement(node) - exact).max() / np.abs(exact).max())
+    assert np.sqrt(np.mean(np.square(errors))) < 2.5e-11
