@@ -89,7 +89,7 @@ class Springs:
 
     def sizes(self, displacements: Real, coordinates: Real) -> Real:
         """Sizes of the deformations, (..., n, springs), in double precision."""
-        ends = np.abs(self._ends(displacements, coordinates)).astype(np.float64)
+        ends = np.abs(self._ends(displacements, coordinates).astype(np.float64))
         return _applied(self._absolute, ends)
 
     @cached_property
@@ -101,7 +101,8 @@ class Springs:
     @cached_property
     def _absolute(self) -> Array:
         """Magnitudes of the rows in double precision."""
-        found: Array = np.abs(self.rows).astype(np.float64)
+        # rounded first, as double precision is several times faster
+        found: Array = np.abs(self.rows.astype(np.float64))
         return found
 
     def uncertain(self, deformations: Real, rounding: float) -> Real:
