@@ -102,8 +102,8 @@ class Springs:
     def _absolute(self) -> Array:
         """Magnitudes of the rows in double precision."""
         # rounded first, as double precision is several times faster
-        found: Array = np.abs(self.rows.astype(np.float64))
-        return found
+        found: Array = self.rows.astype(np.float64)
+        return np.abs(found, out=found)
 
     def uncertain(self, deformations: Real, rounding: float) -> Real:
         """Bound on the change of spring forces by rounding of stiffness and elastic centre, (..., n, springs).

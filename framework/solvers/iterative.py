@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from ..batch import Array
+from ..structure.parts import Extended
 from .condensed import Condensed, Places
 from .factor import MOTIONS, Factor
 from .patterns import filled
@@ -25,6 +26,10 @@ ITERATIONS = 4000
 # Share of the load down to which the first solution goes; that of what is left then adds the further digits, so that
 # the rounding of the condensed matrix counts no more.
 _FIRST = 1e-5
+# What may be left of a load, as a share of the rounding of the product of matrix and solution in double precision.
+_LEFT = 0.25
+# Number of rows of the matrix that are converted to extended precision at a time.
+_ROWS = 2**14
 # If the residual of a random load falls to this share, the frame has no free motion.
 _PROBE = 1e-5
 # Number of vectors, and of steps, of the iteration to the least eigenvalues.
@@ -218,17 +223,26 @@ class Iterative(Factor):
             if change is None:
                 return None
             found = found + change
-            left = load - self.scaled @ found
-            if _norm(left) <= max(64.0 * _EPS * (self.norm * _norm(found) + size), 2.0 * share * size):
+            most = max(64.0 * _EPS * (self.norm * _norm(found) + size), 2.0 * share * size)
+            if _norm(load - self.scaled @ found) <= most:
                 return found
+            left = self._left(load, found)
         return None
+
+    def _left(self, load: Array, found: Array) -> Array:
+        """What a solution leaves unbalanced of a load, summed in extended precision, some rows at a time."""
+        wide, left = found.astype(Extended), np.empty_like(load)
+        for start in range(0, len(load), _ROWS):
+            rows = slice(start, start + _ROWS)
+            left[rows] = load[rows] - self.scaled[rows].astype(Extended) @ wide
+        return left
 
     def _balanced(self, size: float, length: float, share: float) -> Callable[[Array], float]:
         """Residual that may be left of a load of some `size`: that of rounding, or a `share`.
 
         It is that of a change of a solution of some `length`, of a length of its own.
         """
-        return lambda change: max(_EPS * (self.norm * max(length, _norm(change)) + size), share * size)
+        return lambda change: max(_LEFT * _EPS * (self.norm * max(length, _norm(change)) + size), share * size)
 
     def _descend(self, load: Array, enough: Callable[[Array], float], steps: Steps | None = None) -> Array | None:
         """Preconditioned conjugate gradients until the residual is at most ``enough(x)``; None without convergence.
