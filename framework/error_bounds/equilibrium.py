@@ -68,7 +68,7 @@ class Statics:
 
 
 class EquilibriumResidual:
-    """The residual of a solution, for a part of the batch.
+    """The residual of a solution, for a part of the batch; its parts are computed as they are first read.
 
     Parameters
     ----------
@@ -82,17 +82,6 @@ class EquilibriumResidual:
         Their values, (..., n).
     ndim
         Number of batch axes that `change` leaves; that of the frame if None.
-
-    Attributes
-    ----------
-    displacements
-        Displacements of the nodes, global, (..., nodes, 6).
-    relative_displacements
-        By link: relative displacement in its axes, (..., 6).
-    generalised_forces, member_forces
-        Spring forces: by link (..., 6), by kind of member (..., n, 6).
-    residual
-        Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component its constraint force.
     """
 
     rounding = ROUNDING
@@ -109,23 +98,44 @@ class EquilibriumResidual:
         self.stiffness = [change(each, 1) for each in statics.stiffness]
         self.loads = statics.loads.mapped(change)
         self.imposed = [None if each is None else change(each, 1) for each in statics.imposed]
-        kinematics = self.kinematics
-        self.coordinates = kinematics.coordinates(self.unknowns, self.values, self.imposed)
-        self.displacements = kinematics.displacements(self.coordinates)
-        self.relative_displacements = kinematics.relative_displacements(self.coordinates, self.displacements)
-        self.generalised_forces = [
-            k * (relative_displacement if offset is None else relative_displacement - offset)
-            for k, relative_displacement, offset in zip(
-                self.stiffness, self.relative_displacements, self.imposed, strict=True
-            )
-        ]
-        self.deformations = [each.of(self.displacements, self.coordinates) for each in self.springs]
-        self.member_forces = [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
+
+    @cached_property
+    def coordinates(self) -> Real:
+        """Coordinates of the nodes, (..., nodes, 6)."""
+        return self.kinematics.coordinates(self.unknowns, self.values, self.imposed)
+
+    @cached_property
+    def displacements(self) -> Real:
+        """Displacements of the nodes, global, (..., nodes, 6)."""
+        return self.kinematics.displacements(self.coordinates)
+
+    @cached_property
+    def relative_displacements(self) -> list[Real]:
+        """By link: relative displacement in its axes, (..., 6)."""
+        return self.kinematics.relative_displacements(self.coordinates, self.displacements)
+
+    @cached_property
+    def generalised_forces(self) -> list[Real]:
+        """By link: spring forces, (..., 6)."""
+        links = zip(self.stiffness, self.relative_displacements, self.imposed, strict=True)
+        return [k * (moved if offset is None else moved - offset) for k, moved, offset in links]
+
+    @cached_property
+    def deformations(self) -> list[Real]:
+        """By kind of member: deformations of the springs, (..., n, 6)."""
+        return [each.of(self.displacements, self.coordinates) for each in self.springs]
+
+    @cached_property
+    def member_forces(self) -> list[Real]:
+        """By kind of member: spring forces, (..., n, 6)."""
+        return [each.stiffness * e for each, e in zip(self.springs, self.deformations, strict=True)]
+
+    @cached_property
+    def residual(self) -> Real:
+        """Unbalanced force on every coordinate, (..., nodes, 6); on an ideal component its constraint force."""
         acting = [each.forces(force) for each, force in zip(self.springs, self.member_forces, strict=True)]
-        inner = on_nodes(extended(np.zeros((kinematics.count, 6))), zip(self.springs, acting, strict=True))
-        self.residual = kinematics.generalised(
-            self.loads.forces - inner, [-generalised_force for generalised_force in self.generalised_forces]
-        )
+        inner = on_nodes(extended(np.zeros((self.kinematics.count, 6))), zip(self.springs, acting, strict=True))
+        return self.kinematics.generalised(self.loads.forces - inner, [-force for force in self.generalised_forces])
 
     def corrected(self, compliance: Solver) -> EquilibriumResidual:
         """The solution after one step of iterative refinement."""
