@@ -1,4 +1,4 @@
-"""Benchmark 14: 10^5 beams in bulk: described by two calls, solved under one load and another, read, saved, and bounded.
+"""Benchmark 14: 10^5 beams in bulk: described by two calls, solved under one load and another, read, saved, bounded.
 
 Errors: of the description its distance from the arrays; of solutions their bounds, relative; of what is read at once
 the difference from one node and one member; of the file that of what meshio reads of it from the solution.
