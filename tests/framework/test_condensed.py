@@ -10,6 +10,7 @@ import pytest
 import scipy
 from linkframe.elements import Beam, Joint, Material, Section
 from linkframe.framework import Frame
+from linkframe.framework.error_bounds import deformations
 from linkframe.framework.solvers.condensed import independent
 from linkframe.framework.solvers.iterative import Iterative
 from linkframe.framework.solvers.sparse import SparseSolver
@@ -167,3 +168,21 @@ def test_what_the_first_solution_leaves_is_summed_in_extended_precision() -> Non
         return frame
 
     assert error(loaded, "35") < 8e-13
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_energies_are_bounded_for_loads_on_either_kind_of_node(kind: str) -> None:
+    """Against the inverse, for a unit load on each unknown: never below, and for few loads much above."""
+    factor = factor_of(lattice(shape=(3, 3, 4), **KINDS[kind]))
+    loads = np.eye(len(factor.root))
+    exact = np.sqrt(np.diag(np.linalg.inv(factor.matrix.toarray())))
+    found = factor.energies(loads, 4.0)
+    assert (found >= exact * (1.0 - 1e-12)).all()
+    assert np.median(found / exact) < 3.0
+
+
+def test_bounds_are_the_same_however_many_members_are_rotated_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    node = str(np.prod(CUBE) - 1)
+    wanted = lattice().solve("iterative").error_bound(node)
+    monkeypatch.setattr(deformations, "_MEMBERS", 7)
+    np.testing.assert_array_equal(lattice().solve("iterative").error_bound(node), wanted)
